@@ -390,6 +390,16 @@ class Estimator(Component, ABC):
             heading_deviation: standard deviation, radians.
         """
 
+    def take_map(self) -> OccupancyGrid | None:
+        """Return the map if the estimator draws one and it changed since the last call."""
+        return None
+
+    def run_in_real_time(self) -> None:
+        """Prepare for a body whose clock goes on: no `update` may wait for slow work."""
+
+    def close(self) -> None:
+        """Release processes and files. Safe to call twice."""
+
     @property
     def particles(self) -> FloatArray:
         """(n, 3) x, y, heading of hypotheses in the map frame, for displays; may be empty."""

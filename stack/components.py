@@ -65,6 +65,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "localisation": {
         "mcl": "stack.localisation.localiser:Localiser",
         "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
+        "slam": "stack.mapping.slam.estimator:SlamEstimator",
     },
     "odometry": {
         "ekf": "stack.localisation.fusion.ekf:EkfOdometry",

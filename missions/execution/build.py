@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import sleep  # noqa: TID251 - only while the simulation is held
@@ -44,7 +44,7 @@ from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog
-from stack.types import OccupancyGrid, Pose2D
+from stack.types import OccupancyGrid
 
 IDLE_SECONDS = 0.01
 """Wall seconds between two checks for commands while the robot is held."""
@@ -121,6 +121,8 @@ def build(
         navigator.configure(replace(navigator.parameters, wait_for_plan=False))
     estimator = _estimator(plan, grid, seed)
     odometry: OdometryFusion = plan.choices[ODOMETRY].create(robot)
+    if body.is_real_time:
+        estimator.run_in_real_time()
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
@@ -239,11 +241,13 @@ def _tunables_of(navigator: Navigator) -> dict[str, Tunable]:
 def _world_model(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
     """Return costmaps, tracker and speed limits; without a map, the map grows with the robot."""
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
+    ground = None if plan.is_mapped else Ground(grid, [global_costmap])
     return WorldModel(
         local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
         SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
         deceleration=plan.robot.limits.linear_deceleration,
-        cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
+        cover=_ignore if ground is None else ground.cover,
+        draw=_ignore if ground is None else ground.draw,
     )  # fmt: skip
 
 
@@ -353,7 +357,7 @@ def _idle() -> None:
     sleep(IDLE_SECONDS)
 
 
-def _ignore(poses: Iterable[Pose2D] = ()) -> None:
+def _ignore(_: object = ()) -> None:
     """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
 
 

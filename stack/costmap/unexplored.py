@@ -8,6 +8,7 @@ from math import ceil, floor
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.errors import ParameterError
 from stack.mapping.limits import MAX_UNEXPLORED
@@ -48,6 +49,19 @@ class Ground:
     def __init__(self, grid: OccupancyGrid, costmaps: Iterable[Growable]) -> None:
         """Start with a grid that the costmaps already use."""
         self.grid, self._costmaps = grid, tuple(costmaps)
+        self._drawn: OccupancyGrid | None = None
+
+    def draw(self, drawn: OccupancyGrid) -> None:
+        """Show a map that the robot draws: it replaces the last one; the grid does not shrink."""
+        self._drawn = drawn
+        self._show()
+
+    def _show(self) -> None:
+        if self._drawn is not None:
+            cells = _sampled(self._drawn, self.grid)
+            self.grid = OccupancyGrid(cells, self.grid.resolution, self.grid.origin)
+        for costmap in self._costmaps:
+            costmap.set_static(self.grid)
 
     def cover(self, poses: Iterable[Pose2D]) -> None:
         """Grow when a pose lies outside or nearer than NEAR_EDGE to the edge.
@@ -69,8 +83,24 @@ class Ground:
             return
         with suppress(ParameterError):
             self.grid = _ground((wanted[0], wanted[1], wanted[2], wanted[3]), self.grid.resolution)
-            for costmap in self._costmaps:
-                costmap.set_static(self.grid)
+            self._show()
+
+
+def _sampled(drawn: OccupancyGrid, grid: OccupancyGrid) -> NDArray[np.int8]:
+    """Return the values of a map at the cell centres of a grid; unknown outside it."""
+    indices = [
+        np.floor(
+            (grid.origin[axis] - drawn.origin[axis] + (np.arange(count) + 0.5) * grid.resolution)
+            / drawn.resolution
+        ).astype(np.int64)
+        for axis, count in ((1, grid.cells.shape[0]), (0, grid.cells.shape[1]))
+    ]
+    cells = np.full(grid.cells.shape, UNKNOWN, np.int8)
+    inside = [(i >= 0) & (i < n) for i, n in zip(indices, drawn.cells.shape, strict=True)]
+    if inside[0].any() and inside[1].any():
+        taken = drawn.cells[np.ix_(indices[0][inside[0]], indices[1][inside[1]])]
+        cells[np.ix_(inside[0], inside[1])] = taken
+    return cells
 
 
 def _ground(bounds: tuple[float, float, float, float], resolution: float) -> OccupancyGrid:

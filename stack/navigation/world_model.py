@@ -11,7 +11,15 @@ from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
 from stack.perception.tracker import Tracker
 from stack.safety.monitor import moving_discs
-from stack.types import FloatArray, Observation, Pose2D, RangeReading, Scan, TrackedObject
+from stack.types import (
+    FloatArray,
+    Observation,
+    OccupancyGrid,
+    Pose2D,
+    RangeReading,
+    Scan,
+    TrackedObject,
+)
 
 IDLE_PERIOD = 0.5
 """Seconds without measurements after which the costmaps expire marks and follow the robot."""
@@ -43,17 +51,19 @@ class WorldModel:
         lidar: whose scans the tracker uses.
         deceleration: of the robot, m/s²; a speed limit ahead is obeyed in time.
         cover: without a map, grows the global costmap to contain some poses.
+        draw: without a map, shows the map that the estimator draws in the global costmap.
     """
 
     def __init__(  # noqa: PLR0913 - parts of the model, by keyword
         self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None,
         speed_limits: SpeedLimits, *, lidar: str, deceleration: float,
         cover: Callable[[Iterable[Pose2D]], None],
+        draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self.local_costmap, self.global_costmap = local_costmap, global_costmap
         self.tracker, self._lidar, self._deceleration = tracker, lidar, deceleration
         self._speed_limits = speed_limits
-        self.cover = cover
+        self.cover, self.draw = cover, draw
         self._tracks: tuple[TrackedObject, ...] = ()
         self._updated_at = 0.0
 

@@ -29,6 +29,7 @@ from stack.types import (
     Image,
     Observation,
     ObstaclePoints,
+    OccupancyGrid,
     Odometry,
     PoseEstimate,
     Twist,
@@ -111,6 +112,7 @@ class Runtime:
             smooth = smooth_observation(observation)
             obstacles = p.obstacle_memory.update(smooth, p.frames)
         with measure("costmap"):
+            self._show_map(p.estimator.take_map())
             world = p.world_model.update(smooth, p.frames)
         self._publish_state(observation, motion, estimate, obstacles, world)
         if self.steps % self._ticks_every == 0:
@@ -294,6 +296,12 @@ class Runtime:
             scorer.score(estimate)
             for kind, text in scorer.take_events():
                 self.parts.telemetry.emit(kind, text, source="simulation")
+
+    def _show_map(self, drawn: OccupancyGrid | None) -> None:
+        """Show the map that the estimator draws in the global costmap and to viewers."""
+        if drawn is not None and not self.parts.is_mapped:
+            self.parts.world_model.draw(drawn)
+            self.parts.map_layer = Layer(self.parts.map_layer.version + 1, drawn)
 
     def _tick_tree(self) -> None:
         """Tick the mission; a halted tree is replaced once the robot stands."""

@@ -101,6 +101,13 @@ class PoseGraph:
         self._edges_of[edge.source].append(edge)
         self._edges_of[edge.target].append(edge)
 
+    def replace_edges(self, edges: list[Edge]) -> None:
+        """Replace all edges."""
+        self.edges = []
+        self._edges_of = {number: [] for number in self.keyframes}
+        for edge in edges:
+            self.add_edge(edge)
+
     def edges_of(self, keyframe: int) -> list[Edge]:
         """Edges that start or end at a keyframe, in the order of their creation."""
         return self._edges_of[keyframe]
@@ -171,10 +178,11 @@ def _composed(root: Edge, other: Edge) -> Edge:
     # Covariances are in the frame of each edge's target (right perturbations).
     transport = _adjoint(other.relative.inverse())
     covariance = transport @ np.linalg.inv(back.information) @ transport.T
-    covariance += np.linalg.inv(other.information)
+    covariance = covariance + np.linalg.inv(other.information)
     kinds = {root.kind, other.kind}
     kind: EdgeKind = "loop" if "loop" in kinds else "match" if "match" in kinds else "odometry"
-    return Edge(root.target, other.target, relative, np.linalg.inv(covariance), kind)
+    information: FloatArray = np.linalg.inv(covariance).astype(np.float64)
+    return Edge(root.target, other.target, relative, information, kind)
 
 
 def _adjoint(pose: Pose2D) -> FloatArray:

@@ -1,0 +1,212 @@
+"""Loop closure: finds earlier visits of a place and verifies them with several scans."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stack.mapping.slam.graph import Edge, PoseGraph
+from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pair
+from stack.mapping.slam.matching.scans import PreparedScan
+from stack.mapping.slam.neighbourhood import Neighbourhood
+from stack.mapping.slam.parameters import MapperParameters
+from stack.mapping.slam.rendering.renderer import Drawing
+from stack.types import Pose2D, wrap_angle
+
+NEAR_PATH = 12.0
+"""Metres along the edges: keyframes nearer than this are neighbours, not loops."""
+
+TRIES = 2
+"""Places that a keyframe is compared with, at most."""
+
+RECENT = 8
+"""Keyframes before the newest one whose points must fit into the earlier map."""
+
+AGREE_DISTANCE, AGREE_ANGLE = 0.25, 0.06
+"""Metres and radians within which the corrections of several keyframes agree."""
+
+LEAST_POINTS = 5.0
+"""Points that must hold a match in its weakest direction: a corridor without ends has none."""
+
+LOOP_FLOOR = np.diag([0.02, 0.02, 0.005]) ** 2
+"""Covariance added to that of a match over a loop."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A match of a keyframe with an earlier place.
+
+    Attributes:
+        keyframe: id of the newer keyframe.
+        place: id of the earlier one.
+        relative: pose of the newer one in the frame of the earlier one.
+        match: with the local map around the place.
+    """
+
+    keyframe: int
+    place: int
+    relative: Pose2D
+    match: ScanMatch
+
+
+class LoopClosure:
+    """Looks for loops at each new keyframe; adds verified ones as edges.
+
+    A loop is accepted if the matches of several keyframes in a row imply the same correction. A
+    repeated structure, as two equal rooms, seldom passes that; if it does, the robust optimiser
+    rejects its edges.
+    """
+
+    def __init__(
+        self,
+        parameters: MapperParameters,
+        graph: PoseGraph,
+        neighbourhood: Neighbourhood,
+        prepared: Callable[[int], PreparedScan],
+    ) -> None:
+        self.parameters, self._graph = parameters, graph
+        self._neighbourhood, self._prepared = neighbourhood, prepared
+        self._travelled: dict[int, float] = {}
+        self._recent: deque[Hypothesis] = deque(maxlen=3 * parameters.loop_scans)
+
+    def find(self, keyframe: int) -> bool:
+        """Compare a new keyframe with earlier places; return whether a loop was closed."""
+        self._measure(keyframe)
+        while self._recent and self._recent[0].keyframe < keyframe - 2 * self.parameters.loop_scans:
+            self._recent.popleft()
+        closed = False
+        for place in self._places(keyframe):
+            hypothesis = self._compare(keyframe, place)
+            if hypothesis is None:
+                continue
+            agreeing = [h for h in self._recent if self._agree(h, hypothesis)]
+            self._recent.append(hypothesis)
+            if self._is_verified(hypothesis, agreeing):
+                for accepted in (*agreeing, hypothesis):
+                    self._add(accepted)
+                    self._recent.remove(accepted)
+                closed = True
+        return closed
+
+    def _is_verified(self, hypothesis: Hypothesis, agreeing: list[Hypothesis]) -> bool:
+        """Return whether enough keyframes agree and the newest scans fit into the earlier map."""
+        p, keyframe = self.parameters, hypothesis.keyframe
+        if len({h.keyframe for h in agreeing} | {keyframe}) < p.loop_scans:
+            return False
+        first = min(h.keyframe for h in agreeing) if agreeing else keyframe
+        if self._travelled[keyframe] - self._travelled[first] < p.loop_length:
+            return False
+        return self._conflict(hypothesis) <= p.loop_conflict
+
+    def _conflict(self, hypothesis: Hypothesis) -> float:
+        """Return the share of the newest points that lie in space which was seen free before.
+
+        Points in unknown space count neither for nor against the match.
+        """
+        p, keyframes = self.parameters, self._graph.keyframes
+        centre, newest = keyframes[hypothesis.place].pose, keyframes[hypothesis.keyframe].pose
+        drawing = Drawing(p)
+        near = self._neighbourhood.around(
+            hypothesis.place, centre, 2 * p.reference_keyframes, p.reference_distance
+        )
+        for number in near:
+            pose = keyframes[number].pose.relative_to(centre)
+            drawing.draw(replace(keyframes[number], pose=pose))
+        recent = range(hypothesis.keyframe - RECENT, hypothesis.keyframe + 1)
+        points = np.concatenate([
+            hypothesis.relative.compose(keyframes[n].pose.relative_to(newest)).transform(
+                self._prepared(n).points
+            )
+            for n in recent
+            if n in keyframes
+        ])  # fmt: skip
+        occupied, free = drawing.classify(points)
+        against, for_it = int(np.count_nonzero(free)), int(np.count_nonzero(occupied))
+        return against / max(1, against + for_it)
+
+    def _measure(self, keyframe: int) -> None:
+        before = self._travelled.get(keyframe - 1, 0.0)
+        here, last = self._graph.keyframes[keyframe], self._graph.keyframes.get(keyframe - 1)
+        self._travelled[keyframe] = before + (here.pose.distance_to(last.pose) if last else 0.0)
+
+    def _radius(self, keyframe: int, place: int) -> float:
+        """Return the position error, metres, that the search allows for."""
+        p = self.parameters
+        since = self._travelled[keyframe] - self._travelled.get(place, 0.0)
+        return min(p.loop_distance, 0.5 + p.loop_drift * abs(since))
+
+    def _places(self, keyframe: int) -> list[int]:
+        """Return keyframes of earlier visits, the nearest first, none near another one."""
+        keyframes = self._graph.keyframes
+        pose = keyframes[keyframe].pose
+        near = [
+            (pose.distance_to(other.pose), number)
+            for number, other in keyframes.items()
+            if pose.distance_to(other.pose) <= self._radius(keyframe, number) + 1.0
+        ]
+        if len(near) < 2:
+            return []
+        joined = self._neighbourhood.within_path(keyframe, NEAR_PATH)
+        places: list[int] = []
+        for _, number in sorted(near):
+            if number in joined:
+                continue
+            places.append(number)
+            if len(places) == TRIES:
+                break
+            joined |= self._neighbourhood.within_path(number, NEAR_PATH)
+        return places
+
+    def _compare(self, keyframe: int, place: int) -> Hypothesis | None:
+        """Match a keyframe with the surroundings of an earlier one."""
+        p, keyframes = self.parameters, self._graph.keyframes
+        centre = keyframes[place].pose
+        near = self._neighbourhood.around(
+            place, centre, p.reference_keyframes, p.reference_distance
+        )
+        scans = [(keyframes[n].pose.relative_to(centre), self._prepared(n)) for n in near]
+        local = LocalMap(scans, p.resolution)
+        scan = self._prepared(keyframe)
+        start = keyframes[keyframe].pose.relative_to(centre)
+        window = (self._radius(keyframe, place), p.loop_angle)
+        found = local.search(scan, start, window, least=p.loop_score)
+        if found is None:
+            return None
+        match = local.align(scan, found[0], p.residual_deviation)
+        if match.overlap < p.loop_overlap or match.pose.distance_to(found[0]) > 0.3:
+            return None
+        weakest = float(np.linalg.eigvalsh(match.information[:2, :2])[0])
+        if weakest < LEAST_POINTS / p.residual_deviation**2:
+            return None
+        return Hypothesis(keyframe, place, match.pose, match)
+
+    def _agree(self, one: Hypothesis, other: Hypothesis) -> bool:
+        """Return whether two matches imply the same motion between the two keyframes."""
+        keyframes = self._graph.keyframes
+        if one.keyframe == other.keyframe:
+            return False
+        moved = keyframes[other.keyframe].pose.relative_to(keyframes[one.keyframe].pose)
+        first = keyframes[one.place].pose.compose(one.relative)
+        second = keyframes[other.place].pose.compose(other.relative)
+        implied = second.relative_to(first)
+        turned = abs(wrap_angle(implied.heading - moved.heading))
+        return implied.distance_to(moved) <= AGREE_DISTANCE and turned <= AGREE_ANGLE
+
+    def _add(self, hypothesis: Hypothesis) -> None:
+        """Add the edge of a verified match."""
+        p = self.parameters
+        pair = align_pair(
+            self._prepared(hypothesis.place), self._prepared(hypothesis.keyframe),
+            hypothesis.relative, p.residual_deviation,
+        )  # fmt: skip
+        match = hypothesis.match
+        if pair.overlap >= p.least_overlap and pair.pose.distance_to(hypothesis.relative) < 0.1:
+            match = pair
+        information = match.information @ np.linalg.inv(np.eye(3) + LOOP_FLOOR @ match.information)
+        information = 0.5 * (information + information.T)
+        self._graph.add_edge(
+            Edge(hypothesis.place, hypothesis.keyframe, match.pose, information, "loop")
+        )

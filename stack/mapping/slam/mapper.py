@@ -1,0 +1,283 @@
+"""Mapper: builds a pose graph of keyframes from scans and odometry.
+
+Each scan is aligned to the surroundings of the last keyframe in the graph. After some motion it
+becomes a keyframe, with edges to its neighbours. Earlier visits of a place are found by
+`loops.LoopClosure`; after a loop closure the graph is optimised.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from stack.mapping.slam.graph import Edge, EdgeKind, Keyframe, PoseGraph
+from stack.mapping.slam.loops import LoopClosure
+from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pair
+from stack.mapping.slam.matching.scans import PreparedScan, prepare
+from stack.mapping.slam.neighbourhood import Neighbourhood
+from stack.mapping.slam.optimiser import optimise
+from stack.mapping.slam.parameters import MapperParameters
+from stack.mapping.slam.rendering.renderer import MapRenderer
+from stack.mapping.slam.worker import Problem, problem_of
+from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, wrap_angle
+
+GOOD_OVERLAP = 0.75
+"""Below this, an alignment from the predicted pose is compared with a search."""
+
+EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
+"""Covariance added to that of a match: errors that its points share."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryPoint:
+    """Pose of a scan relative to a keyframe, so that it follows the optimised graph."""
+
+    stamp: float
+    keyframe: int
+    relative: Pose2D
+
+
+class Mapper:
+    """SLAM: from scans with odometry to a pose graph, a trajectory and an occupancy grid.
+
+    Args:
+        parameters: of matching, loop closure and rendering.
+        graph: to continue; empty by default.
+        keep_trajectory: keep the pose of every scan, for `trajectory`; memory grows with time.
+        immediate: optimise within `add`, for logs; otherwise the caller watches `needs_optimising`.
+    """
+
+    def __init__(
+        self,
+        parameters: MapperParameters | None = None,
+        graph: PoseGraph | None = None,
+        *,
+        keep_trajectory: bool = False,
+        immediate: bool = True,
+    ) -> None:
+        self.parameters = parameters or MapperParameters()
+        self.graph = graph or PoseGraph()
+        self.neighbourhood = Neighbourhood(self.graph)
+        self.needs_optimising = False
+        self.loop_closures = 0
+        self.match: ScanMatch | None = None
+        self._immediate = immediate
+        self._scans: dict[int, PreparedScan] = {}
+        self._loops = LoopClosure(self.parameters, self.graph, self.neighbourhood, self.prepared)
+        self._renderer = MapRenderer(self.parameters)
+        self._local: LocalMap | None = None
+        self._last: Keyframe | None = None
+        self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
+        self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
+        self._pending, self._is_chained = 0, True
+
+    def start(self, pose: Pose2D) -> None:
+        """Set the pose of the first scan, map frame."""
+        self._pose = pose
+
+    def add(self, stamp: float, odometry_pose: Pose2D, scan: Scan) -> Pose2D:
+        """Process a scan; return the pose of the base at its stamp, map frame.
+
+        Args:
+            stamp: of the scan, seconds.
+            odometry_pose: of the base at the stamp, odom frame.
+            scan: deskewed.
+        """
+        prepared = prepare(scan, self.parameters.match_range)
+        if self._last is None:
+            self._odometry = odometry_pose
+            self._insert(stamp, odometry_pose, scan, prepared)
+        else:
+            self._pose = self._matched(odometry_pose, prepared)
+            self._odometry = odometry_pose
+            if self._is_keyframe_due():
+                self._insert(stamp, odometry_pose, scan, prepared)
+        if self._trajectory is not None and self._last is not None:
+            relative = self._pose.relative_to(self._last.pose)
+            self._trajectory.append(TrajectoryPoint(stamp, self._last.id, relative))
+        if self.needs_optimising and self._immediate:
+            self.optimise()
+        return self._pose
+
+    @property
+    def pose(self) -> Pose2D:
+        """Pose of the base at the newest scan, map frame."""
+        return self._pose
+
+    def set_pose(self, pose: Pose2D, odometry: Pose2D) -> None:
+        """Continue at another pose, from the nearest keyframe or, far from all, a new one."""
+        self._pose, self._odometry, self._local = pose, odometry, None
+        keyframes = list(self.graph.keyframes.values())
+        nearest = min(keyframes, key=lambda k: pose.distance_to(k.pose), default=None)
+        reach = self.parameters.reference_distance
+        is_near = nearest is not None and pose.distance_to(nearest.pose) <= reach
+        self._last, self._is_chained = nearest if is_near else None, False
+
+    def problem(self) -> Problem:
+        """Return what the optimiser needs; `needs_optimising` is False until the next change."""
+        self.needs_optimising, self._pending = False, 0
+        return problem_of(self.graph, self.parameters.robust_scale)
+
+    def optimise(self) -> None:
+        """Optimise the graph; poses, map and trajectory follow."""
+        self.apply(optimise(*self.problem()))
+
+    def apply(self, poses: dict[int, Pose2D]) -> None:
+        """Move keyframes to optimised poses; those added since move with the newest of them."""
+        known = [number for number in self.graph.keyframes if number in poses]
+        if known:
+            newest = known[-1]
+            correction = poses[newest].compose(self.graph.keyframes[newest].pose.inverse())
+            later = {
+                number: correction.compose(keyframe.pose)
+                for number, keyframe in self.graph.keyframes.items()
+                if number > newest
+            }
+            poses = {**poses, **later}
+        self.graph.set_poses(poses)
+        if self._last is not None:
+            relative = self._pose.relative_to(self._last.pose)
+            self._last = self.graph.keyframes[self._last.id]
+            self._pose = self._last.pose.compose(relative)
+        self._local = None
+        self._renderer.moved(self.graph)
+
+    def grid(self) -> OccupancyGrid:
+        """Return the map drawn from all keyframes at their newest poses."""
+        return self._renderer.grid(self.graph)
+
+    def draw(self, keyframes: int) -> None:
+        """Draw a piece of the map again after an optimisation."""
+        self._renderer.step(self.graph, keyframes)
+
+    @property
+    def map_version(self) -> int:
+        """Number of changes of `shown_grid`."""
+        return self._renderer.version
+
+    def shown_grid(self) -> OccupancyGrid:
+        """Return the map as far as it is drawn; after an optimisation, the last complete one."""
+        return self._renderer.shown
+
+    def trajectory(self) -> list[tuple[float, Pose2D]]:
+        """Return the pose of every scan by its stamp; empty without `keep_trajectory`."""
+        keyframes = self.graph.keyframes
+        return [
+            (point.stamp, keyframes[point.keyframe].pose.compose(point.relative))
+            for point in self._trajectory or ()
+        ]
+
+    def prepared(self, keyframe: int) -> PreparedScan:
+        """Return the points and normals of a keyframe."""
+        if keyframe not in self._scans:
+            scan = self.graph.keyframes[keyframe].scan
+            self._scans[keyframe] = prepare(scan, self.parameters.match_range)
+        return self._scans[keyframe]
+
+    def _matched(self, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
+        """Return the pose of a scan; that of odometry if it does not match."""
+        assert self._last is not None
+        moved = odometry.relative_to(self._odometry)
+        expected = self._pose.compose(moved)
+        position, heading = self._odometry_deviation(moved)
+        prior = np.diag([position**-2, position**-2, heading**-2])
+        local = self._local_map()
+        deviation = self.parameters.residual_deviation
+        found = local.align(scan, expected, deviation, (expected, prior))
+        if found.overlap < GOOD_OVERLAP:
+            window = (2.5 * position + 0.05, 2.5 * heading + 0.02)
+            searched = local.search(scan, expected, window, deviations=(position, heading))
+            if searched is not None:
+                other = local.align(scan, searched[0], deviation, (expected, prior))
+                if other.overlap > found.overlap:
+                    found = other
+        self.match = found
+        return found.pose if found.overlap > 0.3 else expected
+
+    def _odometry_deviation(self, moved: Pose2D) -> tuple[float, float]:
+        p = self.parameters
+        distance, turned = hypot(moved.x, moved.y), abs(moved.heading)
+        return (
+            0.01 + p.odometry_distance_error * distance,
+            0.01 + p.odometry_angle_error * (turned + 0.3 * distance),
+        )
+
+    def _local_map(self) -> LocalMap:
+        if self._local is None:
+            assert self._last is not None
+            near = self.neighbourhood.around(
+                self._last.id, self._pose,
+                self.parameters.reference_keyframes, self.parameters.reference_distance,
+            )  # fmt: skip
+            keyframes = [self.graph.keyframes[number] for number in near]
+            scans = [(keyframe.pose, self.prepared(keyframe.id)) for keyframe in keyframes]
+            self._local = LocalMap(scans, self.parameters.resolution)
+        return self._local
+
+    def _is_keyframe_due(self) -> bool:
+        assert self._last is not None
+        distance = self._pose.distance_to(self._last.pose)
+        turned = abs(wrap_angle(self._pose.heading - self._last.pose.heading))
+        p = self.parameters
+        return distance >= p.keyframe_distance or turned >= p.keyframe_angle
+
+    def _insert(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
+        """Add a keyframe at the current pose, with its edges, and look for loops."""
+        last = self._last
+        new = Keyframe(self.graph.next_id, stamp, self._pose, odometry, scan)
+        self.graph.add_keyframe(new)
+        self._scans[new.id] = prepared
+        if last is not None:
+            self._connect(last, new)
+        self._last, self._local = new, None
+        self._renderer.add(new)
+        closed = self._loops.find(new.id)
+        if closed:
+            self.loop_closures += 1
+            self.needs_optimising = True
+        elif self._pending >= 60:
+            self.needs_optimising = True
+
+    def _connect(self, last: Keyframe, new: Keyframe) -> None:
+        """Add the edges of a new keyframe: odometry, and matches with its neighbours."""
+        moved = new.odometry.relative_to(last.odometry)
+        position, heading = self._odometry_deviation(moved)
+        information = np.diag([position**-2, position**-2, heading**-2])
+        if self._is_chained:
+            self.graph.add_edge(Edge(last.id, new.id, moved, information, "odometry"))
+        self._is_chained = True
+        p = self.parameters
+        near = self.neighbourhood.around(last.id, new.pose, p.neighbour_edges, p.reference_distance)
+        edges = 0
+        for number in (n for n in dict.fromkeys((last.id, *near)) if n != new.id):
+            revisit = new.id - number > 2 * p.reference_keyframes
+            edge = self.matched_edge(number, new.id, "loop" if revisit else "match")
+            if edge is not None:
+                self.graph.add_edge(edge)
+                edges += not revisit
+                self._pending += revisit
+        if not edges:  # nothing matches one scan alone: keep what the local map gave
+            relative = new.pose.relative_to(last.pose)
+            known = np.zeros((3, 3)) if self.match is None else self.match.information
+            self.graph.add_edge(Edge(last.id, new.id, relative, softened(known), "match"))
+
+    def matched_edge(self, source: int, target: int, kind: EdgeKind) -> Edge | None:
+        """Return the edge between two keyframes by their scans; None if they overlap too little."""
+        p, keyframes = self.parameters, self.graph.keyframes
+        start = keyframes[target].pose.relative_to(keyframes[source].pose)
+        found = align_pair(
+            self.prepared(source), self.prepared(target), start, p.residual_deviation
+        )
+        if found.overlap < p.least_overlap or found.pose.distance_to(start) > 0.3:
+            return None
+        if abs(wrap_angle(found.pose.heading - start.heading)) > 0.15:
+            return None
+        return Edge(source, target, found.pose, softened(found.information), kind)
+
+
+def softened(information: FloatArray) -> FloatArray:
+    """Return the information after adding EDGE_FLOOR to the covariance; it may be singular."""
+    softer: FloatArray = information @ np.linalg.inv(np.eye(3) + EDGE_FLOOR @ information)
+    return 0.5 * (softer + softer.T)

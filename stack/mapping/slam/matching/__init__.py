@@ -1,0 +1,1 @@
+"""Scan matching: search by branch and bound, point-to-line alignment."""

@@ -1,0 +1,178 @@
+"""Local map: several scans merged into surfels and a score field, to match another scan with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import cv2
+import numpy as np
+
+from stack.mapping.slam.matching import kernels
+from stack.mapping.slam.matching.scans import PreparedScan, as_pose, as_row
+from stack.types import FloatArray, Pose2D
+
+LEVELS = 6
+"""Of the pyramid of scores: cells of up to 32 times the resolution."""
+
+BLUR = 2.0
+"""Standard deviation of the score around a surfel, in cells."""
+
+SEARCH_BEAMS = 100
+"""Points that a search uses, at most."""
+
+MOST_NODES = 20_000
+"""Evaluations of a search, at most; one of all points costs about 0.1 µs a point."""
+
+MARGIN = 1.0
+"""Metres around the points."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanMatch:
+    """Result of matching a scan.
+
+    Attributes:
+        pose: of the base, in the frame of the reference.
+        information: (3, 3) inverse covariance in the base frame: x, y, heading.
+        overlap: share of the points with normals that correspond to a surface, in [0, 1].
+        score: mean score of the points, in [0, 1].
+    """
+
+    pose: Pose2D
+    information: FloatArray
+    overlap: float
+    score: float = 0.0
+
+
+class LocalMap:
+    """Surfels and scores of merged scans.
+
+    Args:
+        scans: with the pose of each, all in one frame.
+        resolution: side of a cell, metres.
+    """
+
+    def __init__(self, scans: Sequence[tuple[Pose2D, PreparedScan]], resolution: float) -> None:
+        rows = [as_row(pose) for pose, _ in scans]
+        parts = list(zip(rows, (scan for _, scan in scans), strict=True))
+        points = np.concatenate([kernels.transform(r, s.points, False) for r, s in parts])
+        normals = np.concatenate([kernels.transform(r, s.normals, True) for r, s in parts])
+        low = points.min(axis=0, initial=np.inf) if points.size else np.zeros(2)
+        high = points.max(axis=0, initial=-np.inf) if points.size else np.zeros(2)
+        origin = np.floor((low - MARGIN) / resolution) * resolution
+        columns, height = (
+            int(n) for n in np.ceil((high + MARGIN - origin) / resolution).astype(int) + 1
+        )
+        self.placement = np.array([origin[0], origin[1], resolution])
+        index, self.surfels = kernels.rasterise(
+            points, normals, origin[0], origin[1], resolution, height, columns
+        )
+        empty = (index < 0).astype(np.uint8)
+        self._distances, nearest = cv2.distanceTransformWithLabels(
+            empty, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        # OpenCV numbers the cells with points from 1 in an order of its own.
+        seeds = index >= 0
+        surfel_of = np.full(int(nearest.max(initial=0)) + 1, -1, np.int32)
+        surfel_of[nearest[seeds]] = index[seeds]
+        self.labels = np.ascontiguousarray(surfel_of[nearest])
+
+    @cached_property
+    def pyramid(self) -> Any:
+        """(levels, rows, columns) uint8; see `kernels.search`."""
+        scores = np.rint(255.0 * np.exp(-0.5 * (self._distances / BLUR) ** 2)).astype(np.uint8)
+        levels = [scores]
+        for level in range(LEVELS - 1):
+            step = 1 << level
+            below = levels[-1]
+            pooled = below.copy()
+            pooled[:-step] = np.maximum(pooled[:-step], below[step:])
+            right = pooled.copy()
+            right[:, :-step] = np.maximum(right[:, :-step], pooled[:, step:])
+            levels.append(right)
+        return np.ascontiguousarray(np.stack(levels))
+
+    def search(
+        self,
+        scan: PreparedScan,
+        centre: Pose2D,
+        window: tuple[float, float],
+        *,
+        deviations: tuple[float, float] | None = None,
+        least: float = 0.1,
+    ) -> tuple[Pose2D, float] | None:
+        """Return the pose with the best score around `centre`, and the score; None below `least`.
+
+        Args:
+            scan: to match.
+            centre: of the window.
+            window: half width, metres and radians.
+            deviations: of the centre, metres and radians: at one deviation a score loses 0.02.
+            least: score.
+        """
+        points = scan.points
+        if points.shape[0] == 0:
+            return None
+        if points.shape[0] > SEARCH_BEAMS:
+            chosen = np.linspace(0, points.shape[0] - 1, SEARCH_BEAMS).astype(int)
+            points = np.ascontiguousarray(points[chosen])
+        farthest = float(np.percentile(np.hypot(points[:, 0], points[:, 1]), 90))
+        angle_step = float(self.placement[2]) / max(1.0, farthest)
+        lost = np.zeros(2)
+        if deviations is not None:
+            lost = 0.02 / np.square(np.maximum(deviations, 1e-3))
+        row, score, _ = kernels.search(
+            self.pyramid, points, self.placement, as_row(centre),
+            np.array([window[0], window[0], window[1]]), angle_step, lost, least, MOST_NODES,
+        )  # fmt: skip
+        return (as_pose(row), float(score)) if score >= 0.0 else None
+
+    def align(
+        self,
+        scan: PreparedScan,
+        start: Pose2D,
+        deviation: float,
+        prior: tuple[Pose2D, FloatArray] | None = None,
+        reach: float = 0.1,
+    ) -> ScanMatch:
+        """Refine a pose near the right one.
+
+        Args:
+            scan: to match.
+            start: in the frame of the reference.
+            deviation: of a residual, metres.
+            prior: pose by odometry and its (3, 3) information, frame of the reference.
+            reach: largest distance of corresponding points, metres.
+        """
+        expected, held = (start, np.zeros((3, 3))) if prior is None else prior
+        if not self.surfels.size:
+            return ScanMatch(start, np.zeros((3, 3)), 0.0)
+        row, information, overlap = kernels.align_to_surfels(
+            self.labels, self.surfels, self.placement, scan.points, scan.normals, as_row(start),
+            as_row(expected), np.ascontiguousarray(held * deviation**2), reach, deviation, 30,
+        )  # fmt: skip
+        return ScanMatch(as_pose(row), information, float(overlap))
+
+
+def align_pair(
+    fixed: PreparedScan, scan: PreparedScan, start: Pose2D, deviation: float, reach: float = 0.15
+) -> ScanMatch:
+    """Align a scan to a single one; poses are in the base frame of the fixed scan."""
+    if not (fixed.points.size and scan.points.size):
+        return ScanMatch(start, np.zeros((3, 3)), 0.0)
+    row, information, overlap = kernels.align_pair(
+        fixed.points,
+        fixed.normals,
+        fixed.bearings,
+        fixed.sensor,
+        scan.points,
+        scan.normals,
+        as_row(start),
+        reach,
+        deviation,
+        30,
+    )
+    return ScanMatch(as_pose(row), information, float(overlap))

@@ -1,0 +1,109 @@
+"""Parameters of SLAM, separate from the kernels so that they import no numba."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.parameters import parameter
+
+
+@dataclass(frozen=True)
+class MapperParameters:
+    """Parameters of scan matching, keyframes, loop closure and map rendering."""
+
+    resolution: float = parameter(
+        0.05, "m", at_least=0.01, at_most=0.5, help="side of a cell of the map and of the search"
+    )
+    match_range: float = parameter(
+        30.0, "m", above=1.0, help="longer ranges are neither matched nor drawn"
+    )
+    clear_range: float = parameter(
+        4.0, "m", at_least=0.0, help="distance that a beam without return clears in the map"
+    )
+    keyframe_distance: float = parameter(
+        0.25, "m", above=0.0, at_most=5.0, help="distance driven from keyframe to keyframe"
+    )
+    keyframe_angle: float = parameter(
+        0.25, "rad", above=0.0, at_most=3.0, help="angle turned from keyframe to keyframe"
+    )
+    match_distance: float = parameter(
+        0.0, "m", at_least=0.0, help="distance driven between two scans that are matched"
+    )
+    odometry_distance_error: float = parameter(
+        0.15, at_least=0.0, at_most=1.0, help="standard deviation of odometry per metre driven, m/m"
+    )
+    odometry_angle_error: float = parameter(
+        0.15, at_least=0.0, at_most=1.0,
+        help="standard deviation of odometry per radian turned, rad/rad",
+    )  # fmt: skip
+    residual_deviation: float = parameter(
+        0.03, "m", above=0.0, at_most=0.5,
+        help="standard deviation of a point from the surface that it is matched with",
+    )  # fmt: skip
+    reference_keyframes: int = parameter(
+        12, at_least=1, at_most=50, help="keyframes that a scan is matched with"
+    )
+    reference_distance: float = parameter(
+        4.0, "m", above=0.0, help="largest distance of these keyframes"
+    )
+    neighbour_edges: int = parameter(
+        6, at_least=1, at_most=30, help="edges from a new keyframe to its neighbours, at most"
+    )
+    least_overlap: float = parameter(
+        0.4, at_least=0.1, at_most=1.0, help="share of a scan's points that an edge explains"
+    )
+    loop_distance: float = parameter(
+        6.0, "m", above=0.0, help="keyframes within this distance are candidates of a loop closure"
+    )
+    loop_drift: float = parameter(
+        0.03, at_least=0.0, at_most=1.0,
+        help="position error per metre driven that the search for loops allows for, m/m",
+    )  # fmt: skip
+    loop_angle: float = parameter(
+        0.5, "rad", above=0.0, at_most=3.2, help="largest heading error of that search"
+    )
+    loop_score: float = parameter(
+        0.6, above=0.0, at_most=1.0, help="score of a scan, in [0, 1], that a loop closure needs"
+    )
+    loop_overlap: float = parameter(
+        0.65, above=0.0, at_most=1.0, help="share of a scan's points that a loop closure explains"
+    )
+    loop_scans: int = parameter(
+        3, at_least=1, at_most=20, help="keyframes in a row that must agree on a loop closure"
+    )
+    loop_length: float = parameter(
+        1.0, "m", at_least=0.0, help="distance driven while they agree, at least"
+    )
+    loop_conflict: float = parameter(
+        0.1, at_least=0.0, at_most=1.0,
+        help="share of the newest points that may lie in space which was free before",
+    )  # fmt: skip
+    robust_scale: float = parameter(
+        10.0, above=0.0,
+        help="scale of dynamic covariance scaling: loop edges with a larger squared error than "
+        "this, in standard deviations, lose weight",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SlamParameters:
+    """Parameters of the estimator `slam`."""
+
+    lidar: str = parameter("", help="name of the lidar that maps; empty: the robot's main lidar")
+    latency: float = parameter(
+        1.0, "s", at_least=0.0, at_most=60.0,
+        help="time from a loop closure to the corrected map; the optimisation runs meanwhile",
+    )  # fmt: skip
+    map_period: float = parameter(
+        1.0, "s", at_least=0.0, help="time between two updates of the costmap's map"
+    )
+    keyframes_per_step: int = parameter(
+        5, at_least=1, at_most=1000,
+        help="keyframes drawn again in a control step after a loop closure",
+    )  # fmt: skip
+    health_gain: float = parameter(
+        0.1, above=0.0, at_most=1.0, help="share of a new scan in the health"
+    )
+    mapper: MapperParameters = parameter(
+        MapperParameters(), help="scan matching, loop closure and map"
+    )

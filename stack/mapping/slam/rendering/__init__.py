@@ -1,0 +1,1 @@
+"""Occupancy grid from the scans of keyframes."""

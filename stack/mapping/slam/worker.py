@@ -1,0 +1,126 @@
+"""Pose graph optimisation in a process of its own, with its result at a fixed latency.
+
+gtsam holds Python's interpreter lock for the whole optimisation, up to seconds for large graphs: in
+a thread it would stop the control loop. A problem submitted at time t is applied at t + latency on
+the robot's clock, however long it took: the loop waits for a late result, so that a simulated run
+is the same on every machine. Run as `python -c ... main(descriptor)`, the module is the process.
+"""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+
+from stack.errors import BodyError, InputError
+from stack.mapping.slam.graph import Edge, PoseGraph
+from stack.mapping.slam.optimiser import optimise
+from stack.types import Pose2D
+
+Problem = tuple[dict[int, Pose2D], list[Edge], float]
+"""Arguments of `optimise`: poses, edges, robust scale."""
+
+
+def problem_of(graph: PoseGraph, robust_scale: float) -> Problem:
+    """Return a copy of a graph's poses and edges."""
+    poses = {number: keyframe.pose for number, keyframe in graph.keyframes.items()}
+    return poses, list(graph.edges), robust_scale
+
+
+class OptimiserWorker:
+    """Optimises one graph at a time in another process, started with the first one.
+
+    It is started as a bare interpreter: multiprocessing's spawn would run the caller's script
+    again. The process ends when the pipe closes, however this process ends.
+
+    Attributes:
+        waits: whether a late result is waited for; not with a body whose clock goes on.
+    """
+
+    def __init__(self, *, waits: bool = True) -> None:
+        self.waits = waits
+        self._process: subprocess.Popen[bytes] | None = None
+        self._pipe: Connection | None = None
+        self._due: float | None = None
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a result has not been fetched yet."""
+        return self._due is not None
+
+    def submit(self, problem: Problem, due: float) -> None:
+        """Begin to optimise a graph; its result is due at `due`, seconds on the robot's clock."""
+        pipe = self._pipe or self._start()
+        try:
+            pipe.send(problem)
+        except OSError as error:
+            raise self._lost() from error
+        self._due = due
+
+    def result(self, time: float) -> dict[int, Pose2D] | None:
+        """Return the optimised poses once they are due; None before.
+
+        Raises:
+            InputError: gtsam is not installed.
+            BodyError: the process ended.
+        """
+        if self._due is None or self._pipe is None or time < self._due - 1e-9:
+            return None
+        try:
+            if not (self.waits or self._pipe.poll()):
+                return None
+            answer = self._pipe.recv()
+        except (EOFError, OSError) as error:
+            raise self._lost() from error
+        self._due = None
+        if isinstance(answer, str):
+            raise InputError(answer)
+        poses: dict[int, Pose2D] = answer
+        return poses
+
+    def close(self) -> None:
+        """Close the pipe and end the process. Safe to call twice."""
+        if self._pipe is not None:
+            self._pipe.close()
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+        self._pipe = self._process = self._due = None
+
+    def _start(self) -> Connection:
+        ours, theirs = Pipe()
+        code = (
+            f"import sys; sys.path[:] = {sys.path!r}; "
+            f"from stack.mapping.slam.worker import main; main({theirs.fileno()})"
+        )
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", code],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                pass_fds=[theirs.fileno()],
+                process_group=0,
+            )
+        self._pipe = ours
+        return ours
+
+    def _lost(self) -> BodyError:
+        code = None if self._process is None else self._process.poll()
+        return BodyError(f"the pose graph optimiser ended unexpectedly (exit code {code})")
+
+
+def main(descriptor: int) -> None:
+    """Optimise graphs until the other end of the pipe closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the engine handles Ctrl-C and closes the pipe
+    with Connection(descriptor) as pipe:
+        try:
+            while True:
+                poses, edges, robust_scale = pipe.recv()
+                try:
+                    pipe.send(optimise(poses, edges, robust_scale))
+                except InputError as error:
+                    pipe.send(str(error))
+        except (EOFError, ConnectionResetError, BrokenPipeError):
+            return
