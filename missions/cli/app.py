@@ -17,15 +17,15 @@ import typer
 from missions.cli.bench import bench_app
 from missions.cli.check import check
 from missions.cli.doctor import doctor
+from missions.cli.drive import drive
 from missions.cli.explain import explain
 from missions.cli.list import describe, list_
-from missions.cli.lsp import lsp
 from missions.cli.nav2 import nav2
 from missions.cli.new import new_app
 from missions.cli.parameters import parameters
 from missions.cli.run import run
 from missions.cli.runs import runs_app
-from missions.cli.schema import schema
+from missions.cli.schema import lsp, schema
 from missions.cli.show import show
 from missions.cli.tell import tell_app
 from missions.cli.test import test
@@ -59,6 +59,7 @@ app.command()(lsp)
 app.command()(trace)
 app.command()(doctor)
 app.command()(watch)
+app.command()(drive)
 app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
 app.add_typer(tell_app, name="tell")

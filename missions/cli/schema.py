@@ -1,4 +1,4 @@
-"""`treepilot schema`: writes JSON Schemas for editors."""
+"""`treepilot schema` and `treepilot lsp`: JSON Schemas and the language server, for editors."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -35,3 +35,13 @@ def schema(
     else:
         out.write_text(text, "utf-8")
         typer.echo(f"wrote {out}", err=True)
+
+
+def lsp() -> None:
+    """Run the language server for mission files on stdin/stdout.
+
+    docs/editors.md says how to configure an editor.
+    """
+    from missions.editor.serving import serve
+
+    serve()

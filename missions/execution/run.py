@@ -385,7 +385,7 @@ def execute(  # noqa: PLR0913 - the optional ones by keyword
 def _kept_values(plan: PreparedMission, options: RunOptions) -> KeptValues | None:
     """Return the kept values of a run with records; None if there are none to keep."""
     mission = plan.mission
-    if options.out is None or options.replay is not None:
+    if options.out is None or plan.recording is not None:
         return None
     if not any(symbol.keep for symbol in mission.blackboard.values()):
         return None

@@ -62,6 +62,7 @@ class SlamEstimator(Estimator):
 
         super().__init__(parameters, robot, grid, seed)
         self.lidar = parameters.lidar or robot.main_lidar
+        self._drawn: tuple[object, OccupancyGrid] | None = None
         self.mapper = Mapper(parameters, immediate=False)
         self._worker = OptimiserWorker()
         self._map_from_odom, self._odometry = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
@@ -100,6 +101,30 @@ class SlamEstimator(Estimator):
             return None
         self._map_version, self._map_due = version, self._time + self.parameters.map_period
         return self.mapper.shown_grid()
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map that is drawn; a new object after each change."""
+        version = self.mapper.map_version
+        if self._drawn is None or self._drawn[0] != version:
+            self._drawn = version, self.mapper.shown_grid()
+        return self._drawn[1]
+
+    def map_files(self) -> dict[str, bytes]:
+        """Return the pose graph, also as g2o, and the trajectory of the keyframes."""
+        from stack.mapping.graph_files import g2o_text, graph_contents
+        from stack.mapping.trajectories import plain_text, tum_text
+
+        graph = self.mapper.graph
+        frames = list(graph.keyframes.values())
+        stamps = np.array([frame.stamp for frame in frames], dtype=np.float64)
+        poses = [frame.pose for frame in frames]
+        return {
+            **graph_contents(graph),
+            "graph.g2o": g2o_text(graph).encode(),
+            "trajectory.tum": tum_text(stamps, poses).encode(),
+            "trajectory.txt": plain_text(stamps, poses).encode(),
+        }
 
     def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Continue at another pose of the map; near no keyframe, a new part of the graph begins."""

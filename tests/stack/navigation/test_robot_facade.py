@@ -1,5 +1,6 @@
 from dataclasses import replace
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from stack.control.pure_pursuit import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
 from stack.navigation.loop_state import LoopState
+from stack.navigation.map_service import MapService
 from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tasks import NavigationState
 from stack.navigation.tuning import Tunable
@@ -41,6 +43,11 @@ class Match:
 class ToyEstimator:
     """Believes to be `error` away from the truth until it is started or relocalised."""
 
+    grid = None
+
+    def map_files(self):
+        return {}
+
     def __init__(self, world):
         self.world, self.error, self.started, self.views = world, Pose2D(0, 0), [], None
         self.fails, self.lidar, self.rivals = None, world.lidar, ()
@@ -70,6 +77,20 @@ class ToyStore:
         return f"images/{name}.png"
 
 
+class ToyMapStore:
+    """Keeps saved maps in memory."""
+
+    def __init__(self):
+        self.saved = {}
+
+    def save(self, name, files):
+        self.saved[name] = files
+        return name
+
+    def find(self, name):
+        return Path(name)
+
+
 class ToyDetector:
     def __init__(self):
         self.looked_at = []
@@ -91,12 +112,15 @@ class Rig:
         self.estimator, self.detector = ToyEstimator(world), ToyDetector()
         navigator, self.covered = self.toy.navigator, []
         self.state, self.camera = LoopState(), CameraLease()
+        self.maps = ToyMapStore()
         self.facade = RobotFacade(
             FacadeParts(
                 world.robot, self.state, lambda: world.time, world.frames,
                 self.camera, navigator,
                 self.estimator, self.toy.local, self.toy.globe, ToyStore(),
-                self.toy.emit, (MARKER,), self.detector,
+                self.toy.emit,
+                MapService(world.robot, self.estimator, self.toy.globe, None, self.maps),
+                (MARKER,), self.detector,
                 {
                     "controller": Tunable.of(self.toy.follower),
                     "navigation": Tunable.of(navigator),
@@ -392,3 +416,19 @@ def test_another_planner_can_be_put_in(rig):
     rig.toy.navigator.planner = other
     assert rig.finish(rig.facade.plan(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
     assert (other.calls, rig.toy.planner.calls) == (1, 0)
+
+
+def test_the_map_is_what_the_costmap_has_sensed_and_is_saved(rig):
+    assert rig.facade.known_area > 0.0
+    grid = rig.facade.map
+    assert grid is rig.facade.map  # the same until the costmap changes
+    assert rig.facade.save_map("flat") == "flat"
+    assert set(rig.maps.saved["flat"]) == {"map.yaml", "map.pgm"}
+    assert rig.last("map")[1].startswith("saved the map as flat")
+    plan = rig.facade.coverage([Pose2D(2, 2), Pose2D(5, 2), Pose2D(5, 4), Pose2D(2, 4)], 0.4)
+    assert len(plan.lanes) >= 4
+
+
+def test_a_map_is_not_loaded_by_an_estimator_that_cannot_change_it(rig, tmp_path):
+    with pytest.raises(NavigationError, match="cannot load '"):
+        rig.facade.load_map(str(tmp_path / "nowhere" / "map.yaml"))

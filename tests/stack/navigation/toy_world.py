@@ -213,6 +213,8 @@ class ToyCostmap:
         costs[away <= inscribed] = 253
         costs[away == 0] = 254
         self.grid = CostGrid(costs.astype(np.uint8), self._resolution, (low[0], low[1]))
+        marks = np.where(away == 0, 254, 0).astype(np.uint8)
+        self.marks = CostGrid(marks, self._resolution, (low[0], low[1]))
         self.version += 1
 
     layers = ("static", "obstacle")
