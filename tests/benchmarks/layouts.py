@@ -42,6 +42,12 @@ LAYOUTS: dict[str, Layout] = {
         },
         failed="{controller}",
     ),
+    "slam": Layout({
+        "log": "{log}", "translational error": "{error m:.4f} ± {± m:.4f} m",
+        "rotational error": "{error °:.2f} ± {± °:.2f}°", "scans": "{scans}",
+        "wall time": "{wall s:.0f} s", "median step": "{step median ms:.1f} ms",
+        "99 % of the steps": "{step p99 ms:.1f} ms",
+    }),
     "dyna": Layout({
         "controller": "{controller}", "reached": "{success}", "drove into": "{contact}",
         "was struck": "{struck}", "timeout": "{timeout}", "gave up": "{gave_up}",

@@ -30,6 +30,10 @@ POOR_OVERLAP, WIDE_WINDOW = 0.6, (1.0, 1.4)
 """Below this a scan is searched in a window of metres and radians: odometry was lost for a while,
 as after a gap in the measurements or a slip."""
 
+LARGE_STEP, LARGE_TURN = 0.4, 0.5
+"""Metres and radians between two scans above which the scan is also searched near the last pose:
+odometry that stood still for some scans reports all of their motion at once."""
+
 WEAK_HEADING = 0.2
 """Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
 always; a stronger pull by odometry that turns too little adds up to metres."""
@@ -198,11 +202,15 @@ class Mapper:
         local = self._local_map()
         deviation = self.parameters.residual_deviation
         found = local.align(scan, expected, deviation, (expected, prior))
-        narrow = (2.5 * position + 0.05, 2.5 * heading + 0.02)
-        for window, good in ((narrow, GOOD_OVERLAP), (WIDE_WINDOW, POOR_OVERLAP)):
+        likely = (position, heading)
+        searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
+        if hypot(moved.x, moved.y) > LARGE_STEP or abs(moved.heading) > LARGE_TURN:
+            searches.append((self._pose, (LARGE_STEP, LARGE_TURN), 1.0))
+        searches.append((expected, WIDE_WINDOW, POOR_OVERLAP))
+        for centre, window, good in searches:
             if found.overlap >= good:
-                break
-            searched = local.search(scan, expected, window, deviations=(position, heading))
+                continue
+            searched = local.search(scan, centre, window, deviations=likely)
             if searched is not None:
                 other = local.align(scan, searched[0], deviation)
                 if other.overlap > found.overlap + 0.05:

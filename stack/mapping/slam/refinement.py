@@ -11,19 +11,32 @@ REACH = 3.0
 """Metres: keyframes nearer than this are matched with each other."""
 
 
-def refine(mapper: Mapper, count: int = 10) -> None:
-    """Match each keyframe with its nearest neighbours at the current poses, and optimise.
+ROUNDS = 3
+"""After a loop of 100 m the first round moves keyframes by decimetres, the third by millimetres."""
+
+NEIGHBOURS = 10
+"""Keyframes that each one is matched with, at most."""
+
+
+def refine(mapper: Mapper, rounds: int = ROUNDS) -> None:
+    """Match each keyframe with its nearest neighbours at the current poses, and optimise; repeat.
 
     Odometry and loop edges stay; the matches are measured again (the loop of F. Lu and E. Milios,
     "Globally Consistent Range Scan Alignment", Autonomous Robots 4, 1997).
     """
+    mapper.optimise()
+    for _ in range(rounds):
+        _match_again(mapper)
+
+
+def _match_again(mapper: Mapper) -> None:
     graph = mapper.graph
     numbers = list(graph.keyframes)
     rows = np.array([[k.pose.x, k.pose.y] for k in graph.keyframes.values()])
     pairs: set[tuple[int, int]] = set()
     for i, number in enumerate(numbers):
         away = np.hypot(*(rows - rows[i]).T)
-        order = np.argsort(away, kind="stable")[1 : 1 + count]
+        order = np.argsort(away, kind="stable")[1 : 1 + NEIGHBOURS]
         for j in order:
             if away[j] <= REACH:
                 pairs.add((min(number, numbers[j]), max(number, numbers[j])))
