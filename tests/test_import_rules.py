@@ -52,7 +52,7 @@ MAY_IMPORT = {
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
     },
-    "stack.mapping": FOUNDATION,
+    "stack.mapping": {"stack.components", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},
     "stack.perception": FOUNDATION,
     "stack.safety": FOUNDATION,
