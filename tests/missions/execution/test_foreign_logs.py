@@ -33,7 +33,7 @@ run:
 @pytest.fixture
 def folder(tmp_path):
     """A mission and a log of 5 s, 1 m along x, beside it."""
-    lines = [flaser(500.0 + 0.2 * n, np.full(180, 3.0), Pose2D(0.04 * n, 0.0)) for n in range(26)]
+    lines = [flaser(500.0 + 0.2 * n, np.full(180, 81.91), Pose2D(0.04 * n, 0.0)) for n in range(26)]
     (tmp_path / "drive.clf.gz").write_bytes(gzip.compress("".join(lines).encode()))
     (tmp_path / "log.yaml").write_text(MISSION)
     return tmp_path
