@@ -34,7 +34,7 @@ DEFAULTS = {
     "goal_checker": "stopped_goal",
     "progress_checker": "pose_progress",
     "localisation": "mcl",
-    "odometry": "ekf",
+    "odometry": "wheels_gyro",
 }
 SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,

@@ -86,6 +86,8 @@ def frontiers_of(
 
     from stack.mapping.exploration import kernels
 
+    if grid.cells.size == 0:  # a map that is only beginning
+        return []
     kinds, passable = kinds_of(grid), passable_cells(grid, radius)
     start = _start(grid, passable, pose, radius)
     if start is None:

@@ -174,6 +174,7 @@ def test_behaviours_get_the_scans_of_the_lidar_that_localises(tmp_path):
 def test_a_mission_chooses_the_odometry_and_its_sources(tmp_path, mission):
     text = """
     odometry:
+      use: ekf
       gyro_timeout: 300 ms
       sources: [{sensor: flow, twist: [linear], gate: 3}]
     """
@@ -190,9 +191,12 @@ def test_a_mission_chooses_the_odometry_and_its_sources(tmp_path, mission):
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ("{sources: [{sensor: a, pose: [z]}]}", "'z' is not one of x, y, heading"),
-        ("{sources: [{sensor: a}]}", "the source 'a' has neither pose nor twist"),
-        ("{sources: [{sensor: a, twist: [linear]}, {sensor: a, pose: [x]}]}", "listed twice"),
+        ("{use: ekf, sources: [{sensor: a, pose: [z]}]}", "'z' is not one of x, y, heading"),
+        ("{use: ekf, sources: [{sensor: a}]}", "the source 'a' has neither pose nor twist"),
+        (
+            "{use: ekf, sources: [{sensor: a, twist: [linear]}, {sensor: a, pose: [x]}]}",
+            "listed twice",
+        ),
         ("{use: efk}", "there is no odometry fusion 'efk'; did you mean 'ekf'"),
         ("{gyro_timeot: 1}", "did you mean 'gyro_timeout'"),
     ],

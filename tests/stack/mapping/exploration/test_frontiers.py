@@ -123,3 +123,8 @@ def test_only_the_room_of_the_robot_or_the_polygon_is_covered():
     xs = [value for a, b in plan.lanes for value in (a.x, b.x)]
     assert min(xs) > 4.9 and max(xs) < 7.1
     assert len(plan.points) * RESOLUTION**2 == pytest.approx(3.0, abs=0.3)
+
+
+def test_a_map_that_is_only_beginning_has_no_frontiers():
+    empty = OccupancyGrid(np.zeros((0, 0), np.int8), 0.05, (0.0, 0.0))
+    assert frontiers_of(empty, Pose2D(0.0, 0.0), 0.2) == []
