@@ -8,8 +8,10 @@ import numpy as np
 from rich.segment import Segment
 from textual.strip import Strip
 
+from stack.telemetry.beams import LONG, MATCHED, SHORT, beam_classes
+from stack.telemetry.outlines import uncertainty_ellipse
 from stack.telemetry.records import Layer, RunInfo, Snapshot
-from stack.types import CostGrid, OccupancyGrid
+from stack.types import CostGrid, OccupancyGrid, Scan
 from tui import palette
 from tui.canvas import Canvas, View, arrow, circle, scale_bar
 from tui.strips import Lines, ink, one_line, paper, to_strips
@@ -30,7 +32,8 @@ LEGEND = " ".join(
     f"[{palette.css(colour)}]{glyph}[/]{word}"
     for glyph, word, colour in (
         ("━", "plan", palette.PATH), ("•", "scan", palette.SCAN), ("•", "belief", palette.PARTICLE),
-        ("○", "people", palette.PERSON),
+        ("○", "people", palette.PERSON), ("•", "unmapped", palette.BEAM_SHORT),
+        ("•", "beyond", palette.BEAM_LONG),
     )
 )  # fmt: skip
 
@@ -196,8 +199,7 @@ class MapPane(Lines, can_focus=True):
         if snapshot.local_plan is not None:
             canvas.draw_line(snapshot.local_plan.points[:, :2], palette.LOCAL_PLAN)
         if snapshot.scan is not None:
-            hits = snapshot.pose.transform(snapshot.scan.points())
-            canvas.draw_hits(hits, palette.SCAN, palette.WALL_SEEN)
+            _draw_scan(canvas, snapshot, snapshot.scan)
         if snapshot.people is not None:
             for x, y, radius in snapshot.people:
                 canvas.draw_line(circle(x, y, radius), palette.PERSON)
@@ -205,6 +207,8 @@ class MapPane(Lines, can_focus=True):
             canvas.draw_line(circle(*track.position, track.radius), palette.PERSON)
             ends = np.array([track.position, track.position_after(TRACK_SECONDS)])
             canvas.draw_line(ends, palette.PERSON)
+        ellipse = uncertainty_ellipse(snapshot.pose, snapshot.covariance)
+        canvas.draw_line(ellipse[:, :2], palette.PARTICLE)
         self._figures(canvas, snapshot)
 
     def _figures(self, canvas: Canvas, snapshot: Snapshot) -> None:
@@ -218,6 +222,10 @@ class MapPane(Lines, can_focus=True):
             if footprint.circumscribed_radius / canvas.view.metres_per_dot >= OUTLINE_FROM:
                 outline = pose.transform(footprint.points)
                 canvas.draw_line(np.vstack([outline, outline[:1]]), palette.ROBOT)
+        for rival in snapshot.rivals:
+            canvas.draw_text(
+                rival.pose.x, rival.pose.y, f"{arrow(rival.pose)}{rival.share:.0%}", palette.RIVAL
+            )
         canvas.draw_text(pose.x, pose.y, arrow(pose), palette.ROBOT_TEXT, palette.ROBOT)
 
     def _label(self, snapshot: Snapshot, view: View) -> None:
@@ -231,6 +239,19 @@ class MapPane(Lines, can_focus=True):
         if (title, subtitle) != self._titles:
             self._titles = title, subtitle
             self.border_title, self.border_subtitle = title, subtitle
+
+
+def _draw_scan(canvas: Canvas, snapshot: Snapshot, scan: Scan) -> None:
+    """Draw the hits of a scan; those that the map does not explain in other colours."""
+    grid = _occupancy(snapshot.layers.get("map"))
+    if grid is None:
+        hits = snapshot.pose.transform(scan.points())
+        canvas.draw_hits(hits, palette.SCAN, palette.WALL_SEEN)
+        return
+    hits, classes = beam_classes(scan, snapshot.pose, grid)
+    canvas.draw_hits(hits[classes == MATCHED], palette.SCAN, palette.WALL_SEEN)
+    canvas.draw_points(hits[classes == SHORT], palette.BEAM_SHORT)
+    canvas.draw_points(hits[classes == LONG], palette.BEAM_LONG)
 
 
 def _occupancy(layer: Layer | None) -> OccupancyGrid | None:

@@ -62,6 +62,10 @@ class VitalsPane(TextLines, can_focus=True):
         deviation = float(snapshot.covariance[:2, :2].trace()) ** 0.5
         _bar(text, "health", health, colour)
         text.append(f" {health:.2f} ±{deviation * 100:.0f} cm\n", style=css(colour))
+        if snapshot.rivals:
+            nearest = min(snapshot.pose.distance_to(rival.pose) for rival in snapshot.rivals)
+            shares = " ".join(f"{rival.share:.0%}" for rival in snapshot.rivals[:3])
+            _line(text, "rivals", f"{len(snapshot.rivals)}: {shares}, from {nearest:.1f} m", WARN)
 
     def _counters(self, text: Text, snapshot: Snapshot) -> None:
         counters = snapshot.counters

@@ -169,6 +169,41 @@ def dyna(  # noqa: PLR0913 - each is an option of the command
     _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
 
 
+@bench_app.command("localisation")
+def localisation(  # noqa: PLR0913 - each is an option of the command
+    experiments: Annotated[
+        list[str] | None,
+        typer.Argument(help="experiments, e.g. flat pushed [default: all]"),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="runs of each experiment")] = 20,
+    only: Annotated[
+        int | None, typer.Option(metavar="SEED", min=0, help="only this seed, to repeat a case")
+    ] = None,
+    hold_out: Annotated[
+        bool, typer.Option("--hold-out", help="use the hold-out seeds, from 9000 on")
+    ] = False,
+    jobs: Jobs = 1,
+    out: Out = Path("bench/localisation"),
+    parameter: Parameter = None,
+) -> None:
+    """Measure the localisation in generated worlds against the truth.
+
+    Tracking in offices, warehouses and flats with unmapped furniture and people, a featureless
+    corridor, pushes, kidnaps, unknown starts, twin rooms, and the calibration of the health.
+    Failed runs are drawn in failures/, each with the command that repeats it.
+    """
+    from missions.bench.localisation.experiments import LocalisationEntry, entries_of
+    from missions.bench.localisation.report import measured, report
+    from missions.bench.resumable import TableOptions
+
+    given = assignments(parameter or [], "--parameter", "localisation.beams=90")
+    entries = entries_of(tuple(experiments or ()), seeds, out / "worlds", hold_out=hold_out)
+    if only is not None:
+        names = dict.fromkeys(entry.experiment for entry in entries)
+        entries = [LocalisationEntry(name, only, out / "worlds") for name in names]
+    _print(report(measured(entries, given, TableOptions(out, jobs), _tell)))
+
+
 @bench_app.command("world")
 def world(  # noqa: PLR0913 - each is an option of the command
     kind: Annotated[str, typer.Argument(help="flat, office, warehouse, hotel, twin, corridor")],

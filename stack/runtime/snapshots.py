@@ -69,6 +69,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         covariance=estimate.covariance,
         health=estimate.health,
         health_thresholds=estimate.thresholds,
+        rivals=estimate.rivals,
         battery=state.battery,
         odometry=state.motion.pose,
         particles=_thinned(parts.estimator.particles),

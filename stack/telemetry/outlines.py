@@ -9,8 +9,8 @@ import numpy as np
 from stack.types import FloatArray, Pose2D
 
 ELLIPSE_POINTS = 24
-DEVIATIONS = 2.0
-"""Half axes of the uncertainty ellipse in standard deviations: 86 % of a 2-D normal."""
+DEVIATIONS = 2.448
+"""Half axes of the uncertainty ellipse in standard deviations: 95 % of a 2-D normal."""
 
 _ANGLES = np.linspace(0.0, 2.0 * pi, ELLIPSE_POINTS + 1)
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])

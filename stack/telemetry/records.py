@@ -21,6 +21,7 @@ from stack.types import (
     OccupancyGrid,
     Path,
     Pose2D,
+    RivalPose,
     Scan,
     TrackedObject,
     Twist,
@@ -246,6 +247,7 @@ class Snapshot:
         pose: estimate, map frame.
         covariance: (3, 3) of x, y, heading of the estimate.
         health: of the localisation, in [0, 1].
+        rivals: other poses that explain the measurements about as well, most probable first.
         odometry: pose in the odom frame.
         particles: (n, 3) float32 x, y, heading of at most 500 particles, map frame.
         scan: newest scan (in the base frame through its mount; draw it at `pose`).
@@ -296,6 +298,7 @@ class Snapshot:
     pace: float = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
     image: Image | None = None
+    rivals: tuple[RivalPose, ...] = ()
     truth: Pose2D | None = None
     people: FloatArray | None = None
     blackboard: Mapping[str, str] = field(default_factory=dict)

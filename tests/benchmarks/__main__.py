@@ -132,6 +132,11 @@ DRIVING = {
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
         ("barn",), {**OFF, "trials": 1},
     ),
+    "localisation": Benchmark(
+        "Localisation in generated worlds",
+        lambda given: missions.localisation_table(given.cases, given.table("localisation")),
+        ("cases",), OFF,
+    ),
     "wall": Benchmark(
         "Wall following (04)", lambda given: missions.wall_table(3, given.jobs),
         setting={**OFF, "seeds": 3},
@@ -195,6 +200,7 @@ def _arguments() -> argparse.ArgumentParser:
         "trials": (20, "of each narrow passage"), "worlds": (20, "of moving cylinders"),
         "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
         "runs": (2, "seeds of the speed table"),
+        "cases": (20, "of each experiment of the localisation"),
         "twists": (100_000, "random velocities over four robots"),
         "presses": (200, "of the emergency stop in each situation"),
         "largest": (4000, "cells on a side of the largest map to plan on"),

@@ -67,6 +67,16 @@ LAYOUTS: dict[str, Layout] = {
         "side": "{side}", "success": "{success}/{seeds}", "samples": "{samples}",
         "RMS error, worst seed": "{RMS cm (worst seed):.1f} cm",
     }),
+    "localisation": Layout(
+        {
+            "experiment": "{experiment}", "passed": "{passed}", "interval": "{95 % interval}",
+            "mean error": "{mean error}", "largest": "{largest}", "heading": "{heading}",
+            "contained": "{contained}", "noticed": "{noticed}", "corrected": "{corrected}",
+            "false LOST": "{false LOST}", "wrongly sure": "{wrongly sure}",
+            "ambiguous": "{ambiguous}", "false goals": "{false goals}",
+        },
+        failed="{experiment}",
+    ),
     "kidnap": Layout(
         {
             "runs": "{seeds}", "success": "{success}", "noticed within 5 s": "{noticed within 5 s}",

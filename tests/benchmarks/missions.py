@@ -13,6 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from missions.bench.localisation.experiments import entries_of
+from missions.bench.localisation.report import bins_of, calibration_error
+from missions.bench.localisation.report import measured as localisation_runs
+from missions.bench.localisation.report import rows_of as localisation_rows
 from missions.bench.mission_table import measured, mission_entries, rows_of
 from missions.bench.resumable import TableOptions
 from missions.execution.prepare import RunOptions
@@ -68,6 +72,18 @@ def mission_table(seeds: int, options: TableOptions) -> Rows:
     return [
         {key: value for key, value in row.items() if key != "x real time"} for row in rows_of(runs)
     ]
+
+
+def localisation_table(cases: int, options: TableOptions) -> Rows:
+    """A row for each experiment, and one for the calibration of the health."""
+    entries = entries_of((), cases, options.out / "worlds")
+    runs = localisation_runs(entries, {}, options, lambda line: print(line, file=sys.stderr))
+    bins = bins_of(runs)
+    rows: Rows = localisation_rows(runs)
+    samples = f"{bins[:, 0].sum():.0f} samples"
+    error = f"expected calibration error {calibration_error(bins):.3f}"
+    blank = dict.fromkeys(rows[0], "")
+    return [*rows, {**blank, "experiment": f"health, {samples}", "contained": error}]
 
 
 def kidnap_table(seeds: int, jobs: int) -> Rows:

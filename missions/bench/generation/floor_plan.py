@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import cos, degrees, sin
 from typing import Any
 
@@ -75,12 +76,18 @@ class Piece:
     radius: float = 0.0
     on_map: bool = True
 
-    @property
+    @cached_property
     def corners(self) -> FloatArray:
         """Corners (4, 2) of its outline or of the square around a cylinder, metres."""
         length, width = self.size if not self.radius else (2.0 * self.radius, 2.0 * self.radius)
         signs = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
         return self.pose.transform(signs * (length, width))
+
+    @cached_property
+    def extent(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max of the corners, metres."""
+        x, y = self.corners.T.tolist()
+        return min(x), min(y), max(x), max(y)
 
 
 @dataclass

@@ -153,15 +153,13 @@ def _chairs(kind: Kind, piece: Piece, room: Room, random: Generator) -> list[Pie
 
 
 def _overlaps(piece: Piece, opening: Opening) -> bool:
-    x_min, y_min, x_max, y_max = opening.zone(DOOR_DEPTH)
-    low, high = piece.corners.min(axis=0), piece.corners.max(axis=0)
-    return bool(low[0] < x_max and high[0] > x_min and low[1] < y_max and high[1] > y_min)
+    return _gap(piece.extent, opening.zone(DOOR_DEPTH)) < 0.0
 
 
 def _distance(one: Piece, other: Piece) -> float:
     """Distance of the bounding boxes, metres; negative if they overlap."""
-    gaps = np.maximum(
-        one.corners.min(axis=0) - other.corners.max(axis=0),
-        other.corners.min(axis=0) - one.corners.max(axis=0),
-    )
-    return float(gaps.max())
+    return _gap(one.extent, other.extent)
+
+
+def _gap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> float:
+    return max(one[0] - other[2], other[0] - one[2], one[1] - other[3], other[1] - one[3])

@@ -19,6 +19,14 @@ from stack.telemetry.outlines import (
 from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot, TreeRow
 from stack.telemetry.rerun.blueprint import layout, node_path
 from stack.telemetry.rerun.grids import GridDrawing, WindowDrawing
+from stack.telemetry.rerun.localisation import (
+    PARTICLE_COLOUR,
+    SCAN_COLOUR,
+    draw_particles,
+    draw_rivals,
+    draw_scan,
+    localisation_constants,
+)
 from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.rerun.place import (
     draw_markers,
@@ -34,8 +42,10 @@ from stack.types import (
     FloatArray,
     Footprint,
     Image,
+    OccupancyGrid,
     Path,
     Pose2D,
+    RivalPose,
     Scan,
     TrackedObject,
 )
@@ -48,8 +58,6 @@ TRAIL_COLOUR = (60, 120, 150)
 PATH_COLOUR = (70, 226, 160)
 LOCAL_PLAN_COLOUR = (255, 214, 90)
 GOAL_COLOUR = (255, 120, 190)
-SCAN_COLOUR = (255, 116, 92)
-PARTICLE_COLOUR = (196, 170, 255, 130)
 PERSON_COLOUR = (240, 176, 120)
 TRACK_COLOUR = (255, 205, 60)
 
@@ -79,7 +87,7 @@ LEVELS = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 TRAIL_STEP = 0.05
 """Metres between two points of the robot's trail."""
 
-PERSON_HEIGHT, PARTICLE_LENGTH = 1.7, 0.12
+PERSON_HEIGHT = 1.7
 PLAN_HEIGHTS = {"path": 0.05, "local_plan": 0.08}
 """Metres."""
 
@@ -178,21 +186,17 @@ class RerunDrawing:
             self._people(snapshot.people)
         self._tracks(snapshot.tracks)
 
-    def scan(self, scan: Scan, pose: Pose2D) -> None:
-        """Draw the end points of a scan that was taken at a pose."""
-        ends = at_height(pose.transform(scan.points()), 0.2)
-        self._recording.show_row("world/scan", rr.Points3D, positions=ends.astype(np.float32))
+    def scan(self, scan: Scan, pose: Pose2D, grid: OccupancyGrid | None) -> None:
+        """Draw a scan that was taken at a pose, compared with the map if there is one."""
+        draw_scan(self._recording, scan, pose, grid)
+
+    def rivals(self, rivals: tuple[RivalPose, ...]) -> None:
+        """Draw rival poses; hide them if there are none."""
+        draw_rivals(self._recording, rivals)
 
     def particles(self, particles: FloatArray) -> None:
         """Draw particles, (n, 3) of x, y and heading, as arrows."""
-        x, y, heading = np.asarray(particles, np.float32).T
-        flat = np.zeros_like(x)
-        self._recording.show_row(
-            "world/particles",
-            rr.Arrows3D,
-            origins=np.column_stack([x, y, flat + 0.04]),
-            vectors=np.column_stack([np.cos(heading), np.sin(heading), flat]) * PARTICLE_LENGTH,
-        )
+        draw_particles(self._recording, particles)
 
     def plan(self, name: str, plan: Path | None) -> None:
         """Draw the global plan, `path`, or the `local_plan`; hide it if there is none."""
@@ -299,11 +303,9 @@ class RerunDrawing:
             "tracks": lines(radii=0.012, colors=TRACK_COLOUR),
             "tracks/velocity": arrows(radii=0.02, colors=TRACK_COLOUR),
             "goal": arrows(radii=0.03, colors=GOAL_COLOUR),
-            "particles": arrows(radii=0.006, colors=PARTICLE_COLOUR),
-            "scan": rr.Points3D.from_fields(radii=0.025, colors=SCAN_COLOUR),
             "people": rr.Capsules3D.from_fields(colors=PERSON_COLOUR, fill_mode="solid"),
         }
-        for name, drawn in constants.items():
+        for name, drawn in (constants | localisation_constants()).items():
             self._recording.fix(f"world/{name}", drawn)
         self._outline("world/outline", BASE, ROBOT_COLOUR)
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from stack.telemetry.records import ROUTINE, Event, MissionState, RunInfo, Snapshot, TreeRow
 from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.tree_text import activity
+from stack.types import OccupancyGrid, Pose2D, RivalPose
 from stack.types import Path as Plan
-from stack.types import Pose2D
 
 if TYPE_CHECKING:
     from stack.telemetry.rerun.drawing import RerunDrawing
@@ -67,6 +67,7 @@ class RerunSink:
         self._versions: dict[str, int] = {}
         self._plan_of: dict[str, Plan | None] = {}
         self._goal: Pose2D | None = None
+        self._rivals: tuple[RivalPose, ...] = ()
         self._statuses: dict[int, str] = {}
         self._state: MissionState | None = None
         self._tree: tuple[TreeRow, ...] = ()
@@ -129,7 +130,14 @@ class RerunSink:
     def _draw_sensors(self, snapshot: Snapshot) -> None:
         assert self._drawing is not None
         if snapshot.scan is not None and self._scans.take(snapshot.time):
-            self._drawing.scan(snapshot.scan, snapshot.pose)
+            plan = snapshot.layers.get("map")
+            grid = plan.content if plan is not None else None
+            self._drawing.scan(
+                snapshot.scan, snapshot.pose, grid if isinstance(grid, OccupancyGrid) else None
+            )
+        if snapshot.rivals != self._rivals:
+            self._rivals = snapshot.rivals
+            self._drawing.rivals(snapshot.rivals)
         if snapshot.particles is not None and self._particles.take(snapshot.time):
             self._drawing.particles(snapshot.particles)
         image = snapshot.image

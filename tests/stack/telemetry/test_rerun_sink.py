@@ -268,9 +268,10 @@ def test_an_outline_is_closed_and_turned():
     assert np.allclose(drawn[0], (9.0, 1.0, 0.5)) and np.array_equal(drawn[0], drawn[-1])
 
 
-def test_the_ellipse_has_two_deviations_as_half_axes():
+def test_the_ellipse_contains_95_per_cent():
+    # sqrt(5.991), the quantile of chi-square with two degrees of freedom, is 2.448 deviations.
     ellipse = uncertainty_ellipse(Pose2D(0.0, 0.0), np.diag([0.04, 0.01, 1.0]))
-    assert np.allclose(np.abs(ellipse[:, :2]).max(axis=0), (0.4, 0.2))
+    assert np.allclose(np.abs(ellipse[:, :2]).max(axis=0), (0.4896, 0.2448))
 
 
 def test_the_tree_as_text(snapshot_at, info):

@@ -1,0 +1,1 @@
+"""Benchmark of the localisation: tracking, pushes, kidnaps, unknown starts, twin rooms, health."""
