@@ -59,6 +59,10 @@ _STILL_UPDATES = 2
 _MATCH_DEVIATION = 0.05
 """Metres; standard deviation of a pose that is compared with a scan."""
 
+_USUAL = 0.25
+"""Place of a fit between the 5th percentile (0) and the median (1) at true poses, which another
+place needs in a scan to take over from a trusted pose without a disturbance of odometry."""
+
 
 class Localiser(Estimator):
     """Monte-Carlo localisation: a particle filter on the map with the scans of one lidar.
@@ -218,7 +222,7 @@ class Localiser(Estimator):
             confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
             disturbed = self._recovery.is_disturbed(scan.stamp)
             prior = prior_of(view, confirmed=confirmed, disturbed=disturbed)
-            if self._pose_search.run(search, scan, view, self._moved, prior, low):
+            if self._pose_search.run(search, scan, view, self._moved, odometry, prior, low):
                 self._recovery.verify(scan.stamp)
             view = self._evaluator.view(self._pose, scan)
         scale, alone = self._fit_scale(scan), len(self._filter.modes.modes) == 1
@@ -396,6 +400,10 @@ class Localiser(Estimator):
         modes, moved = self._filter.modes, self._moved
         others = [self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]]
         modes.weigh([view.cost, *(o.cost for o in others)], self.parameters.evidence_cap)
+        if self._confidence.is_confirmed and not self._recovery.is_disturbed(scan.stamp):
+            scale = self._fit_scale(scan)
+            least = scale.low + _USUAL * (scale.middle - scale.low)
+            modes.hold_back([other.fit >= least for other in others])
         views = dict(zip(map(id, modes.modes), [view, *others], strict=True))
         if modes.tidy():
             self._jumped(confirmed=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import log, pi, sqrt
 
 import numpy as np
 
@@ -135,6 +135,18 @@ class ModeSet:
             mode.news -= share
             mode.weighed += share
             mode.log_weight -= share * float(np.copysign(min(cap, beyond), difference))
+
+    def hold_back(self, fitting: Sequence[bool]) -> None:
+        """Keep modes that do not fit well themselves from taking over.
+
+        Where a mapped thing is missing, a wrong pose may need fewer assumptions than the right one.
+
+        Args:
+            fitting: for each mode but the estimate, whether the scan fits it well.
+        """
+        for mode, fits in zip(self.modes[1:], fitting, strict=True):
+            if not fits:
+                mode.log_weight = min(mode.log_weight, self.modes[0].log_weight - log(2.0))
 
     def tidy(self) -> bool:
         """Merge, drop and sort modes; return whether another mode is the estimate now."""

@@ -13,7 +13,7 @@ from stack.localisation.recovery import Search
 from stack.localisation.search.global_match import GlobalMatcher
 from stack.localisation.search.local_match import LocalMatcher, map_search
 from stack.localisation.search.matches import GlobalMatch
-from stack.types import FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
 """Covariance that is added to that of a match: cells and noise."""
@@ -35,6 +35,9 @@ _UNCONFIRMED, _PUSHED, _MOVED, _UNMOVED = -0.5, -1.0, -6.0, -10.0
 """Log-weights of a pose that a search found, relative to the estimate: while the estimate itself
 came from a search and is not confirmed; after a push that odometry states; with scans that pass
 through mapped walls; and with scans that only meet unmapped things."""
+
+_SAME_MATCH, _SAME_TURN, _SECOND_LOOK = 0.05, 0.05, 2.0
+"""Metres, radians, seconds; two searches within this time that agree confirm a small correction."""
 
 _MANY_LONG = 0.08
 """Share of long beams that unmapped things do not explain."""
@@ -77,10 +80,12 @@ class PoseSearch:
         search = map_search(field, parameters)
         self.whole_map = GlobalMatcher(field, evaluator, parameters, search)
         self.near = LocalMatcher(field, evaluator, parameters, search)
+        self._last: tuple[float, Pose2D] | None = None
 
     def run(  # noqa: PLR0913 - what a search depends on
-        self, search: Search, scan: Scan, view: ScanView, moved: Pose2D, prior: float, low: float
-    ) -> bool:
+        self, search: Search, scan: Scan, view: ScanView, moved: Pose2D, odometry: Pose2D,
+        prior: float, low: float,
+    ) -> bool:  # fmt: skip
         """Run a search; return whether it found a place that is far from the estimate.
 
         Args:
@@ -88,6 +93,7 @@ class PoseSearch:
             scan: the newest scan.
             view: comparison of the scan with the map at the estimate.
             moved: odometry since the modes' reference pose.
+            odometry: pose at the scan, odom frame.
             prior: log-weight of a new mode relative to the estimate.
             low: fit that most scans at a true pose exceed.
         """
@@ -112,8 +118,23 @@ class PoseSearch:
                 added = self._add(at_reference, covariance, prior)
                 far = far or (added and match.pose.distance_to(here) > _FAR)
             elif seen.fit > view.fit + _BETTER_FIT:
-                self._correct(at_reference, covariance)
+                trusted = prior <= _MOVED
+                if self._is_found_again(scan.stamp, match.pose, odometry) or not trusted:
+                    self._correct(at_reference, covariance)
         return far
+
+    def _is_found_again(self, stamp: float, pose: Pose2D, odometry: Pose2D) -> bool:
+        """Return whether the search before has found the same pose, propagated by odometry.
+
+        Where a mapped thing is missing, a single scan may fit better at a shifted pose; the next
+        one, from elsewhere, does not at the same.
+        """
+        before, self._last = self._last, (stamp, pose.compose(odometry.inverse()))
+        if before is None or stamp - before[0] > _SECOND_LOOK:
+            return False
+        expected = before[1].compose(odometry)
+        turned = abs(wrap_angle(expected.heading - pose.heading))
+        return expected.distance_to(pose) < _SAME_MATCH and turned < _SAME_TURN
 
     def places(self, scan: Scan) -> list[Mode]:
         """Return modes anywhere on the map, weighted by the objects that each needs, best first."""

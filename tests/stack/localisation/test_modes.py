@@ -82,3 +82,9 @@ def test_the_largest_deviation_is_the_root_of_the_largest_eigenvalue(a, d, corre
     covariance = np.array([[a, b, 0.0], [b, d, 0.0], [0.0, 0.0, 1.0]])
     largest = np.linalg.eigvalsh(covariance[:2, :2])[-1]
     assert largest_deviation(covariance) == pytest.approx(max(0.0, largest) ** 0.5, abs=1e-6)
+
+
+def test_a_place_that_does_not_fit_well_cannot_take_over():
+    modes = places(0.0, 4.0, 3.0)
+    modes.hold_back([False, True])
+    assert modes.tidy() and modes.best.pose.x == pytest.approx(10.0)
