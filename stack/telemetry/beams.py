@@ -67,4 +67,5 @@ def _occupied(
     height, width = grid.cells.shape
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
     values = grid.cells[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
-    return inside & grid.are_occupied(values)
+    occupied: NDArray[np.bool_] = inside & grid.are_occupied(values)
+    return occupied

@@ -9,8 +9,6 @@ import numpy as np
 
 from missions.bench.localisation.experiments import EVENT_TIME, Experiment
 from stack.types import (
-    GOOD_HEALTH,
-    LOST_HEALTH,
     FloatArray,
     Pose2D,
     PoseEstimate,
@@ -115,7 +113,7 @@ class LocalisationMonitor:
         self._follow_event(sample)
         if sample.speed > MOVING:
             self._driven += period
-        is_lost = sample.estimate.health < LOST_HEALTH
+        is_lost = sample.estimate.health < sample.estimate.thresholds.lost
         if is_lost and not self._was_lost and sample.is_near:
             self.lost_falsely += 1
         self._was_lost = is_lost
@@ -139,7 +137,7 @@ class LocalisationMonitor:
         row = self.bins[min(BINS - 1, int(health * BINS))]
         row += (1.0, health, float(sample.is_near))
         self.ambiguous += SAMPLE_PERIOD * sample.estimate.ambiguous
-        claims = health >= GOOD_HEALTH and not sample.estimate.ambiguous
+        claims = health >= sample.estimate.thresholds.good and not sample.estimate.ambiguous
         self.wrong_claims += SAMPLE_PERIOD * (claims and not sample.is_near)
 
     def _follow_event(self, sample: Sample) -> None:
@@ -154,7 +152,7 @@ class LocalisationMonitor:
             self._right_since = inf
         elif self._right_since == inf:
             self._right_since, self._driven_when_right = after, self._driven
-        notices = sample.disturbed or sample.estimate.health < LOST_HEALTH
+        notices = sample.disturbed or sample.estimate.health < sample.estimate.thresholds.lost
         if self.noticed == inf and notices:
             self.noticed = after
         if self.corrected == inf and after - self._right_since >= KEPT and self._is_after(after):

@@ -20,10 +20,10 @@ def scan_of(*ranges):
 
 def test_beams_that_end_before_at_and_beyond_the_mapped_wall():
     """The lidar is at x = 0.5: the wall at 1.5 to 1.6 m, the end wall at 3.4 m."""
-    scan = scan_of(1.52, 0.8, 2.4, 3.42, np.inf, np.nan, 1.35)
+    scan = scan_of(1.52, 0.8, 2.4, 3.42, np.inf, np.nan, 1.42)
     points, classes = beam_classes(scan, Pose2D(0.4, 1.0), corridor())
     assert np.allclose(points[:, 1], 1.0)
-    assert np.allclose(points[:, 0], [2.02, 1.3, 2.9, 3.92, 1.85], atol=1e-6)
+    assert np.allclose(points[:, 0], [2.02, 1.3, 2.9, 3.92, 1.92], atol=1e-6)
     # Beyond the wall but at the end wall: something that the map shows is there.
     assert classes.tolist() == [MATCHED, SHORT, LONG, MATCHED, MATCHED]
 
