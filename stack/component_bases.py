@@ -427,7 +427,7 @@ class Estimator(Component, ABC):
         """
         raise NavigationError(
             FailureCode.UNSUPPORTED,
-            "this estimator cannot load a map during a run; use `localisation: mcl` or `slam`",
+            "this estimator cannot load a map during a run; use `localisation: mcl`",
         )
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import hypot
+from pathlib import Path
 
 import numpy as np
 
@@ -90,21 +91,13 @@ class Localiser(Estimator):
         grid: OccupancyGrid,
         seed: int,
     ) -> None:
-
         super().__init__(parameters, robot, grid, seed)
         self._robot = robot
         self._generator = stream(seed, "localisation")
         self._calibration = stream(seed, "localisation calibration")
-        self._field = surface_field(grid)
-        self._evaluator = ScanEvaluator(self._field, parameters)
-        self._filter = ParticleFilter(
-            self._field, self._evaluator, motion_model(robot.drivetrain, parameters), parameters,
-            self._generator,
-        )  # fmt: skip
         self._recovery = RecoverySchedule(parameters)
-        self._scale: FitScale | None = None
         self._confidence = Confidence(parameters)
-        self._use(parameters)
+        self._read(grid)
         self._odometry: Pose2D | None = None
         self._travelled = 0.0
         self._stated = MotionSince.none()
@@ -112,6 +105,22 @@ class Localiser(Estimator):
         self._time = self._corrected_at = 0.0
         self._jumps = -1
         self.scatter()
+
+    def _read(self, grid: OccupancyGrid) -> None:
+        """Derive what depends on the map."""
+        self._field = surface_field(grid)
+        self._evaluator = ScanEvaluator(self._field, self.parameters)
+        self._filter = ParticleFilter(
+            self._field, self._evaluator, motion_model(self._robot.drivetrain, self.parameters),
+            self.parameters, self._generator,
+        )  # fmt: skip
+        self._scale: FitScale | None = None
+        self._use(self.parameters)
+
+    def load_map(self, grid: OccupancyGrid, folder: Path, pose: Pose2D | None) -> None:
+        """Use another map from now on; see `Estimator`."""
+        self._read(grid)
+        self.start(pose)
 
     @staticmethod
     def check(parameters: LocaliserParameters, robot: RobotDescription) -> None:
