@@ -44,7 +44,7 @@ HELP = "arrows or w a s d: drive   q e: sideways   x or Enter: done   Ctrl+C: ab
 
 def drive(  # noqa: PLR0913 - each is an option of the command
     robot: Annotated[str, typer.Option(help="robot: a name or a robot.yaml")] = "scout",
-    world: Annotated[str, typer.Option(help="world: a name or a file")] = "flat",
+    world: Annotated[str, typer.Option(help="world: a name or a file")] = "six_rooms",
     map_: Annotated[
         bool, typer.Option("--map", help="start without a map, and save the one that is drawn")
     ] = False,
@@ -56,9 +56,9 @@ def drive(  # noqa: PLR0913 - each is an option of the command
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="random seed")] = 0,
 ) -> None:
-    """Drive a robot by keys: the arrows in the dashboard; see --plain for other terminals.
+    """Drive a robot by keys, and map with it.
 
-    With --map the robot knows nothing about the place, and the map is saved in the folder `map` of
+    In the dashboard these are the arrows; --plain is for other terminals. With --map the robot knows nothing about the place, and the map is saved in the folder `map` of
     the run folder at the end. Safety limits every velocity.
     """
     if not on_a_terminal():
