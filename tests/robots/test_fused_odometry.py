@@ -168,7 +168,7 @@ def test_without_a_map_a_goal_after_a_push_is_reached_where_it_is(tmp_path):
     (tmp_path / "store.yaml").write_text(STORE, "utf-8")
     mission = tmp_path / "m.yaml"
     mission.write_text(MISSION.format(folder=tmp_path), "utf-8")
-    report = missions.run(mission, seed=1)
+    report = missions.run(mission, seed=1, parameters={"odometry.use": "ekf"})
     assert report.status == "success"
     trail = report.localisation_error
     assert trail is not None and trail["mean"] < 0.05

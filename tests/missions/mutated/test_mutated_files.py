@@ -71,7 +71,7 @@ def read(path: Path) -> Mission:
 def bench(tmp_path_factory):
     folder = tmp_path_factory.mktemp("damaged") / "missions"
     shutil.copytree(MISSIONS / "worlds", folder.parent / "worlds")
-    for part in ("my_behaviours", "parameters", "routes"):
+    for part in ("logs", "maps", "my_behaviours", "parameters", "routes"):
         shutil.copytree(MISSIONS / part, folder / part)
     made = Bench(folder, {}, {})
     for file in FILES:
