@@ -58,8 +58,9 @@ def drive(  # noqa: PLR0913 - each is an option of the command
 ) -> None:
     """Drive a robot by keys, and map with it.
 
-    In the dashboard these are the arrows; --plain is for other terminals. With --map the robot knows nothing about the place, and the map is saved in the folder `map` of
-    the run folder at the end. Safety limits every velocity.
+    In the dashboard these are the arrows; --plain is for other terminals. With --map the robot
+    knows nothing about the place, and the map is saved in the folder `map` of the run folder at the
+    end. Safety limits every velocity.
     """
     if not on_a_terminal():
         raise InputError("drive needs a terminal with a keyboard")

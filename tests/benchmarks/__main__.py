@@ -54,6 +54,7 @@ class Given:
     worlds: int
     seeds: int
     kidnaps: int
+    cases: int
     runs: int
     twists: int
     presses: int
