@@ -278,6 +278,8 @@ class HeaderReader:
             self._add(error, mark, "E110")
         except ParameterError as error:
             self.findings.error("E110", mark, str(error), error.hint)
+        except OSError as error:  # such as a name longer than the file system allows
+            self.findings.error("E110", mark, f"{key}: {error.strerror}")
         return otherwise
 
     def _add(self, error: InputError, mark: Mark, code: str) -> None:

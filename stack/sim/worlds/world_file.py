@@ -62,12 +62,11 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
     if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
         folder = beside.parent if beside.is_file() else beside
         return folder / Path(name_or_path).expanduser()
-    found = shipped / f"{name_or_path}.yaml"
-    if not found.is_file():
-        known = [file.stem for file in shipped.glob("*.yaml")]
+    known = [file.stem for file in shipped.glob("*.yaml")]
+    if name_or_path not in known:
         hint = f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}.yaml"
         raise InputError(f"there is no world {name_or_path!r}; {hint}")
-    return found
+    return shipped / f"{name_or_path}.yaml"
 
 
 def read_world(path: Path, text: str | None = None) -> World:

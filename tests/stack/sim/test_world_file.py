@@ -234,6 +234,8 @@ def test_a_name_finds_a_shipped_world_and_a_path_is_relative_to_the_mission(tmp_
     assert find_world("maps/mine.yaml", tmp_path, WORLDS) == tmp_path / "maps" / "mine.yaml"
     with pytest.raises(InputError, match=r"no world 'offce'; did you mean 'office'\?"):
         find_world("offce", mission, WORLDS)
+    with pytest.raises(InputError, match="there is no world"):
+        find_world("x" * 300, mission, WORLDS)  # longer than any file system allows for a name
 
 
 def test_all_the_worlds_in_the_documentation_s_table_are_there():
