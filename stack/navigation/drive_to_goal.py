@@ -14,11 +14,9 @@ from stack.navigation.following import (
     Drive,
     Tools,
     check_not_ambiguous,
-    check_not_lost,
     drive_feedback,
     standing,
 )
-from stack.navigation.path_speeds import slower
 from stack.navigation.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
@@ -89,11 +87,8 @@ class GoalDrive(Drive):
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         try:
-            check_not_lost(self._lost, state)
             if not self.while_ambiguous:
                 check_not_ambiguous(self._tools.parameters, state)
-            if self._lost.doubted:
-                return self._stand(state.time, "the scans do not fit the map: waiting")
             self._use_plan(state)
             self._pass_goals(state.estimate.pose)
             if self._follower.reached(state) and len(self._goals) == 1:
@@ -104,7 +99,7 @@ class GoalDrive(Drive):
             if self.path is None:
                 self._follower.pause(state.time)
                 return STANDSTILL
-            return slower(self._follower.step(state), self._lost.speed_limit)
+            return self._follower.step(state)
         except NavigationError as error:
             if self._near_partial_end and error.failure.code in HELD:
                 self._arrive(state.estimate.pose)
@@ -117,12 +112,6 @@ class GoalDrive(Drive):
         progress = self._follower.progress
         partial = self.path is not None and self.path.partial
         return partial and progress is not None and progress.remaining <= NEAR_ENOUGH
-
-    def _stand(self, now: float, why: str) -> Twist:
-        """Stand while the pose is uncertain: a path from a wrong pose is useless."""
-        self._follower.pause(now)
-        self.task.report(why, self.task.distance_remaining)
-        return STANDSTILL
 
     def _report(self) -> None:
         progress = self._follower.progress

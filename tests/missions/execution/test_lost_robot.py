@@ -1,0 +1,89 @@
+"""A mission whose robot is lost: no recovery moves it, and each of them says why."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from missions import run
+
+MISSION = """mission: lost
+format: 1
+robot: scout
+world: small_room
+start: home
+initial_pose: [4.0, 2.0, 90 deg]          # wrong: 1.3 m and 90 degrees off
+localisation: {use: mcl, recover: false}  # and it stays so
+plugins: [./plugins]
+run:
+  navigate_to_pose: {goal: $plant}
+  recover:
+    attempts: 7
+    round_robin:
+      - sway
+      - spin: {angle: 90 deg}
+      - back_up: {distance: 30 cm}
+      - drive_on_heading: {distance: 30 cm}
+      - free_space_escape
+      - wall_follow: {until_travelled: 1 m}
+"""
+
+SWAY = '''
+from py_trees.common import Status
+
+from behaviours.base import RobotBehaviour
+from stack.types import Twist
+
+
+class Sway(RobotBehaviour):
+    """Drive back for a second, by its own control loop."""
+
+    uses_wheels = True
+
+    def initialise(self):
+        self._timer = self.start_timer()
+
+    def update(self):
+        self.robot.drive_for(Twist(-0.2), 0.3)
+        return Status.SUCCESS if self._timer.is_over(1.0) else Status.RUNNING
+'''
+
+
+@pytest.fixture(scope="module")
+def lost(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lost")
+    (folder / "plugins").mkdir()
+    (folder / "plugins" / "sway.py").write_text(SWAY)
+    (folder / "lost.yaml").write_text(MISSION)
+    report = run(folder / "lost.yaml", out=folder / "run")
+    events = [json.loads(line) for line in (folder / "run/events.jsonl").read_text().splitlines()]
+    return report, events
+
+
+def test_no_recovery_moves_a_lost_robot(lost):
+    report, _ = lost
+    assert report.status == "failure" and "LOST localisation health" in report.reason
+    assert report.distance_m < 0.01
+
+
+def test_each_recovery_fails_with_the_reason(lost):
+    """Also a behaviour of a plugin with its own control loop."""
+    _, events = lost
+    changes = [event["fields"] for event in events if event["kind"] == "node_status"]
+    failed = [change for change in changes if change["to"] == "failure"]
+    names = "sway", "spin", "back_up", "drive_on_heading", "free_space_escape", "wall_follow"
+    recoveries = [change for change in failed if change["name"] in names]
+    assert tuple(change["name"] for change in recoveries) == names
+    assert all("run `relocalise` first" in change["message"] for change in recoveries)
+    assert not [event for event in events if event["kind"] == "exception"]
+
+
+def test_the_doubt_is_an_event_and_a_figure_of_the_report(lost):
+    report, events = lost
+    (doubt,) = [event for event in events if event["kind"] == "doubt"]
+    assert doubt["level"] == "warning"
+    assert doubt["fields"]["doubt"] == "lost" and doubt["fields"]["health"] < 0.3
+    assert report.doubt["lost_seconds"] > 7 * 1.5 - 1e-6  # each of 7 attempts waits lost_time
+    assert report.doubt["obscured_metres"] == 0.0
+    assert f"lost for {report.doubt['lost_seconds']:.1f} s" in report.summary()
