@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from stack.errors import NavigationError, exception_sentence, traceback_text
-from stack.navigation.doubt import LocalisationMonitor, step_unless_lost
+from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
 from stack.types import STANDSTILL, FailureCode, Twist
@@ -88,7 +88,7 @@ class Activities:
             self._started.append(executor)
             self._guarded(executor, lambda: executor.start(state.time))
         if executor.task.running:
-            call = partial(step_unless_lost, executor, self._monitor, state, parameters)
+            call = partial(step_in_doubt, executor, self._monitor, state, parameters)
             twist = self._guarded(executor, call) or STANDSTILL
         self._stop_ended(state.time)
         return twist if executor.task.running else STANDSTILL

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from stack.components import Estimator
-from stack.navigation.doubt import LocalisationMonitor, step_unless_lost
+from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
@@ -109,7 +109,7 @@ class Disambiguation(MotionExecutor):
         return self._step(self._then, state)
 
     def _step(self, drive: GoalDrive, state: NavigationState) -> Twist:
-        return step_unless_lost(drive, self._monitor, state, self._parameters)
+        return step_in_doubt(drive, self._monitor, state, self._parameters)
 
     def _end_drive(self, state: NavigationState) -> None:
         """End the drive to a view, if there is one, and look again."""

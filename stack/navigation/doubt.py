@@ -1,13 +1,14 @@
-"""Motion while the robot is lost: stand and fail with LOST, or drive slowly for a distance."""
+"""Motion while the pose is in doubt: stand and fail with a code, or drive slowly for a distance."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import slower
 from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FailureCode, PoseEstimate, Twist
+from stack.types import STANDSTILL, FailureCode, PoseEstimate, RivalPose, Twist
 
 
 class LocalisationMonitor:
@@ -104,14 +105,18 @@ _ROUNDING = 1e-9
 """Seconds; a time summed from periods has rounding errors."""
 
 
-def step_unless_lost(
+def step_in_doubt(
     executor: MotionExecutor, monitor: LocalisationMonitor, state: NavigationState,
     parameters: NavigationParameters,
 ) -> Twist:  # fmt: skip
-    """Step a motion if the monitor lets it move; hold it, or let its task fail, if not.
+    """Step a motion if the pose allows it; hold it, or let its task fail, if not.
 
     Every motion is stepped by this function, whatever behaviour has started it.
     """
+    if not executor.while_ambiguous and parameters.ambiguous_goals != "drive":
+        if rivals := state.estimate.rivals:
+            executor.task.fail(FailureCode.AMBIGUOUS, _ambiguity(rivals))
+            return STANDSTILL
     free = not executor.follows_map and parameters.lost_motions == "drive"
     if executor.while_lost or free:
         return executor.step(state)
@@ -128,3 +133,13 @@ def step_unless_lost(
         executor.task.fail(FailureCode.LOST, monitor.why(state.estimate))
     executor.task.report("standing: the scans do not fit the map", executor.task.distance_remaining)
     return STANDSTILL
+
+
+def _ambiguity(rivals: Sequence[RivalPose]) -> str:
+    """Return the sentence of a drive that fails because of rivals."""
+    nearest = rivals[0].pose
+    return (
+        f"{len(rivals) + 1} places explain the scans about as well, one of them "
+        f"({nearest.x:.2f}, {nearest.y:.2f}): a goal on the map may be anywhere; run "
+        "`disambiguate` first, or set navigator.ambiguous_goals to drive"
+    )

@@ -236,6 +236,7 @@ class Drive(MotionExecutor):
     """Base of drives along paths."""
 
     follows_map = True
+    while_ambiguous = False
 
     def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
         super().__init__(task)
@@ -261,7 +262,6 @@ class PathDrive(Drive):
 
     def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
         super().__init__(task, tools, None)
-        self._parameters = tools.parameters
         self.path, self.goal = path, path.goal
         task.path = path
 
@@ -273,7 +273,6 @@ class PathDrive(Drive):
         """Compute the velocity for this step."""
         follower, task = self._follower, self.task
         try:
-            check_not_ambiguous(self._parameters, state)
             if follower.progress is not None:
                 follower.update(state.estimate.pose)
                 task.report(drive_feedback(follower), follower.progress.remaining)
@@ -286,19 +285,6 @@ class PathDrive(Drive):
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
-
-
-def check_not_ambiguous(parameters: NavigationParameters, state: NavigationState) -> None:
-    """Raise NavigationError AMBIGUOUS when goals are not driven to and the estimate has rivals."""
-    rivals = state.estimate.rivals
-    if rivals and parameters.ambiguous_goals != "drive":
-        nearest = rivals[0].pose
-        raise NavigationError(
-            FailureCode.AMBIGUOUS,
-            f"{len(rivals) + 1} places explain the scans about as well, one of them "
-            f"({nearest.x:.2f}, {nearest.y:.2f}): a goal on the map may be anywhere; run "
-            "`disambiguate` first, or set navigator.ambiguous_goals to drive",
-        )
 
 
 def drive_feedback(follower: Follower) -> str:
