@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
-from missions import run
+from missions.execution.prepare import RunOptions
+from missions.execution.run import run_mission
+from tests.benchmarks.missions import Trace
 
 MISSION = """mission: lost
 format: 1
@@ -56,9 +56,21 @@ def lost(tmp_path_factory):
     (folder / "plugins").mkdir()
     (folder / "plugins" / "sway.py").write_text(SWAY)
     (folder / "lost.yaml").write_text(MISSION)
-    report = run(folder / "lost.yaml", out=folder / "run")
-    events = [json.loads(line) for line in (folder / "run/events.jsonl").read_text().splitlines()]
-    return report, events
+    display = Display()
+    report = run_mission(folder / "lost.yaml", RunOptions(serve=False), [display])
+    return report, display
+
+
+class Display(Trace):
+    """Also keeps the line below the vitals of the dashboard."""
+
+    def __init__(self):
+        super().__init__()
+        self.lines: set[str] = set()
+
+    def snapshot(self, snapshot):
+        super().snapshot(snapshot)
+        self.lines.add(snapshot.safety)
 
 
 def test_no_recovery_moves_a_lost_robot(lost):
@@ -69,21 +81,22 @@ def test_no_recovery_moves_a_lost_robot(lost):
 
 def test_each_recovery_fails_with_the_reason(lost):
     """Also a behaviour of a plugin with its own control loop."""
-    _, events = lost
-    changes = [event["fields"] for event in events if event["kind"] == "node_status"]
+    _, display = lost
+    changes = [event.fields for event in display.events if event.kind == "node_status"]
     failed = [change for change in changes if change["to"] == "failure"]
     names = "sway", "spin", "back_up", "drive_on_heading", "free_space_escape", "wall_follow"
     recoveries = [change for change in failed if change["name"] in names]
     assert tuple(change["name"] for change in recoveries) == names
     assert all("run `relocalise` first" in change["message"] for change in recoveries)
-    assert not [event for event in events if event["kind"] == "exception"]
+    assert not [event for event in display.events if event.kind == "exception"]
 
 
 def test_the_doubt_is_an_event_and_a_figure_of_the_report(lost):
-    report, events = lost
-    (doubt,) = [event for event in events if event["kind"] == "doubt"]
-    assert doubt["level"] == "warning"
-    assert doubt["fields"]["doubt"] == "lost" and doubt["fields"]["health"] < 0.3
+    report, display = lost
+    (doubt,) = [event for event in display.events if event.kind == "doubt"]
+    assert doubt.level == "warning"
+    assert doubt.fields["doubt"] == "lost" and doubt.fields["health"] < 0.3
     assert report.doubt["lost_seconds"] > 7 * 1.5 - 1e-6  # each of 7 attempts waits lost_time
     assert report.doubt["obscured_metres"] == 0.0
+    assert "stopped: lost, the scans do not fit the map" in display.lines
     assert f"lost for {report.doubt['lost_seconds']:.1f} s" in report.summary()
