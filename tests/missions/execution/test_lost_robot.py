@@ -100,3 +100,44 @@ def test_the_doubt_is_an_event_and_a_figure_of_the_report(lost):
     assert report.doubt["obscured_metres"] == 0.0
     assert "stopped: lost, the scans do not fit the map" in display.lines
     assert f"lost for {report.doubt['lost_seconds']:.1f} s" in report.summary()
+
+
+HALL = """world: hall
+format: 1
+bounds: [-0.5, -0.5, 10.5, 6.5]
+start: west
+places: {west: [2.5, 3, 0], east: [8, 3, 0]}
+walls:
+  - {points: [[0, 0], [10, 0], [10, 6], [0, 6]], closed: true}
+boxes:                                    # an unmapped lane, closed at its end
+  - {name: left, at: [5.8, 3.8], size: [5.6, 0.3, 0.7], on_map: false}
+  - {name: right, at: [5.8, 2.2], size: [5.6, 0.3, 0.7], on_map: false}
+  - {name: end, at: [8.8, 3.0], size: [0.3, 1.3, 0.7], on_map: false}
+"""
+
+THROUGH = """mission: through
+format: 1
+robot: scout
+world: ./hall.yaml
+navigation: {navigator: {obscured_distance: 1 m}}
+run: {navigate_to_pose: {goal: $east}}
+"""
+
+
+def test_past_unmapped_things_it_drives_a_metre_by_odometry(tmp_path):
+    """From 1.3 m within the lane on hardly a beam ends at a mapped wall, and none behind one."""
+    (tmp_path / "hall.yaml").write_text(HALL)
+    (tmp_path / "through.yaml").write_text(THROUGH)
+    display = Display()
+    report = run_mission(tmp_path / "through.yaml", RunOptions(serve=False), [display])
+    doubts = [event.fields["doubt"] for event in display.events if event.kind == "doubt"]
+    assert doubts == ["obscured", "lost"]
+    assert "slower: 0.20 m/s by odometry, unmapped things hide the map" in display.lines
+    assert report.doubt["obscured_metres"] == pytest.approx(1.0, abs=0.05)
+    assert report.reason.endswith(
+        "the scans do not fit the map here, and the distance that may be driven by odometry "
+        "meanwhile is used up; run `relocalise` first"
+    )
+    assert "by odometry past unmapped things" in report.summary()
+    error = max(error for _, error, _ in display.errors)
+    assert error < 0.1, "odometry was right"
