@@ -70,6 +70,10 @@ class LocalisationMonitor:
             f"scans do not fit the map here{spent}; run `relocalise` first"
         )
 
+    def refusal(self, estimate: PoseEstimate) -> str:
+        """Return the sentence of a motion without a path that fails because the robot is lost."""
+        return f"{self.why(estimate)}, or set navigator.lost_motions to drive"
+
     def _count(self, state: NavigationState, parameters: NavigationParameters) -> None:
         """Count the distance that is driven while the map is hidden."""
         if state.estimate.is_good or self._last is None:
@@ -129,8 +133,10 @@ def step_in_doubt(
     executor.held_for = 0.0 if held is None else held + monitor.period
     executor.pause(state.time)
     waited = executor.held_for >= parameters.lost_time - _ROUNDING
-    if waited if executor.follows_map else monitor.refuses(parameters):
+    if executor.follows_map and waited:
         executor.task.fail(FailureCode.LOST, monitor.why(state.estimate))
+    elif not executor.follows_map and monitor.refuses(parameters):
+        executor.task.fail(FailureCode.LOST, monitor.refusal(state.estimate))
     executor.task.report("standing: the scans do not fit the map", executor.task.distance_remaining)
     return STANDSTILL
 

@@ -335,7 +335,7 @@ class Navigator:
         monitor, state, current = self.localisation_monitor, self._state, self._activities.current
         moves = twist != STANDSTILL and not while_lost and self.parameters.lost_motions == "refuse"
         if moves and state is not None and monitor.refuses(self.parameters):
-            raise NavigationError(FailureCode.LOST, monitor.why(state.estimate))
+            raise NavigationError(FailureCode.LOST, monitor.refusal(state.estimate))
         now = 0.0 if state is None else state.time
         if isinstance(current, DriveFor):
             current.renew(twist, now, seconds)

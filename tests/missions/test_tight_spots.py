@@ -34,6 +34,7 @@ robot: {robot}
 world: ./world.yaml
 start: [{x:.4f}, {y:.4f}, {heading:.4f}]
 initial_pose: unknown
+navigation: {{navigator: {{lost_motions: drive}}}}  # an escape needs no pose
 {head}
 run:
   sequence:
