@@ -59,7 +59,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         relocalisations: time and fields of each `relocalised` event.
     """
     runtime, scorer, simulation = engine.runtime, engine.scorer, engine.simulation
-    counters = runtime.counters()
+    counters, monitor = runtime.counters(), runtime.parts.navigator.localisation_monitor
     simulated = engine.body.time
     return Report(
         mission=plan.mission.name,
@@ -98,6 +98,10 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         folder=str(folder.path) if folder is not None else "",
         arguments=dict(options.arguments or {}),
         records_lost=[asdict(record) for record in engine.telemetry.lost],
+        doubt={
+            "lost_seconds": round(monitor.lost_seconds, 3),
+            "obscured_metres": round(monitor.obscured_distance, 3),
+        },
     )
 
 
