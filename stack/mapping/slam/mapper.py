@@ -2,7 +2,8 @@
 
 Each scan is aligned to the surroundings of the last keyframe in the graph. After some motion it
 becomes a keyframe, with edges to its neighbours. Earlier visits of a place are found by
-`loops.LoopClosure`; after a loop closure the graph is optimised.
+`loops.LoopClosure`; after a loop closure the graph is optimised. With `is_mapping` off the graph
+stays as it is, and scans are only matched with the nearest keyframes.
 """
 
 from __future__ import annotations
@@ -56,9 +57,13 @@ class Mapper:
 
     Args:
         parameters: of matching, loop closure and rendering.
-        graph: to continue; empty by default.
+        graph: to continue, as a new session; empty by default.
         keep_trajectory: keep the pose of every scan, for `trajectory`; memory grows with time.
         immediate: optimise within `add`, for logs; otherwise the caller watches `needs_optimising`.
+
+    Attributes:
+        is_mapping: whether new keyframes are added; else the pose is found in the graph as it is.
+        session: number of this mapping run in the graph.
     """
 
     def __init__(
@@ -71,6 +76,8 @@ class Mapper:
     ) -> None:
         self.parameters = parameters or MapperParameters()
         self.graph = graph or PoseGraph()
+        self.session = 1 + max((k.session for k in self.graph.keyframes.values()), default=-1)
+        self.is_mapping = True
         self.neighbourhood = Neighbourhood(self.graph)
         self.needs_optimising = False
         self.loop_closures = 0
@@ -83,7 +90,11 @@ class Mapper:
         self._last: Keyframe | None = None
         self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
-        self._pending, self._is_chained = 0, True
+        self._pending, self._is_chained, self._is_confirmed = 0, True, True
+        self._matched_at = self._pose
+        if self.graph.keyframes:
+            self._renderer.moved(self.graph)
+            self._renderer.grid(self.graph)
 
     def configure(self, parameters: MapperParameters) -> None:
         """Apply new parameters to the next scans; the map keeps its resolution."""
@@ -102,13 +113,20 @@ class Mapper:
             scan: deskewed.
         """
         prepared = prepare(scan, self.parameters.match_range)
-        if self._last is None:
+        if self._last is None and not self.is_mapping and self.graph.keyframes:
+            self._pose = self._pose.compose(odometry_pose.relative_to(self._odometry))
+            self._odometry, self.match = odometry_pose, None
+            self._follow()
+        elif self._last is None:
             self._odometry = odometry_pose
             self._insert(stamp, odometry_pose, scan, prepared)
         else:
             self._pose = self._matched(odometry_pose, prepared)
             self._odometry = odometry_pose
-            if self._is_keyframe_due():
+            if not self.is_mapping:
+                if self._is_moved(self._matched_at):
+                    self._follow()
+            elif self._is_moved(self._last.pose) and self._may_insert():
                 self._insert(stamp, odometry_pose, scan, prepared)
         if self._trajectory is not None and self._last is not None:
             relative = self._pose.relative_to(self._last.pose)
@@ -123,13 +141,36 @@ class Mapper:
         return self._pose
 
     def set_pose(self, pose: Pose2D, odometry: Pose2D) -> None:
-        """Continue at another pose, from the nearest keyframe or, far from all, a new one."""
-        self._pose, self._odometry, self._local = pose, odometry, None
-        keyframes = list(self.graph.keyframes.values())
+        """Continue at another pose, from the nearest keyframe or, far from all, a new one.
+
+        Keyframes are added again once a scan matches there.
+        """
+        self._pose, self._odometry = pose, odometry
+        self.match, self._is_chained, self._is_confirmed = None, False, False
+        self._follow()
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to add keyframes."""
+        if is_mapping and not self.is_mapping and self._last is not None:
+            self.set_pose(self._pose, self._odometry)
+        self.is_mapping, self._local = is_mapping, None
+
+    def _follow(self) -> None:
+        """Match the next scans with the keyframes nearest to the pose, if any is near."""
+        pose, keyframes = self._pose, self.graph.keyframes.values()
         nearest = min(keyframes, key=lambda k: pose.distance_to(k.pose), default=None)
         reach = self.parameters.reference_distance
         is_near = nearest is not None and pose.distance_to(nearest.pose) <= reach
-        self._last, self._is_chained = nearest if is_near else None, False
+        self._last, self._local = nearest if is_near else None, None
+        self._matched_at = pose
+
+    def _may_insert(self) -> bool:
+        """Return whether a scan has matched since the pose was set, or the robot is far away."""
+        assert self._last is not None
+        good = self.match is not None and self.match.overlap >= self.parameters.least_overlap
+        far = self._pose.distance_to(self._last.pose) > self.parameters.reference_distance
+        self._is_confirmed = self._is_confirmed or good or far
+        return self._is_confirmed
 
     def problem(self) -> Problem:
         """Return what the optimiser needs; `needs_optimising` is False until the next change."""
@@ -238,17 +279,16 @@ class Mapper:
             self._local = LocalMap(scans, self.parameters.resolution)
         return self._local
 
-    def _is_keyframe_due(self) -> bool:
-        assert self._last is not None
-        distance = self._pose.distance_to(self._last.pose)
-        turned = abs(wrap_angle(self._pose.heading - self._last.pose.heading))
+    def _is_moved(self, since: Pose2D) -> bool:
+        distance = self._pose.distance_to(since)
+        turned = abs(wrap_angle(self._pose.heading - since.heading))
         p = self.parameters
         return distance >= p.keyframe_distance or turned >= p.keyframe_angle
 
     def _insert(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
         """Add a keyframe at the current pose, with its edges, and look for loops."""
         last = self._last
-        new = Keyframe(self.graph.next_id, stamp, self._pose, odometry, scan)
+        new = Keyframe(self.graph.next_id, stamp, self._pose, odometry, scan, self.session)
         self.graph.add_keyframe(new)
         self._scans[new.id] = prepared
         if last is not None:

@@ -107,3 +107,13 @@ class SlamParameters(MapperParameters):
     health_gain: float = parameter(
         0.1, above=0.0, at_most=1.0, help="share of a new scan in the health"
     )
+    lost_health: float = parameter(
+        0.3, at_least=0.0, at_most=1.0, help="health below which the robot counts as lost"
+    )
+    good_health: float = parameter(
+        0.5, at_least=0.0, at_most=1.0, help="health from which on the pose counts as right"
+    )
+    search_period: float = parameter(
+        5.0, "s", above=0.0,
+        help="time between two searches of the whole map while the robot is lost on a saved map",
+    )  # fmt: skip
