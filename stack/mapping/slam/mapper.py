@@ -21,6 +21,7 @@ from stack.mapping.slam.neighbourhood import Neighbourhood
 from stack.mapping.slam.optimiser import optimise
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
+from stack.mapping.slam.upkeep import MapUpkeep
 from stack.mapping.slam.worker import Problem, problem_of
 from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, wrap_angle
 
@@ -34,6 +35,9 @@ as after a gap in the measurements or a slip."""
 LARGE_STEP, LARGE_TURN = 0.4, 0.5
 """Metres and radians between two scans above which the scan is also searched near the last pose:
 odometry that stood still for some scans reports all of their motion at once."""
+
+CHAIN_LENGTH = 3.0
+"""Metres driven since the newest keyframe up to which odometry connects the next one with it."""
 
 WEAK_HEADING = 0.2
 """Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
@@ -58,7 +62,8 @@ class Mapper:
     Args:
         parameters: of matching, loop closure and rendering.
         graph: to continue, as a new session; empty by default.
-        keep_trajectory: keep the pose of every scan, for `trajectory`; memory grows with time.
+        keep_trajectory: keep the pose of every scan, for `trajectory`, and all keyframes; memory
+            grows with time. Otherwise redundant and outdated keyframes are removed.
         immediate: optimise within `add`, for logs; otherwise the caller watches `needs_optimising`.
 
     Attributes:
@@ -85,12 +90,14 @@ class Mapper:
         self._immediate = immediate
         self._scans: dict[int, PreparedScan] = {}
         self._loops = LoopClosure(self.parameters, self.graph, self.neighbourhood, self.prepared)
+        self._upkeep = MapUpkeep(self.parameters, self.graph, self.neighbourhood)
         self._renderer = MapRenderer(self.parameters)
         self._local: LocalMap | None = None
         self._last: Keyframe | None = None
         self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
-        self._pending, self._is_chained, self._is_confirmed = 0, True, True
+        self._pending, self._is_confirmed = 0, True
+        self._chain: tuple[Keyframe, float] | None = None
         self._matched_at = self._pose
         if self.graph.keyframes:
             self._renderer.moved(self.graph)
@@ -98,7 +105,7 @@ class Mapper:
 
     def configure(self, parameters: MapperParameters) -> None:
         """Apply new parameters to the next scans; the map keeps its resolution."""
-        self.parameters = self._loops.parameters = parameters
+        self.parameters = self._loops.parameters = self._upkeep.parameters = parameters
 
     def start(self, pose: Pose2D) -> None:
         """Set the pose of the first scan, map frame."""
@@ -126,8 +133,8 @@ class Mapper:
             if not self.is_mapping:
                 if self._is_moved(self._matched_at):
                     self._follow()
-            elif self._is_moved(self._last.pose) and self._may_insert():
-                self._insert(stamp, odometry_pose, scan, prepared)
+            elif self._is_moved(self._matched_at) and self._may_insert():
+                self._update(stamp, odometry_pose, scan, prepared)
         if self._trajectory is not None and self._last is not None:
             relative = self._pose.relative_to(self._last.pose)
             self._trajectory.append(TrajectoryPoint(stamp, self._last.id, relative))
@@ -146,7 +153,7 @@ class Mapper:
         Keyframes are added again once a scan matches there.
         """
         self._pose, self._odometry = pose, odometry
-        self.match, self._is_chained, self._is_confirmed = None, False, False
+        self.match, self._chain, self._is_confirmed = None, None, False
         self._follow()
 
     def set_mapping(self, is_mapping: bool) -> None:
@@ -195,9 +202,10 @@ class Mapper:
             poses = {**poses, **later}
         self.graph.set_poses(poses)
         if self._last is not None:
-            relative = self._pose.relative_to(self._last.pose)
-            self._last = self.graph.keyframes[self._last.id]
-            self._pose = self._last.pose.compose(relative)
+            before, self._last = self._last, self.graph.keyframes[self._last.id]
+            correction = self._last.pose.compose(before.pose.inverse())
+            self._pose = correction.compose(self._pose)
+            self._matched_at = correction.compose(self._matched_at)
         self._local = None
         self._renderer.moved(self.graph)
 
@@ -285,6 +293,39 @@ class Mapper:
         p = self.parameters
         return distance >= p.keyframe_distance or turned >= p.keyframe_angle
 
+    def _update(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
+        """Add a keyframe if it shows something new; remove what is out of date or redundant."""
+        if self._trajectory is not None:
+            self._insert(stamp, odometry, scan, prepared)
+            return
+        assert self._last is not None
+        found = self._upkeep.compare(self._last.id, self._pose, scan)
+        for number in found.changed:
+            self._scans.pop(number, None)
+        if found.is_wanted:
+            self._insert(stamp, odometry, scan, prepared)
+        for number in found.surplus:
+            self._remove(number)
+        if found.changed or found.surplus:
+            self._renderer.outdate(self.graph)
+        if not found.is_wanted:
+            self._drive_on()
+            self._follow()
+
+    def _drive_on(self) -> None:
+        """Add the way since the last match to that since the newest keyframe."""
+        if self._chain is not None:
+            newest, driven = self._chain
+            driven += self._pose.distance_to(self._matched_at)
+            self._chain = (newest, driven) if driven <= CHAIN_LENGTH else None
+
+    def _remove(self, keyframe: int) -> None:
+        """Remove a keyframe; its neighbours stay connected."""
+        self.graph.remove_keyframe(keyframe)
+        self._scans.pop(keyframe, None)
+        self._loops.forget(keyframe)
+        self._upkeep.forget(keyframe)
+
     def _insert(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
         """Add a keyframe at the current pose, with its edges, and look for loops."""
         last = self._last
@@ -292,8 +333,9 @@ class Mapper:
         self.graph.add_keyframe(new)
         self._scans[new.id] = prepared
         if last is not None:
+            self._drive_on()
             self._connect(last, new)
-        self._last, self._local = new, None
+        self._last, self._local, self._matched_at, self._chain = new, None, self._pose, (new, 0.0)
         self._renderer.add(new)
         closed = self._loops.find(new.id)
         if closed:
@@ -304,12 +346,12 @@ class Mapper:
 
     def _connect(self, last: Keyframe, new: Keyframe) -> None:
         """Add the edges of a new keyframe: odometry, and matches with its neighbours."""
-        moved = new.odometry.relative_to(last.odometry)
-        position, heading = self._odometry_deviation(moved)
-        information = np.diag([position**-2, position**-2, heading**-2])
-        if self._is_chained:
-            self.graph.add_edge(Edge(last.id, new.id, moved, information, "odometry"))
-        self._is_chained = True
+        if self._chain is not None:
+            before = self._chain[0]
+            moved = new.odometry.relative_to(before.odometry)
+            position, heading = self._odometry_deviation(moved)
+            information = np.diag([position**-2, position**-2, heading**-2])
+            self.graph.add_edge(Edge(before.id, new.id, moved, information, "odometry"))
         p = self.parameters
         near = self.neighbourhood.around(last.id, new.pose, p.neighbour_edges, p.reference_distance)
         edges = 0
