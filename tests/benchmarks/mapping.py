@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from math import ceil
 from pathlib import Path
 from time import thread_time
@@ -16,6 +15,8 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.execution.run import Run
 from stack.frames.buffer import TransformBuffer
+from stack.localisation import kernels
+from stack.localisation.distance_field import surface_field
 from stack.mapping.slam.estimator import SlamEstimator
 from stack.mapping.slam.parameters import SlamParameters
 from stack.sim.worlds.rasterise import rasterise
@@ -42,15 +43,14 @@ def explored_table(seeds: int) -> Rows:
 def explored(mission: Path, seed: int) -> dict[str, Any]:
     """Run a mission that explores; compare its map with its world."""
     plan = prepare(mission, RunOptions())
-    with tempfile.TemporaryDirectory() as folder:
-        run = Run(plan, RunOptions(seed=seed, out=Path(folder) / "run"))
-        try:
-            while not run.is_over:
-                run.step()
-            report = run.finish()
-            drawn = run.engine.runtime.parts.estimator.grid
-        finally:
-            run.close()
+    run = Run(plan, RunOptions(seed=seed))
+    try:
+        while not run.is_over:
+            run.step()
+        report = run.finish()
+        drawn = run.engine.runtime.parts.estimator.grid
+    finally:
+        run.close()
     assert drawn is not None
     truth = rasterise(plan.world, drawn.resolution)
     radius = plan.robot.footprint.inscribed_radius
@@ -67,8 +67,9 @@ def compared(
 ) -> tuple[float, float]:
     """Return how much of the reachable area is known, and the intersection over union of the walls.
 
-    Walls are the occupied cells of the truth next to free space that the robot can enter or see
-    into. A cell within one cell (8 neighbours) of a cell of the other map belongs to both.
+    Walls are the occupied cells of the truth that a lidar sees from some place which the robot's
+    centre can reach: nothing can be known of the back of a cupboard at a wall. A cell within one
+    cell (8 neighbours) of a cell of the other map belongs to both.
 
     Args:
         drawn: the map.
@@ -86,12 +87,30 @@ def compared(
     reachable = cv2.dilate(inside, disc) > 0
     known = float(np.mean(cells[reachable] != UNKNOWN))
     ring = np.ones((3, 3), np.uint8)
-    walls = truth.occupied & (cv2.dilate(free, ring) > 0)
+    walls = _visible(truth, inside)
     marks = drawn.are_occupied(cells)
     near_mark = cv2.dilate(marks.astype(np.uint8), ring) > 0
     near_wall = cv2.dilate(truth.occupied.astype(np.uint8), ring) > 0
     found, wrong = np.count_nonzero(walls & near_mark), np.count_nonzero(marks & ~near_wall)
-    return known, found / (np.count_nonzero(walls) + wrong)
+    return known, float(found / (np.count_nonzero(walls) + wrong))
+
+
+def _visible(truth: OccupancyGrid, places: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return the occupied cells that are seen from every fourth of the places."""
+    field, seen = surface_field(truth), np.zeros(truth.cells.shape, np.bool_)
+    angles = np.arange(720) * (2.0 * np.pi / 720)
+    for row, column in np.argwhere(places)[::4].tolist():
+        x, y = truth.centre_of(row, column)
+        ranges = kernels.cast_rays(
+            field.occupancy, *field.placement, np.array([x, y, 0.0]), angles, 30.0
+        )
+        beyond = ranges + 0.5 * truth.resolution
+        rows = ((y + beyond * np.sin(angles) - truth.origin[1]) / truth.resolution).astype(int)
+        columns = ((x + beyond * np.cos(angles) - truth.origin[0]) / truth.resolution).astype(int)
+        hit = np.isfinite(ranges)
+        seen[rows[hit], columns[hit]] = True
+    seen_walls: NDArray[np.bool_] = seen & truth.occupied
+    return seen_walls
 
 
 def _sampled(drawn: OccupancyGrid, like: OccupancyGrid) -> NDArray[np.int8]:

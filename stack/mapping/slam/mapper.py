@@ -8,7 +8,7 @@ stays as it is, and scans are only matched with the nearest keyframes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -35,6 +35,10 @@ as after a gap in the measurements or a slip."""
 LARGE_STEP, LARGE_TURN = 0.4, 0.5
 """Metres and radians between two scans above which the scan is also searched near the last pose:
 odometry that stood still for some scans reports all of their motion at once."""
+
+LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.3, 0.12
+"""Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
+door most of a scan is new, and what remains gives the heading better than odometry does."""
 
 CHAIN_LENGTH = 3.0
 """Metres driven since the newest keyframe up to which odometry connects the next one with it."""
@@ -264,8 +268,11 @@ class Mapper:
                 other = local.align(scan, searched[0], deviation)
                 if other.overlap > found.overlap + 0.05:
                     found = other
-        self.match = found
-        return found.pose if found.overlap > 0.3 else expected
+        turned = abs(wrap_angle(found.pose.heading - expected.heading))
+        confirms = found.pose.distance_to(expected) <= 2.5 * position and turned <= 2.5 * heading
+        accepted = found.overlap > (CONFIRMED_OVERLAP if confirms else LEAST_OVERLAP)
+        self.match = found if accepted else replace(found, information=np.zeros((3, 3)))
+        return found.pose if accepted else expected
 
     def _odometry_deviation(self, moved: Pose2D) -> tuple[float, float]:
         p = self.parameters
