@@ -7,6 +7,7 @@ moves on arcs and never turns in place. Errors that odometry itself states (slip
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import Protocol
@@ -64,16 +65,14 @@ class MotionNoise:
             sqrt(self.alpha_3 * distance**2 + shifting * (turn_1**2 + turn_2**2)),
             sqrt(turning * turn_2**2 + self.alpha_2 * distance**2),
         ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
+        errors = _errors(poses.shape[0], deviations, generator)
         leaving = poses[:, 2] + first + errors[:, 0]
         gone = distance + errors[:, 1]
-        return np.column_stack(
-            [
-                poses[:, 0] + gone * np.cos(leaving),
-                poses[:, 1] + gone * np.sin(leaving),
-                leaving + second + errors[:, 2],
-            ]
-        )
+        sampled = np.empty(errors.shape)
+        sampled[:, 0] = poses[:, 0] + gone * np.cos(leaving)
+        sampled[:, 1] = poses[:, 1] + gone * np.sin(leaving)
+        sampled[:, 2] = leaving + second + errors[:, 2]
+        return sampled
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +99,7 @@ class OmniMotionNoise:
             sqrt(self.alpha_5 * distance + self.alpha_4 * turn),
             sqrt(self.alpha_1 * turn + self.alpha_2 * distance),
         ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
+        errors = _errors(poses.shape[0], deviations, generator)
         going = poses[:, 2] + atan2(moved.y, moved.x)
         c, s = np.cos(going), np.sin(going)
         along, across = sqrt(distance) + errors[:, 0], errors[:, 1]
@@ -135,7 +134,7 @@ class CarMotionNoise:
             sqrt(self.alpha_3) * distance,
             sqrt(self.alpha_1 * turn**2 + self.alpha_2 * distance**2),
         ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 2))
+        errors = _errors(poses.shape[0], deviations, generator)
         going = poses[:, 2] + atan2(moved.y, moved.x) + 0.5 * errors[:, 1]
         gone = distance + errors[:, 0]
         return np.column_stack(
@@ -156,6 +155,16 @@ def motion_model(drivetrain: Drivetrain, parameters: LocaliserParameters) -> Mot
         return CarMotionNoise(p.alpha_1, p.alpha_2, p.alpha_3)
     skid = p.skid_factor if drivetrain.skids else 1.0
     return MotionNoise(p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4, skid)
+
+
+def _errors(count: int, deviations: Sequence[float], generator: np.random.Generator) -> FloatArray:
+    """Return (count, m) normally distributed errors of m standard deviations.
+
+    The numbers are those of `generator.normal`, which is slow with several deviations.
+    """
+    errors: FloatArray = generator.standard_normal((count, len(deviations)))
+    errors *= deviations
+    return errors
 
 
 def disturb(
