@@ -97,6 +97,10 @@ class ScanEvaluator:
 
     def view(self, pose: Pose2D, scan: Scan) -> ScanView:
         """Return the comparison of a scan with the map at a pose of the base."""
+        return self.compared(pose, scan)[0]
+
+    def compared(self, pose: Pose2D, scan: Scan) -> tuple[ScanView, NDArray[np.int8], FloatArray]:
+        """Return the comparison with a pose of the base, and class and credit of each beam."""
         beams = spread(scan.ranges.size, VIEW_BEAMS)
         kinds, credits = self.classified(pose, scan, beams)
         counts = np.bincount(kinds, minlength=7)
@@ -104,12 +108,13 @@ class ScanEvaluator:
         known = max(1, int(counts[k.MATCHED] + counts[k.SHORT] + counts[k.LONG]))
         ranges = np.nan_to_num(scan.ranges[beams].astype(np.float64), posinf=scan.range_max)
         step = scan.angle_increment * scan.ranges.size / max(1, beams.size)
-        return ScanView(
+        view = ScanView(
             self.share(kinds, credits),
             int(counts[k.SHORT]) / known,
             int(counts[k.LONG]) / known,
             self._cost(kinds, ranges, abs(step)) + self._cost_of_place(pose),
         )
+        return view, kinds, credits
 
     def _cost_of_place(self, pose: Pose2D) -> float:
         """Return the cost of a robot where the map has an object or ends."""

@@ -308,15 +308,15 @@ class Localiser(Estimator):
 
     def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
         candidates = self.match_globally(scan, earlier)
-        return resolve(candidates, self._fit_scale(scan).low, self.parameters.rival_share)
+        return resolve(candidates, self._fit_scale(scan).low, self.parameters)
 
     def _adopt(self, resolution: Resolution) -> GlobalMatch:
-        best = resolution.best
+        found = (resolution.best, *resolution.rivals)[: self.parameters.max_modes]
         self._restart([
-            self._pose_search.mode(match, match.evidence - best.evidence)
-            for match in (best, *resolution.rivals)
+            self._pose_search.mode(match, weight)
+            for match, weight in zip(found, resolution.log_weights, strict=False)
         ])  # fmt: skip
-        return best
+        return resolution.best
 
     def _start_anywhere(self, scan: Scan) -> None:
         """Search the whole map at an unknown start; if nothing fits well, follow all places."""

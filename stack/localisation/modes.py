@@ -61,6 +61,11 @@ class Mode:
         """Standard deviation of the position in its most uncertain direction, metres."""
         return largest_deviation(self.covariance)
 
+    @property
+    def is_compared(self) -> bool:
+        """Whether a view has compared it with the others."""
+        return self.weighed >= 1.0 - 1e-9
+
     def is_settled(self, limit: float) -> bool:
         """Return whether position and heading are known better than `limit` metres."""
         heading = sqrt(max(0.0, float(self.covariance[2, 2])))
@@ -173,18 +178,30 @@ class ModeSet:
             return ()
         pairs = zip(self.modes[1:], self.shares[1:].tolist(), strict=True)
         found = [
-            RivalPose(mode.pose.compose(moved), share)
-            for mode, share in pairs
-            if mode.weighed >= 1.0 - 1e-9
+            RivalPose(mode.pose.compose(moved), share) for mode, share in pairs if mode.is_compared
         ]
         return tuple(sorted(found, key=lambda rival: -rival.share))
 
-    def covariance(self) -> FloatArray:
-        """Return the (3, 3) covariance about the estimate, all modes included."""
+    @property
+    def share_among_rivals(self) -> float:
+        """Probability of the estimate among itself and its rivals.
+
+        Places that a search has just found count when a view has compared them.
+        """
         if len(self.modes) == 1:
+            return 1.0
+        compared = [mode is self.best or mode.is_compared for mode in self.modes]
+        shares = self.shares
+        return float(shares[0] / shares[compared].sum())
+
+    def covariance(self) -> FloatArray:
+        """Return the (3, 3) covariance about the estimate, rivals included."""
+        known = [mode is self.best or mode.is_compared for mode in self.modes]
+        if sum(known) == 1:
             return self.best.covariance
+        shares = np.where(known, self.shares, 0.0)
         total = np.zeros((3, 3))
-        for mode, share in zip(self.modes, self.shares.tolist(), strict=True):
+        for mode, share in zip(self.modes, (shares / shares.sum()).tolist(), strict=True):
             turn = wrap_angle(mode.pose.heading - self.best.pose.heading)
             off = np.array([mode.pose.x - self.best.pose.x, mode.pose.y - self.best.pose.y, turn])
             total += share * (mode.covariance + np.outer(off, off))
