@@ -42,6 +42,10 @@ _OBJECT_ANGLE = np.radians(6.0)
 _WIDE_OBJECT = np.radians(30.0)
 """Radians; a person at 0.8 m. Wider objects are rare."""
 
+_LEAST_RUN = 3
+"""Adjacent beams that an object has at least. At edges of doors and furniture the cells of the map
+move one or two beams, always in favour of the same one of two equal rooms."""
+
 _GAP = 0.3
 """Metres between the ranges of adjacent beams that meet two objects."""
 
@@ -127,8 +131,8 @@ class ScanEvaluator:
         """Return the cost of the runs of adjacent beams that the map does not explain.
 
         Adjacent beams of similar range meet the same object, so the cost of a run grows with the
-        root of its angle, up to _WIDE_OBJECT; what is wider is as much worse as it is wider. A
-        single beam is noise at an edge.
+        root of its angle, up to _WIDE_OBJECT; what is wider is as much worse as it is wider. Runs
+        shorter than _LEAST_RUN are no objects.
         """
         costs = self._costs[kinds]
         if not costs.any():
@@ -137,7 +141,7 @@ class ScanEvaluator:
         ends = np.flatnonzero((costs[1:] != costs[:-1]) | gaps)
         begins = np.concatenate([[0], ends + 1])
         lengths = np.diff(np.concatenate([begins, [costs.size]]))
-        objects = lengths >= 2
+        objects = lengths >= _LEAST_RUN
         angles = lengths[objects] * (step / _OBJECT_ANGLE)
         sizes = np.maximum(np.sqrt(angles), angles / np.sqrt(_WIDE_OBJECT / _OBJECT_ANGLE))
         return float((costs[begins[objects]] * sizes).sum())

@@ -154,6 +154,8 @@ class Localiser(Estimator):
         self._recovery.parameters = p
         self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
         self._confidence.configure(p)
+        variance = (p.cell_deviation * self._field.resolution) ** 2
+        self._common_errors = np.diag([variance, variance, 0.0])
 
     def start(self, pose: Pose2D | None) -> None:
         """Start around the initial pose; if that is unknown, anywhere on the map."""
@@ -251,7 +253,7 @@ class Localiser(Estimator):
         else:
             right = health(features)
         return PoseEstimate(
-            self._pose, modes.covariance(), right,
+            self._pose, modes.covariance() + self._common_errors, right,
             self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
             HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip

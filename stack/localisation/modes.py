@@ -15,6 +15,7 @@ from math import log, pi, sqrt
 import numpy as np
 
 from stack.localisation.particles import ParticleSet, summarise
+from stack.localisation.uncertainty import LeastCovariance
 from stack.types import FloatArray, Pose2D, RivalPose, wrap_angle
 
 SAME_DISTANCE, SAME_ANGLE = 0.25, pi / 12
@@ -37,6 +38,7 @@ class Mode:
         log_weight: logarithm of its probability, up to a constant.
         news: in [0, 1]: how much of a view is evidence that the weight does not contain yet.
         weighed: views that its weight contains; a mode is reported as a rival from one view on.
+        least: covariance that the particles must have at least; None until they have moved.
     """
 
     particle_set: ParticleSet
@@ -45,6 +47,7 @@ class Mode:
     log_weight: float = 0.0
     news: float = 1.0
     weighed: float = 1.0
+    least: LeastCovariance | None = None
 
     @staticmethod
     def of(particle_set: ParticleSet, log_weight: float = 0.0) -> Mode:
@@ -166,6 +169,8 @@ class ModeSet:
             before.weighed, before.news = 0.0, 1.0
         order = [best, *(i for i in np.argsort(-shares, kind="stable").tolist() if i != best)]
         kept = [i for i in order if i == best or shares[i] >= self.least_share * shares[best]]
+        # A place that no view has compared yet is not left out for those that were found before.
+        kept[1:] = sorted(kept[1:], key=lambda i: self.modes[i].is_compared)
         self.modes = [self.modes[i] for i in kept[: self.most]]
         top = self.modes[0].log_weight
         for mode in self.modes:

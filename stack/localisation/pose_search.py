@@ -29,6 +29,9 @@ _GAIN = 3.0
 _PLAUSIBLE = 0.7
 """Share of the 5th percentile of the fits at true poses that a match on the whole map needs."""
 
+_NOT_WRONG = 0.5
+"""Likewise for a match near the estimate."""
+
 _FAR = 0.5
 """Metres from the estimate beyond which a match is to be verified on the whole map."""
 
@@ -107,7 +110,7 @@ class PoseSearch:
             if search.is_global:
                 plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
             else:
-                better = seen.fit > view.fit + _BETTER_FIT
+                better = seen.fit > view.fit + _BETTER_FIT and seen.fit >= _NOT_WRONG * low
                 plausible = better and seen.cost < view.cost - _GAIN
             if not plausible:
                 continue
