@@ -20,12 +20,9 @@ SIZE = 1 << 19
 ROBOTS = 16
 """Trees whose ticked node is shown; further ones are not."""
 
-_PHASE, _REQUEST, _BEAT, _NODES, _NAMES = 0, 4, 8, 64, 64 + 4 * ROBOTS
-_BEATS, _COUNT = struct.Struct("=dddq"), struct.Struct("=i")
-"""Wall time (monotonic), robot time and distance; step. Length of the names."""
-
-READS = 100
-"""Attempts to read a beat: `pack_into` clears the memory first, and a read in between finds 0."""
+_PHASE, _BEAT, _STEP, _NODES, _NAMES = 0, 8, 32, 64, 64 + 4 * ROBOTS
+_COUNT = struct.Struct("=i")
+"""Length of the names."""
 
 NO_NODE = -1
 
@@ -75,7 +72,13 @@ class Heartbeat:
     def __init__(self, descriptor: int) -> None:
         """Map the memory of a descriptor, which may be closed afterwards."""
         self._memory = mmap.mmap(descriptor, SIZE)
-        self._nodes = memoryview(self._memory)[_NODES:_NAMES].cast("i")
+        # Each number of a view is written at once; `Struct.pack_into` clears the memory first, and
+        # who reads in between, or while the writer is suspended there, finds 0.
+        view = memoryview(self._memory)
+        self._nodes = view[_NODES:_NAMES].cast("i")
+        self._beat = view[_BEAT:_STEP].cast("d")  # wall time (monotonic), robot time, distance
+        self._step = view[_STEP : _STEP + 8].cast("q")
+        self._numbers = view[_PHASE:_BEAT].cast("i")  # phase, request
         self._names: list[list[str]] = []
         self._closed = 0
 
@@ -91,25 +94,26 @@ class Heartbeat:
 
     def beat(self, step: int, time: float, distance: float) -> None:
         """Write that the engine has taken a step."""
-        _BEATS.pack_into(self._memory, _BEAT, monotonic(), time, distance, step)
+        self._beat[0], self._beat[1], self._beat[2] = monotonic(), time, distance
+        self._step[0] = step
 
     @property
     def phase(self) -> Phase:
         """What the engine is doing."""
-        return Phase(_COUNT.unpack_from(self._memory, _PHASE)[0])
+        return Phase(self._numbers[0])
 
     @phase.setter
     def phase(self, phase: Phase) -> None:
-        _COUNT.pack_into(self._memory, _PHASE, phase)
+        self._numbers[0] = phase
 
     @property
     def request(self) -> Request:
         """What the supervisor asks of the engine."""
-        return Request(_COUNT.unpack_from(self._memory, _REQUEST)[0])
+        return Request(self._numbers[1])
 
     @request.setter
     def request(self, request: Request) -> None:
-        _COUNT.pack_into(self._memory, _REQUEST, request)
+        self._numbers[1] = request
 
     def close_run(self) -> None:
         """Tell that the records of a run are being closed; the last one ends the work."""
@@ -135,11 +139,8 @@ class Heartbeat:
 
     def read(self) -> Beat:
         """Return the progress of the engine."""
-        for _ in range(READS):
-            wall, time, distance, step = _BEATS.unpack_from(self._memory, _BEAT)
-            if wall > 0.0:
-                break
-        return Beat(self.phase, wall, time, distance, step, tuple(self._nodes))
+        wall, time, distance = self._beat
+        return Beat(self.phase, wall, time, distance, self._step[0], tuple(self._nodes))
 
     def node_name(self) -> str:
         """Return the name of the node that is being ticked; empty between two ticks."""

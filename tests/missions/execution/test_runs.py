@@ -49,6 +49,9 @@ def test_the_shipped_missions_are_the_ones_that_are_tested():
     assert {file.stem for file in mission_files()} == EXPECTED
 
 
+TOGETHER = ("23_courier", "24_second_courier")
+"""Missions of two robots in one world."""
+
 WALL = pytest.mark.xdist_group("runs of mission 04")
 """One process runs them, so that the run along the right side is made once."""
 
@@ -58,7 +61,7 @@ WALL = pytest.mark.xdist_group("runs of mission 04")
     "name",
     [
         pytest.param(name, marks=[WALL] if name == "04_wall_follow" else [])
-        for name in sorted(EXPECTED)
+        for name in sorted(EXPECTED - {*TOGETHER})
     ],
 )
 def test_every_shipped_mission_succeeds_without_a_collision(name):
@@ -84,9 +87,11 @@ def test_every_shipped_mission_succeeds_without_a_collision(name):
 
 @pytest.mark.slow
 def test_both_couriers_deliver_in_one_room_without_a_collision():
-    reports = missions.run_together(["23_courier", "24_second_courier"], seed=1)
+    reports = missions.run_together(list(TOGETHER), seed=1)
     assert [report.status for report in reports] == ["success", "success"]
     assert [report.collisions for report in reports] == [0, 0]
+    assert all(report.simulated_seconds < 240.0 for report in reports)
+    assert all((report.localisation_error or {"max": 9.0})["max"] < 0.3 for report in reports)
 
 
 def without_recovery(tmp_path: Path) -> Path:
