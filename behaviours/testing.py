@@ -168,6 +168,10 @@ class ScriptedRobot:
         """Record the call."""
         self.calls.append(("load_map", {"name": name, "pose": pose}))
 
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Record the call."""
+        self.calls.append(("set_mapping", {"is_mapping": is_mapping}))
+
     def image(self) -> Image | None:
         """Return `picture`."""
         return self.picture

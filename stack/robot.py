@@ -175,6 +175,14 @@ class Robot(Protocol):
         """
         ...
 
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map; the robot localises itself on it in either case.
+
+        Raises:
+            NavigationError: the estimator draws no map.
+        """
+        ...
+
     def image(self) -> Image | None:
         """The newest camera picture; each call keeps the camera on for another second."""
         ...

@@ -36,6 +36,7 @@ class Report:
         folder: the run folder, absolute.
         records_lost: the files of the folder that could not be written: record, time from which
             on it is missing, reason, and for events.jsonl the number of the first missing event.
+        links_lost: links to other programs that failed: link, time and reason.
     """
 
     mission: str
@@ -70,6 +71,7 @@ class Report:
     arguments: dict[str, str] = field(default_factory=dict)
     records_lost: list[dict[str, Any]] = field(default_factory=list)
     doubt: dict[str, float] = field(default_factory=dict)
+    links_lost: list[dict[str, Any]] = field(default_factory=list)
 
     @property
     def exit_code(self) -> int:
@@ -117,6 +119,8 @@ class Report:
             lines.append(f"  records in {_shown(folder)}")
             if (folder / "mission.rrd").exists():
                 lines.append(f"  recording: rerun {_shown(folder / 'mission.rrd')}")
+        for link in self.links_lost:
+            lines.append(f"  {link['link']} lost at {link['time']:.1f} s ({link['reason']})")
         for lost in self.records_lost:
             lines.append(f"  records lost: {LostRecord(**lost).text}")
         return printable("\n".join(lines))

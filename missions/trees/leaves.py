@@ -91,10 +91,13 @@ class LeafNode(Node):
         """Shut the behaviour down, as py_trees' tools do."""
         self.leaf.shutdown()
 
-    def execute_tick(self) -> Status:
+    def execute_tick(self) -> Status:  # noqa: C901 - calls would slow every tick
         """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
+        record = self.record
+        if record.gate is not None and (outcome := record.gate.outcome()) is not None:
+            return outcome
         leaf, execution = self.leaf, self.execution
-        execution.ticked[0] = self.record.id
+        execution.ticked[0] = record.id
         before = self.status
         if before is not _RUNNING:
             if self._just_updates and execution.starts is None:
@@ -115,7 +118,6 @@ class LeafNode(Node):
                 status = self._handle_result(status)
         if status is not before:
             self.status = leaf.status = status
-        record = self.record
         if record.status is not status or leaf.feedback_message != record.message:
             execution.update_record(record, status)
         if execution.visited is not None:

@@ -72,6 +72,7 @@ class FacadeParts:
         detector: None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
         cover: without a map, grows the costmaps to contain some poses.
+        draw: replaces the map of the costmaps.
         forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
         maps: the map so far.
         recording_over: whether all measurements of a replayed log have been played.
@@ -93,6 +94,7 @@ class FacadeParts:
     detector: MarkerDetector | None = None
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
+    draw: Callable[[OccupancyGrid], None] = lambda grid: None
     forget_tracks: Callable[[], None] = lambda: None
     recording_over: Callable[[], bool] = lambda: False
 
@@ -210,9 +212,17 @@ class RobotFacade:
         """Load a saved map and use it from now on."""
         before = self.pose
         grid = self._parts.maps.load(name, pose)
-        for costmap in (self._parts.local_costmap, self._parts.global_costmap):
-            costmap.set_static(grid)
+        rows, columns = grid.cells.shape
+        x, y = grid.origin
+        end = Pose2D(x + columns * grid.resolution, y + rows * grid.resolution)
+        self._parts.cover([Pose2D(x, y), end])
+        self._parts.draw(grid)
         self._handle_jump(before, self.pose, "map")
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map."""
+        self._parts.estimator.set_mapping(is_mapping)
+        self._parts.emit("map", "mapping" if is_mapping else "localising on the map as it is")
 
     def image(self) -> Image | None:
         """The newest camera image since the camera was switched on; keeps it on.

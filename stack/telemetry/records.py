@@ -390,6 +390,16 @@ class RecordSink(Protocol):
 
 
 @runtime_checkable
+class LinkSink(Protocol):
+    """A sink that connects the run with other programs."""
+
+    @property
+    def link(self) -> str:
+        """What is connected, for the event log: `link_lost` names it."""
+        ...
+
+
+@runtime_checkable
 class CommandSource(Protocol):
     """A sink that also receives commands of operators."""
 

@@ -20,12 +20,19 @@ SIZE = 1 << 19
 ROBOTS = 16
 """Trees whose ticked node is shown; further ones are not."""
 
-_PHASE, _REQUEST, _BEAT, _NODES, _NAMES = 0, 4, 8, 64, 64 + 4 * ROBOTS
+_BEAT, _NODES, _NAMES = 8, 64, 64 + 4 * ROBOTS
 _BEATS, _COUNT = struct.Struct("=dddq"), struct.Struct("=i")
-"""Wall time (monotonic), robot time and distance; step. Length of the names."""
+"""Wall time (monotonic), robot time and distance; step. Length of the names.
+
+Packed outside the shared memory: `pack_into` would clear it first, and the other process would find
+zeros in between.
+"""
+
+_PHASE, _REQUEST = 0, 1
+"""Indices of the numbers before the beat."""
 
 READS = 100
-"""Attempts to read a beat: `pack_into` clears the memory first, and a read in between finds 0."""
+"""Attempts to read the same beat twice: one that is being written changes between two reads."""
 
 NO_NODE = -1
 
@@ -75,6 +82,8 @@ class Heartbeat:
     def __init__(self, descriptor: int) -> None:
         """Map the memory of a descriptor, which may be closed afterwards."""
         self._memory = mmap.mmap(descriptor, SIZE)
+        self._numbers = memoryview(self._memory)[:_BEAT].cast("i")
+        self._beat = memoryview(self._memory)[_BEAT : _BEAT + _BEATS.size]
         self._nodes = memoryview(self._memory)[_NODES:_NAMES].cast("i")
         self._names: list[list[str]] = []
         self._closed = 0
@@ -91,25 +100,25 @@ class Heartbeat:
 
     def beat(self, step: int, time: float, distance: float) -> None:
         """Write that the engine has taken a step."""
-        _BEATS.pack_into(self._memory, _BEAT, monotonic(), time, distance, step)
+        self._beat[:] = _BEATS.pack(monotonic(), time, distance, step)
 
     @property
     def phase(self) -> Phase:
         """What the engine is doing."""
-        return Phase(_COUNT.unpack_from(self._memory, _PHASE)[0])
+        return Phase(self._numbers[_PHASE])
 
     @phase.setter
     def phase(self, phase: Phase) -> None:
-        _COUNT.pack_into(self._memory, _PHASE, phase)
+        self._numbers[_PHASE] = phase
 
     @property
     def request(self) -> Request:
         """What the supervisor asks of the engine."""
-        return Request(_COUNT.unpack_from(self._memory, _REQUEST)[0])
+        return Request(self._numbers[_REQUEST])
 
     @request.setter
     def request(self, request: Request) -> None:
-        _COUNT.pack_into(self._memory, _REQUEST, request)
+        self._numbers[_REQUEST] = request
 
     def close_run(self) -> None:
         """Tell that the records of a run are being closed; the last one ends the work."""
@@ -131,14 +140,16 @@ class Heartbeat:
         text = json.dumps(self._names).encode()
         if len(text) <= SIZE - _NAMES - _COUNT.size:
             self._memory[_NAMES + _COUNT.size : _NAMES + _COUNT.size + len(text)] = text
-            _COUNT.pack_into(self._memory, _NAMES, len(text))
+            self._memory[_NAMES : _NAMES + _COUNT.size] = _COUNT.pack(len(text))
 
     def read(self) -> Beat:
         """Return the progress of the engine."""
+        found = self._beat.tobytes()
         for _ in range(READS):
-            wall, time, distance, step = _BEATS.unpack_from(self._memory, _BEAT)
-            if wall > 0.0:
+            before, found = found, self._beat.tobytes()
+            if found == before:
                 break
+        wall, time, distance, step = _BEATS.unpack(found)
         return Beat(self.phase, wall, time, distance, step, tuple(self._nodes))
 
     def node_name(self) -> str:
