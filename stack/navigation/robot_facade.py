@@ -271,33 +271,43 @@ class RobotFacade:
         self._parts.cover([goal])
         return self._navigation.plan(goal, start)
 
-    def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
+    def spin(
+        self, angle: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> MotionTask:
         """Turn in place by an angle (may exceed a full turn), positive to the left."""
-        return self._navigation.spin(angle, speed=speed)
+        return self._navigation.spin(angle, speed=speed, while_lost=while_lost)
 
-    def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
+    def back_up(
+        self, distance: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> MotionTask:
         """Drive straight back by a distance; fails before it hits what a sensor sees."""
-        return self._navigation.back_up(distance, speed=speed)
+        return self._navigation.back_up(distance, speed=speed, while_lost=while_lost)
 
     def drive_on_heading(
-        self, distance: float, *, speed: float | None = None, direction: float = 0.0
-    ) -> MotionTask:
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0,
+        while_lost: bool = False,
+    ) -> MotionTask:  # fmt: skip
         """Drive straight by a distance (negative: backward) and hold the heading."""
-        return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
+        return self._navigation.drive_on_heading(
+            distance, speed=speed, direction=direction, while_lost=while_lost
+        )
 
     def escape(
-        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
-    ) -> MotionTask:
+        self, *, clearance: float | None = None, distance: float = 1.5,
+        speed: float | None = None, while_lost: bool = False,
+    ) -> MotionTask:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry alone."""
-        return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
+        return self._navigation.escape(
+            clearance=clearance, distance=distance, speed=speed, while_lost=while_lost
+        )
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
         """Let the operator drive, within the limits of the safety stage."""
         return self._navigation.assisted_teleop(seconds, silence=silence)
 
-    def drive_for(self, twist: Twist, seconds: float) -> None:
+    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
         """Drive a velocity for some seconds; cancels another running motion task."""
-        self._navigation.drive_for(twist, seconds)
+        self._navigation.drive_for(twist, seconds, while_lost=while_lost)
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
@@ -355,6 +365,7 @@ class RobotFacade:
             self._navigation.parameters,
             lambda: self.scan,
             self._navigation.view_drive,
+            self._navigation.localisation_monitor,
             then,
         )
 

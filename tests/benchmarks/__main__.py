@@ -19,6 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
 from missions.bench.table import TableOptions
 from tests.benchmarks import (
+    checking,
     control,
     costmap,
     dashboard,
@@ -88,6 +89,8 @@ class Benchmark:
 TIMING = {
     "commands": Benchmark("Commands", lambda given: startup.command_times(),
                           setting={"processes": 7}),
+    "checking": Benchmark("Check of large missions", lambda given: checking.run(),
+                          setting={"processes": checking.RUNS}),
     "speed": Benchmark("02_office_patrol on one core",
                        lambda given: startup.run_figures(given.runs),
                        ("runs",), {"recording": "off and on"}),

@@ -150,6 +150,10 @@ LAYOUTS: dict[str, Layout] = {
         "situation": "{situation}", "presses": "{presses}", "median": "{median ms:.1f} ms",
         "99 %": "{99 % ms:.1f} ms", "worst": "{worst ms:.1f} ms",
     }),
+    "checking": Layout({
+        "": "{what}", "nodes": "{nodes}", "processor time": "{processor s:.2f} s",
+        "for each further node": "{ms per node:.2f} ms", "peak memory": "{peak memory MB:.0f} MB",
+    }),
     "trees": Layout({
         "tree, nodes": "{tree}", "treepilot": "{ours us:.1f} µs",
         "py_trees": "{py_trees us:.1f} µs",

@@ -72,7 +72,7 @@ class GlobalLocalisation:
             NavigationError: LOST if no pose fits.
         """
         found = self.candidates(scan, earlier)
-        return resolve(found, self._fit_scale(scan).low, self._parameters.rival_share)
+        return resolve(found, self._fit_scale(scan).low, self._parameters)
 
     def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return distinct poses on the whole map that explain the scans, best first."""

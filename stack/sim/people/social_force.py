@@ -3,8 +3,8 @@
 The social force model of D. Helbing and P. Molnár, "Social force model for pedestrian dynamics",
 Physical Review E 51 (1995), with its parameters. Ways round walls come from the walking times of a
 floor, since forces alone do not lead through doors. Who has something in front steps aside, as in
-M. Moussaïd et al., "Experimental study of the behavioural mechanisms underlying self-organization in
-human crowds", Proceedings of the Royal Society B 276 (2009).
+M. Moussaïd et al., "Experimental study of the behavioural mechanisms underlying self-organization
+in human crowds", Proceedings of the Royal Society B 276 (2009).
 """
 
 from __future__ import annotations
