@@ -22,6 +22,7 @@ class DriveRecorder:
         self.time = 0.0
         self.reached: list[tuple[Pose2D, Pose2D]] = []
         self._goal: Pose2D | None = None
+        self._is_recovery = False
         self._goal_reached: Pose2D | None = None
         self._before, self._twist, self._last = STANDSTILL, STANDSTILL, 0.0
         self._moving, self._turning, self._jerk_squared = 0.0, 0.0, 0.0
@@ -42,7 +43,7 @@ class DriveRecorder:
     def event(self, event: Event) -> None:
         """Record that a goal was reached; the success of a recovery does not count."""
         if event.kind in ("goal", "recovery"):
-            self._goal = None
+            self._goal, self._is_recovery = None, event.kind == "recovery"
         elif event.kind == "task" and event.fields.get("status") == "succeeded":
             self._goal_reached, self._goal = self._goal, None
 
@@ -55,7 +56,8 @@ class DriveRecorder:
         if self._goal_reached is not None and snapshot.truth is not None:
             self.reached.append((self._goal_reached, snapshot.truth))
         self._goal_reached = None
-        self._goal = snapshot.goal or self._goal
+        if not self._is_recovery:  # `disambiguate` drives to views, which are no goals
+            self._goal = snapshot.goal or self._goal
         if snapshot.time > self._last:
             self._command(snapshot.commanded, snapshot.time - self._last)
         self.time = self._last = snapshot.time

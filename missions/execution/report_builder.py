@@ -63,7 +63,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
     """
     relocalisations = milestones.relocalisations
     runtime, scorer, simulation = engine.runtime, engine.scorer, engine.simulation
-    counters = runtime.counters()
+    counters, monitor = runtime.counters(), runtime.parts.navigator.localisation_monitor
     simulated = engine.body.time
     return Report(
         mission=plan.mission.name,
@@ -102,6 +102,10 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         folder=str(folder.path) if folder is not None else "",
         arguments=dict(options.arguments or {}),
         records_lost=[asdict(record) for record in engine.telemetry.lost],
+        doubt={
+            "lost_seconds": round(monitor.lost_seconds, 3),
+            "obscured_metres": round(monitor.obscured_distance, 3),
+        },
         links_lost=milestones.links_lost,
     )
 

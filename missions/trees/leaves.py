@@ -13,7 +13,7 @@ from behaviours.base import RobotBehaviour
 from missions.trees.context import Execution
 from missions.trees.node import Node
 from missions.trees.outputs import Outputs
-from stack.errors import EvaluationError, exception_sentence
+from stack.errors import EvaluationError, NavigationError, exception_sentence
 from stack.types import STANDSTILL, Failure, FailureCode
 
 STOP_TIME = 0.3
@@ -228,9 +228,12 @@ class LeafNode(Node):
         return True
 
     def _report(self, error: BaseException) -> None:
-        """Turn an exception into the leaf's failure; a missing value needs no traceback."""
+        """Turn an exception into the leaf's failure; those with a code need no traceback."""
         if isinstance(error, EvaluationError):
             self._fail(error.code, error.sentence)
+            return
+        if isinstance(error, NavigationError):
+            self._fail(FailureCode(error.failure.code), error.failure.sentence)
             return
         sentence = exception_sentence(error)
         self.execution.log(f"{self.name}\n{format_exc()}")

@@ -13,6 +13,9 @@ _CONVINCING = 0.5
 _CONFIRMED = 1.0
 """Metres driven with fitting scans after which a pose that a search found is trusted."""
 
+MANY_LONG = 0.08
+"""Share of long beams that unmapped things do not explain."""
+
 
 class Confidence:
     """Recent views of the estimate, and whether it is confirmed.
@@ -60,8 +63,15 @@ class Confidence:
             self._driven += travelled
 
     def needs_verification(self, view: ScanView, scale: FitScale, *, alone: bool) -> bool:
-        """Return whether the whole map is to be searched for a better place."""
-        return not self.is_confirmed and not (alone and scale.relative(view.fit) >= _CONVINCING)
+        """Return whether the whole map is to be searched for a better place.
+
+        A trusted pose may be wrong as well: in a building of equal rooms most beams fit in each of
+        them, but those that pass through mapped walls go on.
+        """
+        if self.is_confirmed:
+            median = self.views.median
+            return alone and median is not None and median.long >= MANY_LONG
+        return not (alone and scale.relative(view.fit) >= _CONVINCING)
 
     def features(self, modes: ModeSet, scale: FitScale | None) -> HealthFeatures | None:
         """Return what the health follows from; None before the first scan of a pose."""
@@ -70,7 +80,7 @@ class Confidence:
             return None
         return HealthFeatures(
             now, median, scale, modes.best.position_deviation,
-            min(1.0, self._driven / _CONFIRMED), float(modes.shares[0]),
+            min(1.0, self._driven / _CONFIRMED), modes.share_among_rivals,
         )  # fmt: skip
 
     @property

@@ -42,6 +42,10 @@ _OBJECT_ANGLE = np.radians(6.0)
 _WIDE_OBJECT = np.radians(30.0)
 """Radians; a person at 0.8 m. Wider objects are rare."""
 
+_LEAST_RUN = 3
+"""Adjacent beams that an object has at least. At edges of doors and furniture the cells of the map
+move one or two beams, always in favour of the same one of two equal rooms."""
+
 _GAP = 0.3
 """Metres between the ranges of adjacent beams that meet two objects."""
 
@@ -97,6 +101,10 @@ class ScanEvaluator:
 
     def view(self, pose: Pose2D, scan: Scan) -> ScanView:
         """Return the comparison of a scan with the map at a pose of the base."""
+        return self.compared(pose, scan)[0]
+
+    def compared(self, pose: Pose2D, scan: Scan) -> tuple[ScanView, NDArray[np.int8], FloatArray]:
+        """Return the comparison with a pose of the base, and class and credit of each beam."""
         beams = spread(scan.ranges.size, VIEW_BEAMS)
         kinds, credits = self.classified(pose, scan, beams)
         counts = np.bincount(kinds, minlength=7)
@@ -104,26 +112,25 @@ class ScanEvaluator:
         known = max(1, int(counts[k.MATCHED] + counts[k.SHORT] + counts[k.LONG]))
         ranges = np.nan_to_num(scan.ranges[beams].astype(np.float64), posinf=scan.range_max)
         step = scan.angle_increment * scan.ranges.size / max(1, beams.size)
-        return ScanView(
+        view = ScanView(
             self.share(kinds, credits),
             int(counts[k.SHORT]) / known,
             int(counts[k.LONG]) / known,
             self._cost(kinds, ranges, abs(step)) + self._cost_of_place(pose),
         )
+        return view, kinds, credits
 
     def _cost_of_place(self, pose: Pose2D) -> float:
         """Return the cost of a robot where the map has an object or ends."""
-        row = as_row(pose)[None]
-        blocked = self._kernels.in_walls(self._field.occupancy, *self._field.placement, row)[0]
         cost = float(self._costs[self._kernels.LONG] * np.sqrt(pi / _OBJECT_ANGLE))
-        return cost if blocked else 0.0
+        return cost if self._field.is_blocked(pose) else 0.0
 
     def _cost(self, kinds: NDArray[np.int8], ranges: FloatArray, step: float) -> float:
         """Return the cost of the runs of adjacent beams that the map does not explain.
 
         Adjacent beams of similar range meet the same object, so the cost of a run grows with the
-        root of its angle, up to _WIDE_OBJECT; what is wider is as much worse as it is wider. A
-        single beam is noise at an edge.
+        root of its angle, up to _WIDE_OBJECT; what is wider is as much worse as it is wider. Runs
+        shorter than _LEAST_RUN are no objects.
         """
         costs = self._costs[kinds]
         if not costs.any():
@@ -132,7 +139,7 @@ class ScanEvaluator:
         ends = np.flatnonzero((costs[1:] != costs[:-1]) | gaps)
         begins = np.concatenate([[0], ends + 1])
         lengths = np.diff(np.concatenate([begins, [costs.size]]))
-        objects = lengths >= 2
+        objects = lengths >= _LEAST_RUN
         angles = lengths[objects] * (step / _OBJECT_ANGLE)
         sizes = np.maximum(np.sqrt(angles), angles / np.sqrt(_WIDE_OBJECT / _OBJECT_ANGLE))
         return float((costs[begins[objects]] * sizes).sum())
@@ -244,15 +251,18 @@ class RecentViews:
     def __init__(self, window: float) -> None:
         self.window = window
         self._kept: deque[tuple[float, ScanView]] = deque()
+        self._median: ScanView | None = None
 
     def add(self, stamp: float, view: ScanView) -> None:
         """Add a view and remove those older than the window."""
+        self._median = None
         self._kept.append((stamp, view))
         while self._kept[0][0] <= stamp - self.window:
             self._kept.popleft()
 
     def clear(self) -> None:
         """Remove all views."""
+        self._median = None
         self._kept.clear()
 
     @property
@@ -263,15 +273,15 @@ class RecentViews:
     @property
     def median(self) -> ScanView | None:
         """The (lower) median of each figure; None without views."""
-        if not self._kept:
-            return None
-        views = [view for _, view in self._kept]
-        return ScanView(
-            _lower_median([view.fit for view in views]),
-            _lower_median([view.short for view in views]),
-            _lower_median([view.long for view in views]),
-            _lower_median([view.cost for view in views]),
-        )
+        if self._median is None and self._kept:
+            views = [view for _, view in self._kept]
+            self._median = ScanView(
+                _lower_median([view.fit for view in views]),
+                _lower_median([view.short for view in views]),
+                _lower_median([view.long for view in views]),
+                _lower_median([view.cost for view in views]),
+            )
+        return self._median
 
 
 def _lower_median(values: list[float]) -> float:

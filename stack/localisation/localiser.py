@@ -154,6 +154,8 @@ class Localiser(Estimator):
         self._recovery.parameters = p
         self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
         self._confidence.configure(p)
+        variance = (p.cell_deviation * self._field.resolution) ** 2
+        self._common_errors = np.diag([variance, variance, 0.0])
 
     def start(self, pose: Pose2D | None) -> None:
         """Start around the initial pose; if that is unknown, anywhere on the map."""
@@ -251,7 +253,7 @@ class Localiser(Estimator):
         else:
             right = health(features)
         return PoseEstimate(
-            self._pose, modes.covariance(), right,
+            self._pose, modes.covariance() + self._common_errors, right,
             self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
             HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip
@@ -308,15 +310,15 @@ class Localiser(Estimator):
 
     def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
         candidates = self.match_globally(scan, earlier)
-        return resolve(candidates, self._fit_scale(scan).low, self.parameters.rival_share)
+        return resolve(candidates, self._fit_scale(scan).low, self.parameters)
 
     def _adopt(self, resolution: Resolution) -> GlobalMatch:
-        best = resolution.best
+        found = (resolution.best, *resolution.rivals)[: self.parameters.max_modes]
         self._restart([
-            self._pose_search.mode(match, match.evidence - best.evidence)
-            for match in (best, *resolution.rivals)
+            self._pose_search.mode(match, weight)
+            for match, weight in zip(found, resolution.log_weights, strict=False)
         ])  # fmt: skip
-        return best
+        return resolution.best
 
     def _start_anywhere(self, scan: Scan) -> None:
         """Search the whole map at an unknown start; if nothing fits well, follow all places."""

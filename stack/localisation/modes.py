@@ -15,6 +15,7 @@ from math import log, pi, sqrt
 import numpy as np
 
 from stack.localisation.particles import ParticleSet, summarise
+from stack.localisation.uncertainty import LeastCovariance
 from stack.types import FloatArray, Pose2D, RivalPose, wrap_angle
 
 SAME_DISTANCE, SAME_ANGLE = 0.25, pi / 12
@@ -37,6 +38,7 @@ class Mode:
         log_weight: logarithm of its probability, up to a constant.
         news: in [0, 1]: how much of a view is evidence that the weight does not contain yet.
         weighed: views that its weight contains; a mode is reported as a rival from one view on.
+        least: covariance that the particles must have at least; None until they have moved.
     """
 
     particle_set: ParticleSet
@@ -45,6 +47,7 @@ class Mode:
     log_weight: float = 0.0
     news: float = 1.0
     weighed: float = 1.0
+    least: LeastCovariance | None = None
 
     @staticmethod
     def of(particle_set: ParticleSet, log_weight: float = 0.0) -> Mode:
@@ -60,6 +63,11 @@ class Mode:
     def position_deviation(self) -> float:
         """Standard deviation of the position in its most uncertain direction, metres."""
         return largest_deviation(self.covariance)
+
+    @property
+    def is_compared(self) -> bool:
+        """Whether a view has compared it with the others."""
+        return self.weighed >= 1.0 - 1e-9
 
     def is_settled(self, limit: float) -> bool:
         """Return whether position and heading are known better than `limit` metres."""
@@ -161,6 +169,8 @@ class ModeSet:
             before.weighed, before.news = 0.0, 1.0
         order = [best, *(i for i in np.argsort(-shares, kind="stable").tolist() if i != best)]
         kept = [i for i in order if i == best or shares[i] >= self.least_share * shares[best]]
+        # A place that no view has compared yet is not left out for those that were found before.
+        kept[1:] = sorted(kept[1:], key=lambda i: self.modes[i].is_compared)
         self.modes = [self.modes[i] for i in kept[: self.most]]
         top = self.modes[0].log_weight
         for mode in self.modes:
@@ -173,18 +183,30 @@ class ModeSet:
             return ()
         pairs = zip(self.modes[1:], self.shares[1:].tolist(), strict=True)
         found = [
-            RivalPose(mode.pose.compose(moved), share)
-            for mode, share in pairs
-            if mode.weighed >= 1.0 - 1e-9
+            RivalPose(mode.pose.compose(moved), share) for mode, share in pairs if mode.is_compared
         ]
         return tuple(sorted(found, key=lambda rival: -rival.share))
 
-    def covariance(self) -> FloatArray:
-        """Return the (3, 3) covariance about the estimate, all modes included."""
+    @property
+    def share_among_rivals(self) -> float:
+        """Probability of the estimate among itself and its rivals.
+
+        Places that a search has just found count when a view has compared them.
+        """
         if len(self.modes) == 1:
+            return 1.0
+        compared = [mode is self.best or mode.is_compared for mode in self.modes]
+        shares = self.shares
+        return float(shares[0] / shares[compared].sum())
+
+    def covariance(self) -> FloatArray:
+        """Return the (3, 3) covariance about the estimate, rivals included."""
+        known = [mode is self.best or mode.is_compared for mode in self.modes]
+        if sum(known) == 1:
             return self.best.covariance
+        shares = np.where(known, self.shares, 0.0)
         total = np.zeros((3, 3))
-        for mode, share in zip(self.modes, self.shares.tolist(), strict=True):
+        for mode, share in zip(self.modes, (shares / shares.sum()).tolist(), strict=True):
             turn = wrap_angle(mode.pose.heading - self.best.pose.heading)
             off = np.array([mode.pose.x - self.best.pose.x, mode.pose.y - self.best.pose.y, turn])
             total += share * (mode.covariance + np.outer(off, off))

@@ -7,6 +7,7 @@ moves on arcs and never turns in place. Errors that odometry itself states (slip
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import Protocol
@@ -25,6 +26,10 @@ class MotionModel(Protocol):
         self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
     ) -> FloatArray:
         """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
+        ...
+
+    def covariance(self, moved: Pose2D) -> FloatArray:
+        """Return the (3, 3) covariance of these errors to first order, in the frame before it."""
         ...
 
 
@@ -50,30 +55,46 @@ class MotionNoise:
 
         Probabilistic Robotics, 2005, table 5.6: rotation, translation, rotation.
         """
-        distance = hypot(moved.x, moved.y)
+        distance, first, second = self._parts(moved)
+        errors = _errors(poses.shape[0], self._deviations(moved), generator)
+        leaving = poses[:, 2] + first + errors[:, 0]
+        gone = distance + errors[:, 1]
+        sampled = np.empty(errors.shape)
+        sampled[:, 0] = poses[:, 0] + gone * np.cos(leaving)
+        sampled[:, 1] = poses[:, 1] + gone * np.sin(leaving)
+        sampled[:, 2] = leaving + second + errors[:, 2]
+        return sampled
+
+    def covariance(self, moved: Pose2D) -> FloatArray:
+        """Return the (3, 3) covariance of these errors to first order, in the frame before it."""
+        distance, first, _ = self._parts(moved)
+        leaving, gone, arriving = self._deviations(moved)
+        c, s = cos(first), sin(first)
+        jacobian = np.array([[-s * distance, c, 0.0], [c * distance, s, 0.0], [1.0, 0.0, 1.0]])
+        scaled = jacobian * [leaving, gone, arriving]
+        total: FloatArray = scaled @ scaled.T
+        return total
+
+    @staticmethod
+    def _parts(moved: Pose2D) -> tuple[float, float, float]:
+        """Return distance, rotation before it and rotation after it."""
         first = atan2(moved.y, moved.x)
-        second = wrap_angle(moved.heading - first)
+        return hypot(moved.x, moved.y), first, wrap_angle(moved.heading - first)
+
+    def _deviations(self, moved: Pose2D) -> list[float]:
+        """Return the deviations of first rotation, distance and second rotation."""
+        distance, first, second = self._parts(moved)
         # Driving backward is not a half turn, a translation and a half turn.
         turn_1, turn_2 = (min(abs(a), pi - abs(a)) for a in (first, second))
         if distance < 0.01:
             # Below a centimetre the direction of travel is noise.
             turn_1, turn_2 = 0.0, abs(moved.heading)
         turning, shifting = self.skid * self.alpha_1, self.skid * self.alpha_4
-        deviations = [
+        return [
             sqrt(turning * turn_1**2 + self.alpha_2 * distance**2),
             sqrt(self.alpha_3 * distance**2 + shifting * (turn_1**2 + turn_2**2)),
             sqrt(turning * turn_2**2 + self.alpha_2 * distance**2),
         ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
-        leaving = poses[:, 2] + first + errors[:, 0]
-        gone = distance + errors[:, 1]
-        return np.column_stack(
-            [
-                poses[:, 0] + gone * np.cos(leaving),
-                poses[:, 1] + gone * np.sin(leaving),
-                leaving + second + errors[:, 2],
-            ]
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,16 +115,10 @@ class OmniMotionNoise:
         self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
     ) -> FloatArray:
         """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
-        distance, turn = moved.x**2 + moved.y**2, moved.heading**2  # both squared
-        deviations = [
-            sqrt(self.alpha_3 * distance + self.alpha_4 * turn),
-            sqrt(self.alpha_5 * distance + self.alpha_4 * turn),
-            sqrt(self.alpha_1 * turn + self.alpha_2 * distance),
-        ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
+        errors = _errors(poses.shape[0], self._deviations(moved), generator)
         going = poses[:, 2] + atan2(moved.y, moved.x)
         c, s = np.cos(going), np.sin(going)
-        along, across = sqrt(distance) + errors[:, 0], errors[:, 1]
+        along, across = hypot(moved.x, moved.y) + errors[:, 0], errors[:, 1]
         return np.column_stack(
             [
                 poses[:, 0] + along * c - across * s,
@@ -111,6 +126,24 @@ class OmniMotionNoise:
                 poses[:, 2] + moved.heading + errors[:, 2],
             ]
         )
+
+    def covariance(self, moved: Pose2D) -> FloatArray:
+        """Return the (3, 3) covariance of these errors, in the frame before it."""
+        going = atan2(moved.y, moved.x)
+        c, s = cos(going), sin(going)
+        turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        scaled = turned * self._deviations(moved)
+        total: FloatArray = scaled @ scaled.T
+        return total
+
+    def _deviations(self, moved: Pose2D) -> list[float]:
+        """Return the deviations along the motion, across it, and of the heading."""
+        distance, turn = moved.x**2 + moved.y**2, moved.heading**2  # both squared
+        return [
+            sqrt(self.alpha_3 * distance + self.alpha_4 * turn),
+            sqrt(self.alpha_5 * distance + self.alpha_4 * turn),
+            sqrt(self.alpha_1 * turn + self.alpha_2 * distance),
+        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,12 +163,7 @@ class CarMotionNoise:
     ) -> FloatArray:
         """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
         distance = hypot(moved.x, moved.y)
-        turn = abs(moved.heading) if distance >= 1e-3 else 0.0
-        deviations = [
-            sqrt(self.alpha_3) * distance,
-            sqrt(self.alpha_1 * turn**2 + self.alpha_2 * distance**2),
-        ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 2))
+        errors = _errors(poses.shape[0], self._deviations(moved), generator)
         going = poses[:, 2] + atan2(moved.y, moved.x) + 0.5 * errors[:, 1]
         gone = distance + errors[:, 0]
         return np.column_stack(
@@ -145,6 +173,23 @@ class CarMotionNoise:
                 poses[:, 2] + moved.heading + errors[:, 1],
             ]
         )
+
+    def covariance(self, moved: Pose2D) -> FloatArray:
+        """Return the (3, 3) covariance of these errors to first order, in the frame before it."""
+        going, half = atan2(moved.y, moved.x), 0.5 * hypot(moved.x, moved.y)
+        c, s = cos(going), sin(going)
+        scaled = np.array([[c, -s * half], [s, c * half], [0.0, 1.0]]) * self._deviations(moved)
+        total: FloatArray = scaled @ scaled.T
+        return total
+
+    def _deviations(self, moved: Pose2D) -> list[float]:
+        """Return the deviations of the length of the arc and of its turn."""
+        distance = hypot(moved.x, moved.y)
+        turn = abs(moved.heading) if distance >= 1e-3 else 0.0
+        return [
+            sqrt(self.alpha_3) * distance,
+            sqrt(self.alpha_1 * turn**2 + self.alpha_2 * distance**2),
+        ]
 
 
 def motion_model(drivetrain: Drivetrain, parameters: LocaliserParameters) -> MotionModel:
@@ -156,6 +201,16 @@ def motion_model(drivetrain: Drivetrain, parameters: LocaliserParameters) -> Mot
         return CarMotionNoise(p.alpha_1, p.alpha_2, p.alpha_3)
     skid = p.skid_factor if drivetrain.skids else 1.0
     return MotionNoise(p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4, skid)
+
+
+def _errors(count: int, deviations: Sequence[float], generator: np.random.Generator) -> FloatArray:
+    """Return (count, m) normally distributed errors of m standard deviations.
+
+    The numbers are those of `generator.normal`, which is slow with several deviations.
+    """
+    errors: FloatArray = generator.standard_normal((count, len(deviations)))
+    errors *= deviations
+    return errors
 
 
 def disturb(

@@ -82,6 +82,16 @@ class LocaliserParameters:
         0.02, at_least=0.0, at_most=2.0,
         help="omnidirectional robots: variance across the motion per translation squared",
     )  # fmt: skip
+    odometry_scale: float = parameter(
+        0.01, at_least=0.0, at_most=0.2,
+        help="standard deviation of the scale of odometry's distances (wheel diameters, load); "
+        "constant over a drive",
+    )  # fmt: skip
+    cell_deviation: float = parameter(
+        0.35, at_least=0.0, at_most=5.0,
+        help="standard deviation of the position by errors that all beams share, in cells of the "
+        "map; a wall is anywhere within its cell: 0.29",
+    )  # fmt: skip
     skid_factor: float = parameter(
         4.0, at_least=1.0, at_most=100.0,
         help="skid-steered robots: factor of alpha_1 and alpha_4; their wheels slide in turns",

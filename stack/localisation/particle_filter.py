@@ -14,15 +14,22 @@ import numpy as np
 from stack.localisation.beam_model import BeamModel, weighted
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.modes import Mode, ModeSet
+from stack.localisation.modes import Mode, ModeSet, largest_deviation
 from stack.localisation.motion_models import MotionModel, MotionSince, disturb
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particles import ParticleSet, kld_bound, move
-from stack.types import FloatArray, Pose2D, Scan
+from stack.localisation.particles import ParticleSet, kld_bound, move, summarise
+from stack.localisation.uncertainty import LeastCovariance, observable, widened
+from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 _POINT_VARIANCE = 0.05**2
 """m²; variance of a return about the map's surface in scan alignment. Larger than the lidar's,
 since beams are not independent."""
+
+_WEIGHT = np.array([0.1])
+"""Metres; distance of a point to the surface at which it observes a quarter."""
+
+_WIDEST = 1.0
+"""Metres; particles with a larger deviation are not one place, and are not widened."""
 
 _LEAST_PARTICLES = 50
 """Particles of a rival, at least."""
@@ -48,8 +55,10 @@ class ParticleFilter:
         parameters: LocaliserParameters, generator: np.random.Generator,
     ) -> None:  # fmt: skip
         from stack.localisation import kernels
+        from stack.localisation.search import kernels as search_kernels
 
         self._kernels, self._field, self._evaluator = kernels, field, evaluator
+        self._search_kernels = search_kernels
         self._generator = generator
         self.modes = ModeSet(0.0, 0.5, 1.0, 1)
         self.configure(motion, parameters)
@@ -91,8 +100,11 @@ class ParticleFilter:
 
     def predict(self, motion: MotionSince) -> None:
         """Move all particles by an odometry displacement with sampled errors."""
+        noise = self._motion.covariance(motion.moved) + motion.covariance
         for mode in self.modes.modes:
-            before = mode.particle_set.poses
+            before, p = mode.particle_set.poses, self._parameters
+            least = mode.least or LeastCovariance.of(mode.covariance)
+            mode.least = least.moved(mode.pose.heading, motion.moved, noise, p.odometry_scale)
             poses = self._motion.sample(before, motion.moved, self._generator)
             if motion.covariance.any():
                 poses = disturb(poses, before[:, 2], motion.covariance, self._generator)
@@ -115,13 +127,37 @@ class ParticleFilter:
         if points.shape[0] == 0:
             self.spread(mode)
             return
-        poses = mode.particle_set.poses
+        predicted, poses = mode.pose, mode.particle_set.poses
         weights = weighted(mode, self.beams.log_likelihoods(poses, points))
         mode.particle_set = ParticleSet(poses, weights)
         mode.summarise()
         if mode.is_settled(limit):
             self._align(mode, points)
         self._resample(mode)
+        self._observe(mode, predicted, points)
+
+    def _observe(self, mode: Mode, predicted: Pose2D, points: FloatArray) -> None:
+        """Undo what the measurement changed in directions that the points do not observe."""
+        if mode.least is None:
+            return
+        _, found = self._search_kernels.align(
+            self._field.distances, *self._field.placement, as_row(mode.pose)[None],
+            np.ascontiguousarray(points), _WEIGHT, 1,
+        )  # fmt: skip
+        share = self._parameters.trust / _POINT_VARIANCE
+        information = share * observable(found[0], points.shape[0])
+        least, mode.least = mode.least, mode.least.observed(information)
+        mean, covariance = summarise(mode.particle_set)
+        if largest_deviation(covariance) > _WIDEST:
+            return
+        turn = wrap_angle(mode.pose.heading - predicted.heading)
+        by = np.array([mode.pose.x - predicted.x, mode.pose.y - predicted.y, turn])
+        back = least.shift(by, information) - by
+        weights, poses = mode.particle_set.weights, mode.particle_set.poses
+        poses = widened(poses, as_row(mean), covariance, mode.least.pose) + back
+        mode.particle_set = ParticleSet(poses, weights)
+        mode.pose = as_pose(as_row(mode.pose) + back)
+        mode.covariance = summarise(mode.particle_set)[1]
 
     def _align(self, mode: Mode, points: FloatArray) -> None:
         """Align the scan to the map, with the mean and covariance of the particles as prior."""

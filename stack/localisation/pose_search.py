@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stack.localisation.confidence import MANY_LONG
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator, ScanView
 from stack.localisation.modes import Mode, same_place
@@ -13,6 +14,7 @@ from stack.localisation.recovery import Search
 from stack.localisation.search.global_match import GlobalMatcher
 from stack.localisation.search.local_match import LocalMatcher, map_search
 from stack.localisation.search.matches import GlobalMatch
+from stack.localisation.search.rivals import weighed
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
@@ -27,6 +29,9 @@ _GAIN = 3.0
 _PLAUSIBLE = 0.7
 """Share of the 5th percentile of the fits at true poses that a match on the whole map needs."""
 
+_NOT_WRONG = 0.5
+"""Likewise for a match near the estimate."""
+
 _FAR = 0.5
 """Metres from the estimate beyond which a match is to be verified on the whole map."""
 
@@ -38,9 +43,6 @@ through mapped walls; and with scans that only meet unmapped things."""
 
 _SAME_MATCH, _SAME_TURN, _SECOND_LOOK = 0.05, 0.05, 2.0
 """Metres, radians, seconds; two searches within this time that agree confirm a small correction."""
-
-_MANY_LONG = 0.08
-"""Share of long beams that unmapped things do not explain."""
 
 
 def prior_of(view: ScanView, *, confirmed: bool, disturbed: bool) -> float:
@@ -55,7 +57,7 @@ def prior_of(view: ScanView, *, confirmed: bool, disturbed: bool) -> float:
         return _UNCONFIRMED
     if disturbed:
         return _PUSHED
-    return _MOVED if view.long >= _MANY_LONG else _UNMOVED
+    return _MOVED if view.long >= MANY_LONG else _UNMOVED
 
 
 class PoseSearch:
@@ -108,7 +110,7 @@ class PoseSearch:
             if search.is_global:
                 plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
             else:
-                better = seen.fit > view.fit + _BETTER_FIT
+                better = seen.fit > view.fit + _BETTER_FIT and seen.fit >= _NOT_WRONG * low
                 plausible = better and seen.cost < view.cost - _GAIN
             if not plausible:
                 continue
@@ -138,15 +140,8 @@ class PoseSearch:
 
     def places(self, scan: Scan) -> list[Mode]:
         """Return modes anywhere on the map, weighted by the objects that each needs, best first."""
-        p, found = self._parameters, self.whole_map.candidates(scan)
-        views = [self._evaluator.view(match.pose, scan) for match in found]
-        least = min((view.cost for view in views), default=0.0)
-        modes = [
-            self.mode(match, -min(p.evidence_cap, max(0.0, view.cost - least - p.rival_dead_zone)))
-            for match, view in zip(found, views, strict=True)
-        ]
-        modes.sort(key=lambda mode: -mode.log_weight)
-        return modes[: p.max_modes]
+        found = weighed(self.whole_map.candidates(scan), self._parameters)
+        return [self.mode(match, weight) for match, weight in found[: self._parameters.max_modes]]
 
     def mode(self, match: GlobalMatch, log_weight: float) -> Mode:
         """Return a mode at a match at the reference pose."""

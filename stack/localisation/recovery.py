@@ -116,7 +116,7 @@ class RecoverySchedule:
             self._fine = stamp
         if stamp - self._fine >= _RECOVERED:
             self._stage = 0
-        if stamp - self._fine >= _SETTLED:
+        if stamp - self._fine >= _SETTLED and self._verify == inf:
             self._searches = 0
         return self._whole_map(stamp) if stamp >= self._verify else None
 

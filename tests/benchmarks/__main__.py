@@ -26,6 +26,7 @@ from tests.benchmarks import (
     driving,
     estop,
     hall,
+    mapping,
     missions,
     planners,
     planning,
@@ -114,6 +115,8 @@ TIMING = {
                        lambda given: estop.stop_times(given.presses), ("presses",)),
     "planners": Benchmark("Planners and smoothers side by side", lambda given: planners.run(),
                           setting={"cells": "400 x 400", "queries": 30}),
+    "patrol": Benchmark("An hour of SLAM in the same room", lambda given: mapping.patrol_table(),
+                        setting={"minutes": 60, "parameters": "default"}),
 }  # fmt: skip
 OFF: dict[str, str | int] = {"recording": "off"}
 DRIVING = {
@@ -153,6 +156,11 @@ DRIVING = {
         "Random velocities in furnished rooms",
         lambda given: twists.twist_table(given.twists, given.table("twists")),
         ("twists",), OFF,
+    ),
+    "explored": Benchmark(
+        "Maps of mission 25 against the world's walls",
+        lambda given: mapping.explored_table(given.seeds), ("seeds",),
+        {**OFF, "parameters": "default"},
     ),
 }  # fmt: skip
 NEEDS = {"barn": "barn", "slam": "logs"}

@@ -85,7 +85,8 @@ class LocalisationMonitor:
         noticed: seconds from the event until the robot was lost, disturbed or right again.
         corrected: seconds from the event until the pose was right and stayed so.
         driving: seconds of driving until the pose of an unknown start was right and stayed so.
-        lost_falsely: times at which the pose became LOST although it was right.
+        lost_falsely: times at which the pose became LOST although it was right. A pose with rivals
+            is ambiguous: of three equal rooms, each has a probability of a third.
         bins: (BINS, 3): samples, sum of the health, samples with a right pose.
         trace: truth and estimate at each sample, for the picture.
         wrong_claims: seconds with a good health and no rivals at a wrong pose.
@@ -113,7 +114,8 @@ class LocalisationMonitor:
         self._follow_event(sample)
         if sample.speed > MOVING:
             self._driven += period
-        is_lost = sample.estimate.health < sample.estimate.thresholds.lost
+        estimate = sample.estimate
+        is_lost = estimate.health < estimate.thresholds.lost and not estimate.ambiguous
         if is_lost and not self._was_lost and sample.is_near:
             self.lost_falsely += 1
         self._was_lost = is_lost

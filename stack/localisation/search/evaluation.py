@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
-from stack.localisation.health import ScanEvaluator, spread
+from stack.localisation.health import VIEW_BEAMS, ScanEvaluator, ScanView, spread
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import GlobalMatch, Views, beam_points, distinct
-from stack.types import FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
-_EVIDENCE_BEAMS = 120
+_EVIDENCE_BEAMS = VIEW_BEAMS
 """Beams of a scan, evenly spread, that count as evidence."""
 
 _POINT_VARIANCE = 0.05**2
@@ -44,6 +44,7 @@ class MatchEvaluator:
         self._field, self._evaluator = field, evaluator
         p = parameters
         self._trust = p.evidence_trust
+        self._apart = p.rival_distance, p.rival_angle
         self._penalties = np.zeros(7)
         self._penalties[[kernels.SHORT, kernels.MISSING, kernels.BEYOND]] = p.short_penalty
         self._penalties[kernels.LONG] = p.long_penalty
@@ -88,16 +89,15 @@ class MatchEvaluator:
         near = there.pose.distance_to(pose) <= reach and there.evidence >= here.evidence
         return there if near else here
 
-    def evidence(self, pose: Pose2D, scan: Scan) -> tuple[float, float]:
-        """Return the log-likelihood of a scan at a pose, and its fit."""
-        beams = spread(scan.ranges.size, _EVIDENCE_BEAMS)
-        kinds, credits = self._evaluator.classified(pose, scan, beams)
+    def evidence(self, pose: Pose2D, scan: Scan) -> tuple[float, ScanView]:
+        """Return the log-likelihood of a scan at a pose, and its comparison with the map."""
+        view, kinds, credits = self._evaluator.compared(pose, scan)
         matched = kinds == self._classes.MATCHED
         logs = -float(self._penalties[kinds].sum())
         logs += float(np.log(credits[matched]).sum())
         # The evidence must not depend on the number of beams of the lidar.
-        share = _EVIDENCE_BEAMS / max(1, beams.size)
-        return self._trust * share * logs, self._evaluator.share(kinds, credits)
+        share = _EVIDENCE_BEAMS / max(1, kinds.size)
+        return self._trust * share * logs, view
 
     def _aligned(
         self, poses: FloatArray, points: FloatArray, deviations: FloatArray
@@ -109,16 +109,33 @@ class MatchEvaluator:
         return aligned, information
 
     def _match(self, pose: Pose2D, information: FloatArray, views: Views) -> GlobalMatch:
-        evidence, fits = 0.0, 0.0
-        for at, scan in views:
-            log, fit = self.evidence(pose.compose(at), scan)
-            evidence, fits = evidence + log, fits + fit
+        evidence = cost = fits = 0.0
+        for (at, scan), share in zip(views, self._news(views), strict=True):
+            log, seen = self.evidence(pose.compose(at), scan)
+            evidence, cost = evidence + share * log, cost + share * seen.cost
+            fits += seen.fit
         # Along a corridor nothing fixes the pose but that other places are other candidates.
         weak = np.diag([1.0 / 0.5**2, 1.0 / 0.5**2, 1.0 / 0.5**2])
         covariance = np.linalg.inv(information / _POINT_VARIANCE + weak)
         return GlobalMatch(
-            pose, fits / len(views), np.asarray(covariance, dtype=np.float64), evidence
+            pose, fits / len(views), np.asarray(covariance, dtype=np.float64), evidence, cost
         )
+
+    def _news(self, views: Views) -> list[float]:
+        """Return the share of each view, in [0, 1], that the views before it do not contain.
+
+        Scans from the same pose repeat the errors of the map there: they are one view.
+        """
+        distance, angle = self._apart
+        shares: list[float] = []
+        for n, (at, _) in enumerate(views):
+            moves = [
+                at.distance_to(other) / distance
+                + abs(wrap_angle(at.heading - other.heading)) / angle
+                for other, _ in views[:n]
+            ]
+            shares.append(min([1.0, *moves]))
+        return shares
 
     def _refined(self, match: GlobalMatch, views: Views) -> GlobalMatch:
         """Align once more, with more beams, but only those that match the map."""

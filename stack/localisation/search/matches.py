@@ -28,12 +28,16 @@ class GlobalMatch:
         fit: share of the beams that the map explains there, in [0, 1].
         covariance: (3, 3) of x, y, heading: how well the scans fix the pose about this place.
         evidence: log-likelihood of the scans at the pose; 0 if each beam ends where the map says.
+            It ranks poses; half a cell of the map's error at a wall lowers it for every beam there.
+        cost: minus the log-likelihood of the unmapped and missing objects that explain the rest
+            (`ScanView.cost`); decides which places remain rivals.
     """
 
     pose: Pose2D
     fit: float
     covariance: FloatArray = field(default_factory=lambda: np.diag([0.01, 0.01, 0.0025]))
     evidence: float = 0.0
+    cost: float = 0.0
 
 
 def is_distinct(one: Pose2D, other: Pose2D) -> bool:

@@ -2,6 +2,10 @@
 
 A single scan of a corridor with equal rooms fits several places. The candidates with a share of the
 probability become modes of the particle filter, which follows and weighs them (modes.py).
+
+Places are compared by the unmapped and missing objects that each of them needs. How well the beams
+end at the walls is no evidence for one place against another: a wall is anywhere within its cell,
+so that of two equal rooms one fits every scan a little better, in all its beams at once.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ from dataclasses import dataclass
 from math import log
 
 from stack.errors import NavigationError
+from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import GlobalMatch
 from stack.types import FailureCode
 
@@ -22,30 +27,48 @@ class Resolution:
     Attributes:
         best: the most probable pose.
         rivals: the others, most probable first.
+        log_weights: of `best` and `rivals`, relative to the largest one.
     """
 
     best: GlobalMatch
     rivals: tuple[GlobalMatch, ...]
+    log_weights: tuple[float, ...]
 
 
-def resolve(candidates: Sequence[GlobalMatch], least_fit: float, least_share: float) -> Resolution:
+def weighed(
+    matches: Sequence[GlobalMatch], parameters: LocaliserParameters
+) -> list[tuple[GlobalMatch, float]]:
+    """Return the matches with their log-weights, most probable first; equal ones by evidence."""
+    p, least = parameters, min((match.cost for match in matches), default=0.0)
+    pairs = [
+        (match, -min(p.evidence_cap, max(0.0, match.cost - least - p.rival_dead_zone)))
+        for match in matches
+    ]
+    return sorted(pairs, key=lambda pair: (-pair[1], -pair[0].evidence))
+
+
+def resolve(
+    candidates: Sequence[GlobalMatch], least_fit: float, parameters: LocaliserParameters
+) -> Resolution:
     """Return the best candidate and its rivals.
 
     Args:
-        candidates: distinct poses, best first.
+        candidates: distinct poses.
         least_fit: smallest accepted fit of the best one.
-        least_share: probability, relative to the best one, below which a candidate is no rival.
+        parameters: `rival_share`, `rival_dead_zone` and `evidence_cap`.
 
     Raises:
         NavigationError: LOST if no candidate fits.
     """
-    if not candidates or candidates[0].fit < least_fit:
-        fit = candidates[0].fit if candidates else 0.0
+    pairs = weighed(candidates, parameters)
+    fit = pairs[0][0].fit if pairs else 0.0
+    if not pairs or fit < least_fit:
         raise NavigationError(
             FailureCode.LOST,
             f"the best place on the map explains {fit:.0%} of the scan, below {least_fit:.0%}; "
             "drive to a place where more of the map is visible",
         )
-    best, *others = candidates
-    limit = best.evidence + log(least_share)
-    return Resolution(best, tuple(other for other in others if other.evidence >= limit))
+    limit = log(parameters.rival_share)
+    kept = [pair for pair in pairs if pair[1] >= limit]
+    best, *rivals = (match for match, _ in kept)
+    return Resolution(best, tuple(rivals), tuple(weight for _, weight in kept))

@@ -73,3 +73,12 @@ def test_a_recovery_that_succeeds_meets_no_goal():
     recorder.event(happened("task", status="succeeded"))
     recorder.snapshot(step(2))
     assert recorder.reached == []
+
+
+def test_the_views_of_a_recovery_are_no_goals():
+    recorder = DriveRecorder()
+    recorder.event(happened("recovery"))
+    recorder.snapshot(step(1, goal=GOAL))
+    recorder.event(happened("task", status="succeeded"))
+    recorder.snapshot(step(2))
+    assert recorder.reached == []

@@ -67,7 +67,10 @@ def test_only_a_right_pose_can_be_lost_falsely():
     right = watched("people", (1.0, {}), (2.0, {"health": 0.2}), (3.0, {}), (4.0, {"health": 0.1}))
     wrong = watched("people", (1.0, {}), (2.0, {"health": 0.2, "error": 0.4}))
     turned = watched("people", (1.0, {}), (2.0, {"health": 0.2, "turn": radians(11)}))
+    rivals = (RivalPose(Pose2D(9.0, 2.0), 0.5),)
+    ambiguous = watched("people", (1.0, {}), (2.0, {"health": 0.2, "rivals": rivals}))
     assert (right.lost_falsely, wrong.lost_falsely, turned.lost_falsely) == (2, 0, 0)
+    assert ambiguous.lost_falsely == 0
 
 
 def test_errors_inside_the_ellipse_of_95_per_cent_are_contained():

@@ -88,3 +88,12 @@ def test_a_place_that_does_not_fit_well_cannot_take_over():
     modes = places(0.0, 4.0, 3.0)
     modes.hold_back([False, True])
     assert modes.tidy() and modes.best.pose.x == pytest.approx(10.0)
+
+
+def test_a_place_that_was_just_found_is_compared_before_it_is_left_out():
+    modes = places(0.0, -0.7, -0.7, -0.7, -0.7, -0.7, -2.0)
+    newest = modes.modes[-1]
+    newest.weighed = 0.0
+    modes.tidy()
+    assert len(modes.modes) == 5
+    assert any(mode is newest for mode in modes.modes)

@@ -1,6 +1,7 @@
 """The memory that engine and supervisor share: neither ever reads a half-written value."""
 
 import os
+import signal
 import subprocess
 import sys
 from itertools import count
@@ -46,3 +47,24 @@ def test_before_the_first_step_a_beat_is_empty():
     os.close(shared)
     beat = heartbeat.read()
     assert (beat.phase, beat.wall, beat.step) == (Phase.STARTING, 0.0, 0)
+
+
+def test_no_beat_is_half_written_wherever_the_engine_is_suspended():
+    heartbeat, descriptor = Heartbeat.create()
+    heartbeat.beat(1, 0.05, 0.0)
+    child = os.fork()
+    if child == 0:
+        engine = Heartbeat(descriptor)
+        while True:
+            engine.beat(2, 0.1, 0.0)
+    try:
+        for _ in range(100):  # in two of three, `Struct.pack_into` had just cleared the memory
+            os.kill(child, signal.SIGSTOP)
+            os.waitpid(child, os.WUNTRACED)
+            beat = heartbeat.read()
+            assert beat.wall > 0.0 and beat.step in (1, 2)
+            os.kill(child, signal.SIGCONT)
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        os.close(descriptor)

@@ -92,3 +92,15 @@ def test_the_room_is_found_and_never_a_wrong_one(seed):
         scan = place.scan(truth, 0.0, generator)
     assert not localiser.estimate.ambiguous
     assert localiser.estimate.pose.distance_to(truth) < 0.2
+
+
+def test_several_scans_from_one_pose_are_one_view():
+    """The errors of the map are the same in each of them."""
+    place, truth = hotel(2)
+    generator = np.random.default_rng(102)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 2)
+    scan = place.scan(truth, 0.0, generator)
+    earlier = [(Pose2D(0.0, 0.0), place.scan(truth, 0.0, generator)) for _ in range(2)]
+    once, thrice = (localiser.match_globally(scan, views)[0] for views in ((), earlier))
+    assert thrice.evidence == pytest.approx(once.evidence, abs=0.2)
+    assert thrice.cost == once.cost

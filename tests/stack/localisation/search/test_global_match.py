@@ -90,15 +90,26 @@ def test_a_scan_from_another_building_is_lost():
 
 
 def test_rivals_have_a_share_of_the_probability():
-    near = GlobalMatch(Pose2D(1.0, 2.0), 0.9, evidence=-2.0)
-    rival = GlobalMatch(Pose2D(7.0, 2.0), 0.8, evidence=-2.0 + log(0.011))
-    no_rival = GlobalMatch(Pose2D(7.0, 9.0), 0.8, evidence=-2.0 + log(0.009))
-    assert resolve([near, rival, no_rival], 0.6, 0.01).rivals == (rival,)
-    assert resolve([near], 0.6, 0.01).rivals == ()
+    parameters = LocaliserParameters(rival_share=0.01, rival_dead_zone=0.75)
+    near = GlobalMatch(Pose2D(1.0, 2.0), 0.9, cost=2.0)
+    rival = GlobalMatch(Pose2D(7.0, 2.0), 0.8, cost=2.75 - log(0.011))
+    no_rival = GlobalMatch(Pose2D(7.0, 9.0), 0.8, cost=2.75 - log(0.009))
+    resolution = resolve([near, rival, no_rival], 0.6, parameters)
+    assert resolution.rivals == (rival,)
+    assert resolution.log_weights == pytest.approx([0.0, log(0.011)])
+    assert resolve([near], 0.6, parameters).rivals == ()
     with pytest.raises(NavigationError, match="LOST: the best place on the map explains 90%"):
-        resolve([near], 0.95, 0.01)
+        resolve([near], 0.95, parameters)
     with pytest.raises(NavigationError, match="LOST: the best place on the map explains 0%"):
-        resolve([], 0.6, 0.85)
+        resolve([], 0.6, parameters)
+
+
+def test_how_well_beams_end_at_walls_ranks_rivals_but_drops_none():
+    first = GlobalMatch(Pose2D(1.0, 2.0), 0.9, evidence=-2.0)
+    second = GlobalMatch(Pose2D(7.0, 2.0), 0.9, evidence=-12.0)
+    resolution = resolve([second, first], 0.6, LocaliserParameters())
+    assert resolution.best is first
+    assert resolution.rivals == (second,)
 
 
 def test_distinct_means_distant_or_rotated():

@@ -44,7 +44,7 @@ def test_an_unknown_start_names_its_rival_and_driving_resolves_it(right_room):
     truth, odometry = Pose2D(truth.x + shift, truth.y, truth.heading), Pose2D(-3.0, 8.0, 0.4)
     localiser = started(place, truth, odometry, generator)
     assert localiser.estimate.ambiguous
-    steps = [Pose2D(0.3, 0.0, 0.0)] * 8
+    steps = [Pose2D(0.3, 0.0, 0.0)] * 12
     truth, odometry = drive(localiser, place, truth, odometry, steps, generator)
     estimate = localiser.estimate
     assert estimate.rivals == ()
@@ -74,3 +74,32 @@ def test_a_known_pose_ends_the_ambiguity():
     assert localiser.estimate.ambiguous
     localiser.set_pose(Pose2D(2.2, 1.2, 1.57), 0.1, 0.05)
     assert localiser.estimate.rivals == ()
+
+
+def test_a_trusted_pose_in_the_wrong_room_is_found_out():
+    """Beams pass through a mapped cupboard and a mapped counter, though most of them fit."""
+    place, generator = rooms_that_differ(), np.random.default_rng(5)
+    place.solid[100:300, 920:1000] = 1
+    place.grid.cells[20:60, 184:200] = 100
+    truth, odometry = Pose2D(2.2, 1.2, 1.57), Pose2D(0.0, 0.0)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 0)
+    localiser.process(odometry)
+    localiser.set_pose(Pose2D(truth.x + BESIDE, truth.y, truth.heading), 0.1, 0.05)
+    fits = []
+    for step in range(24):
+        move = Pose2D(0.1, 0.0, 0.0)
+        truth, odometry = truth.compose(move), odometry.compose(move)
+        localiser.process(odometry, place.scan(truth, 0.2 * step, generator))
+        fits.append(localiser.estimate.pose.distance_to(truth) < 0.1)
+    assert not fits[0]
+    assert fits[-1]
+
+
+def test_places_that_a_search_has_just_found_do_not_lower_the_health():
+    place, generator = twin_rooms(), np.random.default_rng(6)
+    localiser = started(place, Pose2D(2.2, 1.2, 1.57), Pose2D(0.0, 0.0), generator)
+    modes = localiser._filter.modes
+    assert modes.share_among_rivals == pytest.approx(0.5, abs=0.1)
+    modes.modes[1].weighed = 0.0
+    assert modes.share_among_rivals == 1.0
+    assert localiser.estimate.covariance[0, 0] < 0.05**2
