@@ -10,8 +10,9 @@ from types import MappingProxyType
 from missions.bench.dyna_worlds import WORLDS, dyna_text
 from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures, short
-from missions.bench.runs import Entry, Rules, Setup, TrialRow
+from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
 from missions.execution.resources import MISSIONS
+from missions.run_options import RunOptions
 from stack.errors import InputError
 
 FAST: dict[str, dict[str, str]] = {
@@ -44,7 +45,11 @@ def dyna_setups(
     """
     return [
         Setup(
-            mission, RULES, robot=robot, controller=name, parameters={**FAST.get(name, {}), **given}
+            mission,
+            RULES,
+            RunOptions(
+                robot=robot, parameters=with_controller(name, {**FAST.get(name, {}), **given})
+            ),
         )
         for name in controllers
     ]
