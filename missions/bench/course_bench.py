@@ -10,8 +10,8 @@ from missions.bench.courses import COURSES, Course
 from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures
 from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
+from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS, load_robot
-from missions.run_options import RunOptions
 from stack.errors import InputError
 from stack.parameters import suggestion
 

@@ -11,8 +11,8 @@ from missions.bench.dyna_worlds import WORLDS, dyna_text
 from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures, short
 from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
+from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS
-from missions.run_options import RunOptions
 from stack.errors import InputError
 
 FAST: dict[str, dict[str, str]] = {
