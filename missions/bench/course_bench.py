@@ -9,7 +9,8 @@ from pathlib import Path
 from missions.bench.courses import COURSES, Course
 from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures
-from missions.bench.runs import Entry, Rules, Setup, TrialRow
+from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
+from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.parameters import suggestion
@@ -73,9 +74,8 @@ def _entries(
     course: Course, robot: str, controller: str | None, options: CourseOptions
 ) -> list[Entry]:
     mission = "course.yaml" if course.mapped else "course_unmapped.yaml"
-    setup = Setup(
-        str(MISSIONS / "bench" / mission), RULES, robot=robot, controller=controller
-    )  # fmt: skip
+    options_of_runs = RunOptions(robot=robot, parameters=with_controller(controller, {}))
+    setup = Setup(str(MISSIONS / "bench" / mission), RULES, options_of_runs)
     description = load_robot(robot, Path.cwd())
     folder = options.worlds / description.name
     return [

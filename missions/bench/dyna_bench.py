@@ -10,7 +10,8 @@ from types import MappingProxyType
 from missions.bench.dyna_worlds import WORLDS, dyna_text
 from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures, short
-from missions.bench.runs import Entry, Rules, Setup, TrialRow
+from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
+from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS
 from stack.errors import InputError
 
@@ -44,7 +45,11 @@ def dyna_setups(
     """
     return [
         Setup(
-            mission, RULES, robot=robot, controller=name, parameters={**FAST.get(name, {}), **given}
+            mission,
+            RULES,
+            RunOptions(
+                robot=robot, parameters=with_controller(name, {**FAST.get(name, {}), **given})
+            ),
         )
         for name in controllers
     ]

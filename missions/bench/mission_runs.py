@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
 from statistics import mean
@@ -24,6 +24,9 @@ from stack.types import Pose2D
 
 TIMEOUT = "timeout"
 
+QUIET = RunOptions(serve=False)
+"""Options of a run that nobody watches."""
+
 
 @dataclass(frozen=True)
 class MissionEntry:
@@ -31,31 +34,19 @@ class MissionEntry:
 
     Attributes:
         mission: name or path of the mission.
-        seed: seed of all random streams.
         time_limit: simulated seconds after which the run has failed.
-        arguments: values of the mission's arguments, as text. robot: replaces the mission's.
-        parameters: `controller.cruise_speed` -> value as text; overrides all files.
+        options: of the run: seed, arguments, robot and parameters.
     """
 
     mission: str
-    seed: int
     time_limit: float
-    arguments: Mapping[str, str] = field(default_factory=dict)
-    robot: str | None = None
-    parameters: Mapping[str, str] = field(default_factory=dict)
+    options: RunOptions = QUIET
 
     @property
     def key(self) -> Key:
         """Unique key of the run in a table."""
-        return Path(self.mission).stem, settings_text(self.parameters), self.seed
-
-    @property
-    def options(self) -> RunOptions:
-        """Options of the run."""
-        return RunOptions(
-            seed=self.seed, arguments=dict(self.arguments), robot=self.robot, serve=False,
-            parameters=self.parameters,
-        )  # fmt: skip
+        settings = settings_text(self.options.parameters or {})
+        return Path(self.mission).stem, settings, self.options.seed
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +124,7 @@ def conditions(entry: MissionEntry, plan: PreparedMission) -> dict[str, object]:
     return {
         "mission": _digest(plan.text.encode()),
         "world": plan.world.name if world is None else _digest(world.read_bytes()),
-        "arguments": dict(entry.arguments), "robot": plan.robot.name,
+        "arguments": dict(entry.options.arguments or {}), "robot": plan.robot.name,
         "limits": asdict(plan.robot.limits), "navigation": chosen, "time_limit": entry.time_limit,
     }  # fmt: skip
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
+from missions.bench.mission_runs import MISSION_WORK, QUIET, MissionEntry, MissionRun, conditions
 from missions.bench.resumable import TableOptions, fill, record_settings
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import prepare
@@ -39,7 +40,7 @@ def mission_entries(
         if stems.count(stem) > 1:
             raise InputError(f"{stem} is given {stems.count(stem)} times; use unique mission names")
     return [
-        MissionEntry(name, seed, TIME_LIMIT, robot=robot)
+        MissionEntry(name, TIME_LIMIT, replace(QUIET, seed=seed, robot=robot))
         for name in chosen
         for seed in range(seeds)
     ]

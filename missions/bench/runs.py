@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -12,6 +13,9 @@ from stack.types import Pose2D
 
 CRASHED = "crashed"
 """Status of a run that ended with an exception."""
+
+CONTROLLER = "controller.use"
+"""Parameter that chooses the controller; it comes first in a label, by its value."""
 
 GOAL = "goal"
 """Name of the goal in a benchmark's mission: an argument, or a place of its world."""
@@ -55,25 +59,22 @@ class Setup:
     Attributes:
         mission: name or path of the mission.
         rules: conditions that end a run.
-        arguments: values of the mission's arguments, as text.
-        robot: replaces the mission's robot.
-        controller: replaces the mission's controller, with default parameters.
-        parameters: `controller.cruise_speed` -> value as text; overrides all files.
+        options: of the runs: arguments, robot and parameters; the seed is the trial, the world that
+            of the case, and images are not rendered.
     """
 
     mission: str
     rules: Rules
-    arguments: dict[str, str] = field(default_factory=dict)
-    robot: str | None = None
-    controller: str | None = None
-    parameters: dict[str, str] = field(default_factory=dict)
+    options: RunOptions = field(default_factory=RunOptions)
 
     @property
     def label(self) -> str:
         """Unique label among the setups of a table."""
-        given = [f"{name}={value}" for name, value in self.parameters.items()]
-        stem = Path(self.mission).stem
-        return " ".join(filter(None, (stem, self.robot, self.controller, *given)))
+        given = [
+            value if name == CONTROLLER else f"{name}={value}"
+            for name, value in (self.options.parameters or {}).items()
+        ]
+        return " ".join(filter(None, (Path(self.mission).stem, self.options.robot, *given)))
 
     def plan(self, case: Case | None, trial: int) -> tuple[PreparedMission, RunOptions]:
         """Prepare the mission and return it with the options of the run.
@@ -86,14 +87,17 @@ class Setup:
             InputError: the mission has errors.
         """
         file = None if case is None else case.file
-        options = RunOptions(
-            seed=trial, arguments=self.arguments, robot=self.robot, serve=False, camera="off",
+        options = replace(
+            self.options, seed=trial, serve=False, camera="off",
             world=None if file is None else str(file.resolve()),
-            parameters=({"controller.use": self.controller} if self.controller else {})
-            | self.parameters,
         )  # fmt: skip
         plan = prepare(self.mission, options)
         return (plan if case is None else replace(plan, world=case.world)), options
+
+
+def with_controller(name: str | None, given: Mapping[str, str]) -> dict[str, str]:
+    """Return the given parameters after the one that chooses a controller; None chooses none."""
+    return {**({CONTROLLER: name} if name else {}), **given}
 
 
 def goal_of(plan: PreparedMission) -> Pose2D:

@@ -64,7 +64,7 @@ def _settings(setup: Setup, entry: Entry) -> tuple[dict[str, Any], str]:
     }
     settings = {
         "mission": hashlib.sha256(plan.text.encode()).hexdigest()[:16],
-        "arguments": setup.arguments, "robot": plan.robot.name, "limits": limits,
+        "arguments": setup.options.arguments or {}, "robot": plan.robot.name, "limits": limits,
         "navigation": chosen, "rules": asdict(setup.rules),
     }  # fmt: skip
     sentence = (

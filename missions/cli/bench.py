@@ -57,14 +57,15 @@ def barn(  # noqa: PLR0913 - each is an option of the command
     """Cross unknown narrow worlds, scored as in the BARN Challenge."""
     from missions.bench.barn import barn_entries, report
     from missions.bench.barn_score import RULES
-    from missions.bench.runs import Setup
+    from missions.bench.runs import Setup, with_controller
     from missions.bench.table import TableOptions, fill_table
     from missions.execution.resources import MISSIONS
+    from missions.run_options import RunOptions
 
     file, arguments = mission or str(MISSIONS / "bench" / "barn.yaml"), assignments(set_ or [])
     given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
     setups = [
-        Setup(file, RULES, arguments, controller=name, parameters=given)
+        Setup(file, RULES, RunOptions(arguments=arguments, parameters=with_controller(name, given)))
         for name in named(controllers) or (None,)
     ]
     entries = barn_entries(worlds, setups, trials, named(only))

@@ -1,5 +1,6 @@
 """`treepilot tune`: searches parameter values that improve a mission."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -81,7 +82,7 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     ] = None,
 ) -> None:
     """Search parameter values in simulation and keep the best."""
-    from missions.bench.mission_runs import MissionEntry
+    from missions.bench.mission_runs import QUIET, MissionEntry
     from missions.tuning.findings import table_lines, write_findings
     from missions.tuning.scoring import read_weights
     from missions.tuning.tuning import TuneOptions, Tuning
@@ -92,7 +93,8 @@ def tune(  # noqa: PLR0913 - each is an option of the command
         folder, jobs, samples, seeds, refine, confirm, limit, sampling_seed,
         read_weights(assignments(weight or [], "--weight", "time=2")),
     )  # fmt: skip
-    entry = MissionEntry(mission, 0, limit, assignments(set_ or []), robot)
+    chosen = replace(QUIET, arguments=assignments(set_ or []), robot=robot)
+    entry = MissionEntry(mission, limit, chosen)
     ranges = assignments(try_, "--try", "controller.cruise_speed=0.4..0.8")
     tuning = Tuning(entry, ranges, options, _tell)
     try:

@@ -162,7 +162,8 @@ class Tuning:
                 self.settings.append(one)
 
     def _at(self, settings: Settings, seed: int) -> MissionEntry:
-        return replace(self._entry, seed=seed, parameters=settings)
+        options = replace(self._entry.options, seed=seed, parameters=settings)
+        return replace(self._entry, options=options)
 
     def _fill(self, settings: Sequence[Settings], seeds: range) -> list[MissionRun]:
         entries = [self._at(one, seed) for one in settings for seed in seeds]

@@ -25,7 +25,7 @@ def course_table(trials: int, options: TableOptions) -> Rows:
     entries = course_entries(CourseOptions(options.out / "worlds", trials=trials))
     groups: dict[tuple[str, str, str], list[TrialRow]] = {}
     for entry, run in _driven(entries, options):
-        key = (entry.setup.robot or "", controller_of(entry), run.world)
+        key = (entry.setup.options.robot or "", controller_of(entry), run.world)
         groups.setdefault(key, []).append(run)
     return [
         {"robot": robot, "controller": controller, "course": course, **_row(runs)}

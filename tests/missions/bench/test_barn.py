@@ -10,11 +10,12 @@ import pytest
 from missions.bench.barn import barn_entries, report
 from missions.bench.barn_score import RULES, score_of
 from missions.bench.barn_worlds import find_worlds
-from missions.bench.runs import Entry, Setup
+from missions.bench.runs import Entry, Setup, with_controller
 from missions.bench.shortest import shortest_path_length
 from missions.bench.table import TableOptions, fill_table
 from missions.bench.trial import run_trial
 from missions.execution.resources import MISSIONS, load_robot
+from missions.run_options import RunOptions
 from stack.errors import InputError
 from stack.types import Pose2D
 from tests.stack.sim.gazebo_text import (
@@ -37,7 +38,7 @@ SLALOM = [*((i, 36) for i in range(1, 21)), *((i, 48) for i in range(9, 29))]
 
 def barn(file, mission=MISSION, out="out", trials=1, jobs=1, tell=print, only=(), **arguments):
     """Runs of a mission through the worlds of a file, in a folder beside it."""
-    setup = Setup(mission, RULES, arguments)
+    setup = Setup(mission, RULES, RunOptions(arguments=arguments))
     options = TableOptions(file.parent / out, jobs)
     return fill_table(barn_entries(file, [setup], trials, only), options, tell)
 
@@ -170,3 +171,13 @@ def test_a_folder_without_worlds_and_an_unknown_name(tmp_path):
     file = grids(tmp_path / "w.json", COURT)
     with pytest.raises(InputError, match="no world '7' among the 1 worlds"):
         barn(file, only=("7",))
+
+
+def test_the_options_of_a_setup_are_those_of_its_runs():
+    given = with_controller("mppi", {"controller.cruise_speed": "1.2"})
+    options = RunOptions(robot="scout", start="1,2,0", parameters=given)
+    setup = Setup("01_drive_to_a_point", RULES, options)
+    assert setup.label == "01_drive_to_a_point scout mppi controller.cruise_speed=1.2"
+    plan, used = setup.plan(None, 7)
+    assert (used.seed, used.serve, used.camera) == (7, False, "off")
+    assert (plan.start, plan.choices["controller"].name) == (Pose2D(1.0, 2.0, 0.0), "mppi")

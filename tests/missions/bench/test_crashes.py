@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 import signal
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
-from missions.bench.mission_runs import MISSION_WORK, MissionEntry
+from missions.bench.mission_runs import MISSION_WORK, QUIET, MissionEntry
 from missions.bench.resumable import TableOptions, Work, fill
 from missions.bench.runs import Case, Entry, Rules, Setup
 from missions.bench.trial import run_trial
@@ -101,7 +101,7 @@ def faulty(tmp_path):
 
 
 def test_both_benches_make_a_row_of_a_failing_plugin(faulty):
-    run = MISSION_WORK.row(MissionEntry(str(faulty), 0, 60.0))
+    run = MISSION_WORK.row(MissionEntry(str(faulty), 60.0))
     assert run.status == "error" and "KeyError: 'inside' (faulty.py:" in run.cause
     case = Case("room", read_world(WORLDS / "small_room.yaml"))
     trial = run_trial(Entry(Setup(str(faulty), Rules(0.3, 60.0)), case, 0))
@@ -113,7 +113,7 @@ def test_a_crash_outside_the_loop_is_a_row_too(faulty, monkeypatch, capsys):
         raise RuntimeError("no figures")
 
     monkeypatch.setattr("missions.bench.mission_runs._shortest", broken)
-    run = MISSION_WORK.row(MissionEntry(str(faulty), 3, 60.0))
+    run = MISSION_WORK.row(MissionEntry(str(faulty), 60.0, replace(QUIET, seed=3)))
     assert (run.status, run.seed, run.success) == ("crashed", 3, False)
     assert run.cause.startswith("RuntimeError: no figures")
     assert "crashed\nTraceback" in capsys.readouterr().err

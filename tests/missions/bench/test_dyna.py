@@ -14,6 +14,7 @@ from missions.bench.layout import Layout, write_world
 from missions.bench.runs import Entry, Setup
 from missions.bench.trial import run_trial
 from missions.execution.resources import MISSIONS
+from missions.run_options import RunOptions
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
 from stack.types import Pose2D
@@ -66,7 +67,7 @@ def story(tmp_path, do, way, **navigation):
         {"name": "it", "waypoints": way, "speed": 1.0, "radius": 0.5, "yields": False}
     )
     case = write_world(layout.text("one cylinder", "for a test"), "0", tmp_path / "world.yaml")
-    return run_trial(Entry(Setup(str(mission), RULES, robot="jackal"), case, 0))
+    return run_trial(Entry(Setup(str(mission), RULES, RunOptions(robot="jackal")), case, 0))
 
 
 def test_a_robot_that_stands_is_struck(tmp_path):

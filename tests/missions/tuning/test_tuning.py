@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from missions.bench.mission_runs import MISSION_WORK, MissionEntry
+from missions.bench.mission_runs import MISSION_WORK, QUIET, MissionEntry
 from missions.bench.resumable import rows_in
 from missions.cli.app import app
 from missions.execution.prepare import RunOptions, prepare
@@ -20,7 +20,7 @@ from stack.errors import InputError
 
 MISSION = "01_drive_to_a_point"
 RANGES = {"controller.cruise_speed": "0.3..0.6", "planner.smoother": "simple,none"}
-ENTRY = MissionEntry(MISSION, 0, 60.0)
+ENTRY = MissionEntry(MISSION, 60.0)
 TIME_ALONE = {**dict.fromkeys(DEFAULT_WEIGHTS, 0.0), "time": 1.0}
 
 
@@ -64,7 +64,7 @@ def test_a_tuning_goes_on_where_it_stopped_and_may_be_widened(finished, tmp_path
 
 def test_another_mission_does_not_mix_with_the_results_there(finished):
     out, _ = finished
-    other = replace(ENTRY, arguments={"goal": "[4, 4, 0]"})
+    other = replace(ENTRY, options=replace(QUIET, arguments={"goal": "[4, 4, 0]"}))
     with pytest.raises(InputError, match=r"results of other settings.*choose another --out"):
         Tuning(other, RANGES, TuneOptions(out, samples=2), print)
 
@@ -138,7 +138,7 @@ def test_refining_and_confirming_add_runs(tmp_path):
     told: list[str] = []
     options = TuneOptions(tmp_path / "tune", samples=2, seeds=1, refine=1, confirm=1)
     options = replace(options, weights=TIME_ALONE)
-    found = Tuning(MissionEntry(str(slow), 0, 60.0), RANGES, options, told.append).run()
+    found = Tuning(MissionEntry(str(slow), 60.0), RANGES, options, told.append).run()
     assert len(found.scores) == 4  # baseline, two samples, half of two samples more
     assert any("refining, turn 1: controller.cruise_speed 0." in line for line in told)
     assert found.best.settings and found.best.cost < 0.8  # 0.2 of at least 0.3 m/s, less its ends
