@@ -129,15 +129,27 @@ class ParticleFilter:
             return
         predicted, poses = mode.pose, mode.particle_set.poses
         weights = weighted(mode, self.beams.log_likelihoods(poses, points))
-        mode.particle_set = ParticleSet(poses, weights)
+        weighed = mode.particle_set = ParticleSet(poses, weights)
         mode.summarise()
+        summary = mode.pose, mode.covariance
         if mode.is_settled(limit):
             self._align(mode, points)
         self._resample(mode)
-        self._observe(mode, predicted, points)
+        if mode.particle_set is not weighed:
+            summary = summarise(mode.particle_set)
+        self._observe(mode, predicted, points, summary)
 
-    def _observe(self, mode: Mode, predicted: Pose2D, points: FloatArray) -> None:
-        """Undo what the measurement changed in directions that the points do not observe."""
+    def _observe(
+        self, mode: Mode, predicted: Pose2D, points: FloatArray, summary: tuple[Pose2D, FloatArray]
+    ) -> None:
+        """Undo what the measurement changed in directions that the points do not observe.
+
+        Args:
+            mode: with the particles after the measurement.
+            predicted: its pose before.
+            points: (m, 2) of the scan, base frame.
+            summary: mean and covariance of its particles.
+        """
         if mode.least is None:
             return
         _, found = self._search_kernels.align(
@@ -147,7 +159,7 @@ class ParticleFilter:
         share = self._parameters.trust / _POINT_VARIANCE
         information = share * observable(found[0], points.shape[0])
         least, mode.least = mode.least, mode.least.observed(information)
-        mean, covariance = summarise(mode.particle_set)
+        mean, covariance = summary
         if largest_deviation(covariance) > _WIDEST:
             return
         turn = wrap_angle(mode.pose.heading - predicted.heading)

@@ -184,6 +184,26 @@ class EkfParameters(OdometryFusionParameters):
         0.08, at_least=0.0, at_most=1.0,
         help="a match explains this share of the points more than other poses nearby",
     )  # fmt: skip
+    sudden_share: float = parameter(
+        0.3, above=0.0, at_most=1.0,
+        help="the robot was pushed if its predicted pose explains so much less of a scan than the "
+        "last match did",
+    )  # fmt: skip
+    clear_share: float = parameter(
+        0.5, above=0.0, at_most=1.0,
+        help="a pose found after a push that explains less of a scan must be confirmed",
+    )  # fmt: skip
+    confirmations: int = parameter(
+        3, at_least=1, help="scans in a row that must agree on a pose that needs confirmation"
+    )
+    known_deviation: float = parameter(
+        0.2, "m", above=0.0,
+        help="a pose found after a push is used if its position is known better than this",
+    )  # fmt: skip
+    jump_speed_deviation: float = parameter(
+        0.2, "m/s", above=0.0,
+        help="standard deviation of the wheels' velocity after a push was found; it may go on",
+    )  # fmt: skip
     keyframe_distance: float = parameter(
         0.5, "m", above=0.0, help="distance from the keyframe at which the next one is set"
     )

@@ -19,14 +19,8 @@ SOURCE = "scan matching"
 SETTLED_DISTANCE, SETTLED_ANGLE, SETTLED_SHARE = 0.015, 0.03, 0.3
 """A disturbed robot's wheels agree with a match within m, rad, and this share of the motion."""
 
-SUDDEN = 0.3
-"""Drop of the share of explained points from one scan to the next that shows a push."""
-
 REMEMBERED = 0.3
 """Seconds for which a match reduces the stated error of the steps after it."""
-
-JUMP_SPEED_DEVIATION = 0.2
-"""Standard deviation of the velocity after a jump, m/s."""
 
 REPEATED = 5
 """Matches whose mean squared distance is compared with the gate: small slip adds up."""
@@ -116,7 +110,7 @@ class ScanOdometry:
                 history.nodes.remove(added)
                 history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance))
         if match.searched:
-            history.add(_at_wheel_speed(history, stamp))
+            history.add(_at_wheel_speed(history, stamp, p.jump_speed_deviation))
         self._remaining = _share_left(prior, match.covariance, match.pose[2])
         return contradicted
 
@@ -151,7 +145,8 @@ class ScanOdometry:
         if self._missed >= self.parameters.lost_matches:
             self._set_keyframe(points, history, stamp)
             return False
-        return disturbed or self._matcher.expected_share < self._matcher.last_share - SUDDEN
+        sudden = self._matcher.last_share - self.parameters.sudden_share
+        return disturbed or self._matcher.expected_share < sudden
 
     def _is_far(self, match: ScanMatch) -> bool:
         p = self.parameters
@@ -172,7 +167,7 @@ def _pose(state: FloatArray) -> Pose2D:
     return Pose2D(x, y, heading)
 
 
-def _at_wheel_speed(history: History, stamp: float) -> StateMeasurement:
+def _at_wheel_speed(history: History, stamp: float, deviation: float) -> StateMeasurement:
     """Return the wheels' velocity at a stamp as a measurement: a jump has no velocity of its own.
 
     It is weak: the push may go on.
@@ -183,7 +178,7 @@ def _at_wheel_speed(history: History, stamp: float) -> StateMeasurement:
         motion = node.event
         if isinstance(motion, Motion) and node.key[0] <= stamp + 1e-9:
             speed = motion.given[kernels.FORWARD : kernels.TURN] / motion.given[kernels.DURATION]
-    variance = np.eye(2) * JUMP_SPEED_DEVIATION**2
+    variance = np.eye(2) * deviation**2
     return StateMeasurement(stamp, SOURCE + " jump", parts, speed, variance)
 
 

@@ -33,15 +33,6 @@ SEARCH_STEP, SEARCH_TURN = 0.2, 0.1
 LEAST_SHARE, USUAL_SHARE = 0.45, 0.85
 """A match must explain this, and this part of what the last one explained."""
 
-KNOWN_DEVIATION = 0.2
-"""Metres: a pose found by a search must be better known than this."""
-
-CLEAR_SHARE = 0.5
-"""A found pose that explains less of a scan must be confirmed."""
-
-CONFIRMATIONS = 3
-"""Scans in a row that must agree on a pose that is not clear."""
-
 DISTINCT_DISTANCE, DISTINCT_ANGLE = 0.3, 0.2
 """Two matches farther apart than this (m or rad) are different poses."""
 
@@ -177,7 +168,7 @@ class ScanMatcher:
         """Return the only pose in the window of the search that explains the scan.
 
         If that is little of the scan, or other poses explain it nearly as well, the best pose must
-        be the same in CONFIRMATIONS scans.
+        be the same in `confirmations` scans.
         """
         p, k = self.parameters, self.keyframe
         assert k is not None
@@ -186,7 +177,9 @@ class ScanMatcher:
             p.search_distance, p.search_angle, SEARCH_STEP, SEARCH_TURN, CANDIDATES,
         )  # fmt: skip
         tried = [self._aligned(points, start[:3].copy(), expected) for start in starts]
-        known = [match for match in tried if match is not None and _is_known(match)]
+        known = [
+            match for match in tried if match is not None and _is_known(match, p.known_deviation)
+        ]
         found = sorted(known, key=lambda match: -match.share)
         enough = max(p.searched_share, expected + p.matching_margin)
         if not found or found[0].share < enough:
@@ -195,17 +188,17 @@ class ScanMatcher:
         best = found[0]
         rivals = [match.share for match in found[1:] if _differ(match.pose, best.pose)]
         clear = not rivals or max(rivals) < best.share - p.matching_margin
-        if (clear and best.share >= CLEAR_SHARE) or self._is_confirmed(best):
+        if (clear and best.share >= p.clear_share) or self._is_confirmed(best):
             self._unconfirmed = None
             return replace(best, searched=True)
         return None
 
     def _is_confirmed(self, best: ScanMatch) -> bool:
-        """Whether the best pose of the last CONFIRMATIONS searches was the same."""
+        """Whether the best pose of the last `confirmations` searches was the same."""
         before, count = self._unconfirmed or (best.pose, 0)
         count = 1 if _differ(before, best.pose) else count + 1
         self._unconfirmed = best.pose, count
-        return count >= CONFIRMATIONS
+        return count >= self.parameters.confirmations
 
 
 def _thinned(points: FloatArray, count: int) -> FloatArray:
@@ -216,9 +209,9 @@ def _thinned(points: FloatArray, count: int) -> FloatArray:
     return np.ascontiguousarray(points[chosen])
 
 
-def _is_known(match: ScanMatch) -> bool:
+def _is_known(match: ScanMatch, deviation: float) -> bool:
     """Whether the scan fixes the pose in every direction."""
-    return float(np.trace(match.covariance[:2, :2])) < KNOWN_DEVIATION**2
+    return float(np.trace(match.covariance[:2, :2])) < deviation**2
 
 
 def _differ(one: FloatArray, other: FloatArray) -> bool:

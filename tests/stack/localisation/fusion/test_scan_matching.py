@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, radians
 
 import numpy as np
@@ -117,6 +118,24 @@ def test_a_pose_that_explains_little_of_a_scan_is_confirmed_by_three():
     found = [matched(matcher, scan, Pose2D(0.0, 0.0)) for scan in scans]
     assert found[:2] == [None, None]
     assert all(match.share < 0.6 for match in found if match is not None)
+
+
+@pytest.mark.parametrize(("confirmations", "at"), [(1, 0), (2, 1), (3, 2)])
+def test_the_number_of_confirmations_and_the_clear_share_are_parameters(confirmations, at):
+    """With a clear share of 1 every pose that a search finds waits for its confirmations."""
+    matcher, moved = matcher_at(START, ROOM), Pose2D(1.2, -0.8, 0.3)
+    matcher.parameters = replace(matcher.parameters, clear_share=1.0, confirmations=confirmations)
+    scans = [scan_at(START.compose(moved), ROOM, seed) for seed in range(3)]
+    found = [matched(matcher, scan, Pose2D(0.0, 0.0)) is not None for scan in scans]
+    assert found.index(True) == at
+
+
+def test_a_pose_that_is_not_known_well_enough_is_not_used():
+    """No pose of this room is known to a tenth of a millimetre."""
+    matcher, moved = matcher_at(START, ROOM), Pose2D(1.2, -0.8, 0.3)
+    matcher.parameters = replace(matcher.parameters, known_deviation=1e-4)
+    scan = scan_at(START.compose(moved), ROOM)
+    assert matched(matcher, scan, Pose2D(0.0, 0.0)) is None
 
 
 def test_a_scan_taken_on_the_move_is_deskewed():
