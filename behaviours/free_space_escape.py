@@ -11,8 +11,9 @@ class FreeSpaceEscape(RobotBehaviour):
     """Drive out of a tight spot into free space; uses the lidar only, not the costmap.
 
     Sweeps the footprint along short motions and selects the one that gains the most clearance.
-    Space that the lidar has not seen counts as free only where the robot has just driven. Works
-    without a map and without a known pose. Fails with COLLISION_AHEAD, NO_PROGRESS or TIMED_OUT.
+    Space that the lidar has not seen counts as free only where the robot has just driven. Needs
+    neither map nor pose, but a robot that is lost on its map does not move: it fails with LOST.
+    Other failures: COLLISION_AHEAD, NO_PROGRESS, TIMED_OUT.
     """
 
     clearance: float | None = port(

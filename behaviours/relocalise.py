@@ -141,7 +141,7 @@ class Relocalise(RobotBehaviour):
             if turned >= (LONGEST_TURN if self._known else FULL_TURN) - 1e-6:
                 return bool(self._known) and (yield from self._try(self._known[0]))
             self.feedback_message = f"looking for markers, turned {degrees(turned):.0f} deg"
-            if not (yield from self._done(self.robot.spin(step))):
+            if not (yield from self._done(self.robot.spin(step, while_lost=True))):
                 return False
             turned += step
             self._looked_until = self.robot.time  # pictures taken while turning do not count
@@ -237,7 +237,7 @@ class Relocalise(RobotBehaviour):
         around = np.pad(ranges, (window // 2, window - 1 - window // 2), mode="edge")
         room = np.lib.stride_tricks.sliding_window_view(around, window).min(axis=1)
         direction = wrap_angle(float(scan.angles[int(np.argmax(room))]) + scan.mount.heading)
-        if not (yield from self._done(self.robot.spin(direction))):
+        if not (yield from self._done(self.robot.spin(direction, while_lost=True))):
             return False
         end, timer = self._trail.distance + MOVE_DISTANCE, self.start_timer()
         while (
@@ -246,7 +246,7 @@ class Relocalise(RobotBehaviour):
             and self._room() > MOVE_SPARE
         ):
             self.feedback_message = "moving for another view"
-            self.robot.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE)
+            self.robot.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE, while_lost=True)
             yield
         self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
         return True

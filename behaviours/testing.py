@@ -18,7 +18,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
-from stack.errors import ParameterError
+from stack.errors import NavigationError, ParameterError
 from stack.robot import Robot
 from stack.types import (
     STANDSTILL,
@@ -168,6 +168,10 @@ class ScriptedRobot:
         """Record the call."""
         self.calls.append(("load_map", {"name": name, "pose": pose}))
 
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Record the call."""
+        self.calls.append(("set_mapping", {"is_mapping": is_mapping}))
+
     def image(self) -> Image | None:
         """Return `picture`."""
         return self.picture
@@ -200,32 +204,48 @@ class ScriptedRobot:
         """Return a new task; the test ends it with `robot.task.succeed(path)`."""
         return self._request("plan", goal=goal, start=start)
 
-    def spin(self, angle: float, *, speed: float | None = None) -> ScriptedTask:
-        """Return a new motion task."""
-        return self._move("spin", angle=angle, speed=speed)
+    def spin(
+        self, angle: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> ScriptedTask:
+        """Return a new motion task; it has failed with LOST if the robot is lost."""
+        return self._move_unless_lost(while_lost, "spin", angle=angle, speed=speed)
 
-    def back_up(self, distance: float, *, speed: float | None = None) -> ScriptedTask:
-        """Return a new motion task."""
-        return self._move("back_up", distance=distance, speed=speed)
+    def back_up(
+        self, distance: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> ScriptedTask:
+        """Return a new motion task; it has failed with LOST if the robot is lost."""
+        return self._move_unless_lost(while_lost, "back_up", distance=distance, speed=speed)
 
     def drive_on_heading(
-        self, distance: float, *, speed: float | None = None, direction: float = 0.0
-    ) -> ScriptedTask:
-        """Return a new motion task."""
-        return self._move("drive_on_heading", distance=distance, speed=speed, direction=direction)
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0,
+        while_lost: bool = False,
+    ) -> ScriptedTask:  # fmt: skip
+        """Return a new motion task; it has failed with LOST if the robot is lost."""
+        return self._move_unless_lost(
+            while_lost, "drive_on_heading", distance=distance, speed=speed, direction=direction
+        )
 
     def escape(
-        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
-    ) -> ScriptedTask:
-        """Return a new motion task."""
-        return self._move("escape", clearance=clearance, distance=distance, speed=speed)
+        self, *, clearance: float | None = None, distance: float = 1.5,
+        speed: float | None = None, while_lost: bool = False,
+    ) -> ScriptedTask:  # fmt: skip
+        """Return a new motion task; it has failed with LOST if the robot is lost."""
+        return self._move_unless_lost(
+            while_lost, "escape", clearance=clearance, distance=distance, speed=speed
+        )
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> ScriptedTask:
         """Return a new motion task."""
         return self._move("assisted_teleop", seconds=seconds, silence=silence)
 
-    def drive_for(self, twist: Twist, seconds: float) -> None:
-        """Store the velocity in `twist`; cancel the motion task, as the real robot does."""
+    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
+        """Store the velocity in `twist`; cancel the motion task, as the real robot does.
+
+        Raises:
+            NavigationError: LOST, if the robot is lost, as the real robot does.
+        """
+        if self.estimate.is_lost and not while_lost and twist != STANDSTILL:
+            raise NavigationError(FailureCode.LOST, "the robot is lost")
         self.motion.cancel()
         self.twist = twist
         self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
@@ -277,6 +297,12 @@ class ScriptedRobot:
         self.motion.cancel()
         self.motion = self._request(name, **arguments)
         return self.motion
+
+    def _move_unless_lost(self, while_lost: bool, name: str, **arguments: Any) -> ScriptedTask:
+        task = self._move(name, **arguments)
+        if self.estimate.is_lost and not while_lost:
+            task.fail(FailureCode.LOST, "the robot is lost")
+        return task
 
     def _request(self, name: str, **arguments: Any) -> ScriptedTask:
         self.calls.append((name, arguments))

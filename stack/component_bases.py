@@ -342,11 +342,25 @@ class Estimator(Component, ABC):
     Attributes:
         needs_map: whether it works only in missions with a map.
         needs_initial_pose: whether, on a map, the mission must know where the robot starts.
+        loads_saved_maps: whether it reads more of a saved map than the grid, e.g. a pose graph; a
+            mission with a saved map then begins with `load_map` instead of `start`.
         lidar: name of the lidar whose scans `fit_at` and `localise_globally` expect.
     """
 
     needs_map: ClassVar[bool] = False
     needs_initial_pose: ClassVar[bool] = False
+    loads_saved_maps: ClassVar[bool] = False
+
+    @classmethod
+    def check_map(cls, folder: FilePath | None) -> None:
+        """Check the files of the mission's map before the run.
+
+        Args:
+            folder: of a map from files; None for a map that is drawn from the world.
+
+        Raises:
+            InputError: the estimator needs other files.
+        """
 
     def __init__(
         self, parameters: Any, robot: RobotDescription, grid: OccupancyGrid | None, seed: int
@@ -428,6 +442,17 @@ class Estimator(Component, ABC):
         raise NavigationError(
             FailureCode.UNSUPPORTED,
             "this estimator cannot load a map during a run; use `localisation: mcl`",
+        )
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map, between two steps; it localises on in either case.
+
+        Raises:
+            NavigationError: UNSUPPORTED if the estimator draws no map.
+        """
+        raise NavigationError(
+            FailureCode.UNSUPPORTED,
+            "this estimator draws no map; use `localisation: slam` or `localisation: pose_graph`",
         )
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:

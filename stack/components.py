@@ -66,6 +66,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "mcl": "stack.localisation.localiser:Localiser",
         "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
         "slam": "stack.mapping.slam.estimator:SlamEstimator",
+        "pose_graph": "stack.mapping.slam.estimator:PoseGraphLocaliser",
     },
     "odometry": {
         "ekf": "stack.localisation.fusion.ekf:EkfOdometry",

@@ -175,6 +175,14 @@ class Robot(Protocol):
         """
         ...
 
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map; the robot localises itself on it in either case.
+
+        Raises:
+            NavigationError: the estimator draws no map.
+        """
+        ...
+
     def image(self) -> Image | None:
         """The newest camera picture; each call keeps the camera on for another second."""
         ...
@@ -216,17 +224,24 @@ class Robot(Protocol):
         """
         ...
 
-    def spin(self, angle: float, *, speed: float | None = None) -> Task:
-        """Turn in place by an angle, radians, positive to the left; may exceed a full turn."""
+    def spin(self, angle: float, *, speed: float | None = None, while_lost: bool = False) -> Task:
+        """Turn in place by an angle, radians, positive to the left; may exceed a full turn.
+
+        This motion and the next three fail with LOST while the robot is lost, and so does
+        `drive_for`. A behaviour that finds the pose sets `while_lost`.
+        """
         ...
 
-    def back_up(self, distance: float, *, speed: float | None = None) -> Task:
+    def back_up(
+        self, distance: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> Task:
         """Drive straight back by a distance, metres; fails before it touches an obstacle."""
         ...
 
     def drive_on_heading(
-        self, distance: float, *, speed: float | None = None, direction: float = 0.0
-    ) -> Task:
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0,
+        while_lost: bool = False,
+    ) -> Task:  # fmt: skip
         """Drive straight by a distance, with the heading held by odometry.
 
         Fails before it touches an obstacle that a sensor sees.
@@ -235,18 +250,21 @@ class Robot(Protocol):
             distance: metres; negative: backward.
             speed: m/s; None: the robot's own.
             direction: of travel in the base frame, radians; omnidirectional robots only.
+            while_lost: drive also while the robot is lost.
         """
         ...
 
     def escape(
-        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
-    ) -> Task:
+        self, *, clearance: float | None = None, distance: float = 1.5,
+        speed: float | None = None, while_lost: bool = False,
+    ) -> Task:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry, without costmap, map or pose.
 
         Args:
             clearance: required free distance around the footprint, metres; None: the robot's own.
             distance: maximum driving distance, metres.
             speed: m/s; None: the robot's own.
+            while_lost: drive also while the robot is lost.
         """
         ...
 
@@ -259,10 +277,14 @@ class Robot(Protocol):
         """
         ...
 
-    def drive_for(self, twist: Twist, seconds: float) -> None:
+    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
         """Drive a velocity for some seconds, for behaviours with their own control loop.
 
         Safety still limits the velocity. Cancels the current motion task.
+
+        Raises:
+            NavigationError: LOST, while the robot is, unless `while_lost` is set or the twist is
+                standstill. A behaviour that does not catch it fails with LOST.
         """
         ...
 

@@ -52,7 +52,7 @@ MAY_IMPORT = {
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
     },
-    "stack.mapping": {"stack.components", *FOUNDATION},
+    "stack.mapping": {"stack.components", "stack.localisation", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},
     "stack.perception": FOUNDATION,
     "stack.safety": FOUNDATION,

@@ -15,11 +15,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 import typer
 
 from missions.cli.bench import bench_app
-from missions.cli.check import check
+from missions.cli.check import check, explain
 from missions.cli.doctor import doctor
 from missions.cli.drive import drive
-from missions.cli.explain import explain
 from missions.cli.list import describe, list_
+from missions.cli.map import map_app
 from missions.cli.nav2 import nav2
 from missions.cli.new import new_app
 from missions.cli.parameters import parameters
@@ -62,6 +62,7 @@ app.command()(watch)
 app.command()(drive)
 app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
+app.add_typer(map_app, name="map")
 app.add_typer(tell_app, name="tell")
 app.add_typer(bench_app, name="bench")
 app.command(epilog=TUNE_EPILOG)(tune)

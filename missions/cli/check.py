@@ -1,4 +1,4 @@
-"""`treepilot check`: reports every finding in mission and world files."""
+"""`treepilot check` and `explain`: findings in mission and world files, and what they mean."""
 
 from typing import Annotated
 
@@ -43,3 +43,12 @@ def _summary(files: int, errors: int, warnings: int) -> str:
     if warnings:
         parts.append(counted(warnings, "warning"))
     return ", ".join(parts)
+
+
+def explain(
+    code: Annotated[str, typer.Argument(help="code of a finding, e.g. E132")],
+) -> None:
+    """Explain a finding: its cause, an example and the fix."""
+    from missions.inspection.explain import explanation
+
+    typer.echo(explanation(code))

@@ -22,6 +22,7 @@ from missions.editor.value_schemas import (
 from stack.documents import Findings, Mark, Node, Section
 from stack.parameters import Declaration
 from stack.sim.worlds import items
+from stack.sim.worlds.people import people
 from stack.sim.worlds.timeline import ACTIONS, event
 from stack.sim.worlds.values import FRICTION, Reading, X, Y
 from stack.sim.worlds.world_file import EDGES
@@ -33,7 +34,7 @@ LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
     "doors": (items.door, "Doors: panels that close a gap, removed while open."),
     "markers": (items.marker, "Fiducial markers on walls."),
     "friction_zones": (items.friction_zone, "Rectangles with another floor friction."),
-    "people": (items.person, "People who walk along a closed loop."),
+    "people": (people, "People who walk."),
     "docks": (items.dock, "Charging docks."),
     "timeline": (event, "World events; each entry happens once."),
 }
@@ -58,8 +59,17 @@ def world_schema() -> Schema:
     }
     for key, (read, text) in LISTS.items():
         keys[key] = documented({"type": "array", "items": _schema_of(read)}, text)
+    _require_by_model(keys["people"]["items"])
     _require_one_action(keys["timeline"]["items"])
     return {"$schema": DRAFT, "title": "treepilot world, format 1", **section(keys, ["world"])}
+
+
+def _require_by_model(entry: Schema) -> None:
+    """Require a track of recorded people, and waypoints of all others."""
+    entry["required"] = ["name"]
+    entry["properties"]["waypoints"]["minItems"] = 1
+    entry["if"] = {"properties": {"model": {"const": "recorded"}}, "required": ["model"]}
+    entry["then"], entry["else"] = {"required": ["track"]}, {"required": ["waypoints"]}
 
 
 def _require_one_action(entry: Schema) -> None:
@@ -133,9 +143,10 @@ class _RecordingReading(Reading):
         assert isinstance(section, _SchemaRecorder)
         section.record(key, parts((X, Y)), required=True)
 
-    def points(self, section: Section, key: str) -> None:
+    def points(self, section: Section, key: str, at_least: int = 2) -> None:
         assert isinstance(section, _SchemaRecorder)
-        section.record(key, {"type": "array", "minItems": 2, "items": parts((X, Y))}, required=True)
+        points = {"type": "array", "minItems": at_least, "items": parts((X, Y))}
+        section.record(key, points, required=True)
 
     def pose(self, section: Section, key: str, node: Node) -> None:
         assert isinstance(section, _SchemaRecorder)

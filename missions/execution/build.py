@@ -11,7 +11,7 @@ from typing import Any
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
-from missions.execution.resources import load_map, versions
+from missions.execution.resources import load_map, map_folder, versions
 from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger, addresses
@@ -22,7 +22,7 @@ from stack.components import Controller, Estimator, OdometryFusion
 from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
-from stack.costmap.unexplored import Ground, unexplored
+from stack.costmap.unexplored import Ground, resampled, unexplored
 from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
@@ -148,6 +148,7 @@ def build(
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
             cover=world_model.cover,
+            draw=world_model.draw,
             forget_tracks=world_model.forget_tracks,
             tunables={
                 **_tunables_of(navigator),
@@ -247,8 +248,18 @@ def _world_model(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
         SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
         deceleration=plan.robot.limits.linear_deceleration,
         cover=_ignore if ground is None else ground.cover,
-        draw=_ignore if ground is None else ground.draw,
+        draw=_replacing(local_costmap, global_costmap) if ground is None else ground.draw,
     )  # fmt: skip
+
+
+def _replacing(*costmaps: Costmap) -> Callable[[OccupancyGrid], None]:
+    """Return the function that replaces the known map of costmaps, at their resolution."""
+
+    def draw(grid: OccupancyGrid) -> None:
+        for costmap in costmaps:
+            costmap.set_static(resampled(grid, costmap.marks.resolution))
+
+    return draw
 
 
 def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:
@@ -365,5 +376,9 @@ def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimat
     """Return the chosen estimator, started at the initial pose."""
     choice = plan.choices[LOCALISATION]
     estimator: Estimator = choice.create(plan.robot, grid if plan.is_mapped else None, seed)
-    estimator.start(plan.belief)
+    folder = map_folder(plan.mission.map, plan.mission.source.parent)
+    if estimator.loads_saved_maps and folder is not None:
+        estimator.load_map(grid, folder, plan.belief)
+    else:
+        estimator.start(plan.belief)
     return estimator

@@ -15,6 +15,7 @@ from missions.execution.resources import (
     find_mission,
     load_robot,
     load_world,
+    map_folder,
     open_recording,
     recorded_world,
     resources,
@@ -266,6 +267,12 @@ def _check_estimator(choice: Choice, marks: _Marks, belief: Pose2D | None) -> No
         sentence = f"the estimator {choice.name!r} cannot find an unknown initial pose"
         mark = marks.of("initial_pose")
         raise InputError([Finding(mark, "E111", sentence, "use `localisation: mcl`, or give one")])
+    if marks.mission.map == "none":
+        return
+    try:
+        estimator.check_map(map_folder(marks.mission.map, marks.mission.source.parent))
+    except InputError as error:
+        raise InputError([Finding(marks.of("map"), "E111", str(error))]) from None
 
 
 def _check_rate(loop: LoopParameters, marks: _Marks) -> None:

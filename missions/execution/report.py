@@ -27,6 +27,8 @@ class Report:
             next two are None for a body that is not simulated.
         collisions: contacts while the robot moved; pushed_into: contacts while it stood still.
         localisation_error: mean and max distance between estimate and truth, metres.
+        doubt: lost_seconds, for which the robot was lost and might not drive, and obscured_metres,
+            driven by odometry at low speed because unmapped things hid the map.
         relocalised_by: source of the last relocalisation (marker, lidar, operator), or empty.
         stages: compute time by stage of the loop, wall seconds.
         final_pose: estimate and truth at the end.
@@ -34,6 +36,7 @@ class Report:
         folder: the run folder, absolute.
         records_lost: the files of the folder that could not be written: record, time from which
             on it is missing, reason, and for events.jsonl the number of the first missing event.
+        links_lost: links to other programs that failed: link, time and reason.
     """
 
     mission: str
@@ -67,6 +70,8 @@ class Report:
     folder: str = ""
     arguments: dict[str, str] = field(default_factory=dict)
     records_lost: list[dict[str, Any]] = field(default_factory=list)
+    doubt: dict[str, float] = field(default_factory=dict)
+    links_lost: list[dict[str, Any]] = field(default_factory=list)
 
     @property
     def exit_code(self) -> int:
@@ -101,6 +106,11 @@ class Report:
                 else ""
             ),
         ]
+        if any(self.doubt.values()):
+            lines.append(
+                f"  lost for {self.doubt['lost_seconds']:.1f} s, "
+                f"{self.doubt['obscured_metres']:.1f} m by odometry past unmapped things"
+            )
         if self.relocalised_by:
             lines.append(f"  relocalised by {self.relocalised_by}")
         lines.append(f"  event log {self.log_sha256[:16]}")
@@ -109,6 +119,8 @@ class Report:
             lines.append(f"  records in {_shown(folder)}")
             if (folder / "mission.rrd").exists():
                 lines.append(f"  recording: rerun {_shown(folder / 'mission.rrd')}")
+        for link in self.links_lost:
+            lines.append(f"  {link['link']} lost at {link['time']:.1f} s ({link['reason']})")
         for lost in self.records_lost:
             lines.append(f"  records lost: {LostRecord(**lost).text}")
         return printable("\n".join(lines))

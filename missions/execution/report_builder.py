@@ -21,14 +21,17 @@ class Milestones:
 
     def __init__(self) -> None:
         self.relocalisations: list[dict[str, Any]] = []
+        self.links_lost: list[dict[str, Any]] = []
 
     def open(self, info: RunInfo) -> None:
         """Do nothing."""
 
     def event(self, event: Event) -> None:
-        """Keep a `relocalised` event: its time, pose and source."""
+        """Keep `relocalised` events (time, pose, source) and `link_lost` (time, link, reason)."""
         if event.kind == "relocalised":
             self.relocalisations.append({"time": event.time, **event.fields})
+        elif event.kind == "link_lost":
+            self.links_lost.append({"time": event.time, **event.fields})
 
     def wants_snapshot(self, time: float) -> bool:
         """Return False: no snapshot is needed."""
@@ -44,7 +47,7 @@ class Milestones:
 def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
     plan: PreparedMission, options: RunOptions, engine: Engine, *, wall_seconds: float,
     first_tick: float, peak_memory_mb: float, folder: RunFolder | None,
-    relocalisations: list[dict[str, Any]],
+    milestones: Milestones,
 ) -> Report:  # fmt: skip
     """Return the report.
 
@@ -56,10 +59,11 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         first_tick: wall seconds from building the run to its first tick.
         peak_memory_mb: peak resident memory, MB.
         folder: the run folder, or None.
-        relocalisations: time and fields of each `relocalised` event.
+        milestones: events of the run that the report names.
     """
+    relocalisations = milestones.relocalisations
     runtime, scorer, simulation = engine.runtime, engine.scorer, engine.simulation
-    counters = runtime.counters()
+    counters, monitor = runtime.counters(), runtime.parts.navigator.localisation_monitor
     simulated = engine.body.time
     return Report(
         mission=plan.mission.name,
@@ -98,6 +102,11 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         folder=str(folder.path) if folder is not None else "",
         arguments=dict(options.arguments or {}),
         records_lost=[asdict(record) for record in engine.telemetry.lost],
+        doubt={
+            "lost_seconds": round(monitor.lost_seconds, 3),
+            "obscured_metres": round(monitor.obscured_distance, 3),
+        },
+        links_lost=milestones.links_lost,
     )
 
 

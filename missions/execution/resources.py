@@ -173,6 +173,14 @@ def load_map(name: str, folder: Path) -> OccupancyGrid:
     return read_ros_map(path / "map.yaml" if path.is_dir() else path)
 
 
+def map_folder(name: str, folder: Path) -> Path | None:
+    """Return the folder of a mission's map; None for `from_world` and `none`."""
+    if name in ("from_world", "none"):
+        return None
+    path = folder / name
+    return path if path.is_dir() else path.parent
+
+
 def _nav2_components(name: str, folder: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:
     """Return the components of a Nav2 parameter file, and warnings for settings without effect."""
     from missions.nav2.reading import read_nav2

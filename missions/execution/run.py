@@ -239,7 +239,7 @@ class Run:
             wall_seconds=perf_counter() - self._loop_began,
             first_tick=(self._first_tick or perf_counter()) - self._began,
             peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-            folder=self._folder, relocalisations=self._milestones.relocalisations,
+            folder=self._folder, milestones=self._milestones,
         )  # fmt: skip
 
     def close(self) -> None:

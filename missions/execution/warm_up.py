@@ -89,10 +89,12 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:
-    """Return the kernels of the simulated lidars and sonars."""
+    """Return the kernels of the simulated lidars, sonars and people."""
+    from stack.sim.people import People
     from stack.sim.sensors.lidar import Lidar
     from stack.sim.sensors.sonar import Sonar
 
     lidars = (Lidar.kernels(lidar) for lidar in plan.robot.all_lidars.values())
     sonars = Sonar.kernels() if plan.robot.sonars else ()
-    return (*(kernel for kernels in lidars for kernel in kernels), *sonars)
+    walkers = People.kernels(plan.world)
+    return (*(kernel for kernels in lidars for kernel in kernels), *sonars, *walkers)

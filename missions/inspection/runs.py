@@ -14,13 +14,19 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from stack.documents.files import JSON_BYTES, read_bytes
 from stack.errors import InputError
 from stack.parameters import suggestion
 from stack.telemetry.hub import EVENTS
+from stack.types.printable import printable
 
 LIVE, INCOMPLETE = "live", "incomplete"
 TAIL_BYTES = 1 << 16
 """Part of events.jsonl that is searched for the last event; longer events do not occur."""
+
+
+MAX_TITLE = 100
+"""Longest title and status that are read from a report, characters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +72,7 @@ def find_runs(parent: Path) -> list[RunFolderEntry]:
         raise InputError(f"cannot read {parent}: {error.strerror}") from None
     entries = []
     for folder in folders:
-        with suppress(FileNotFoundError):  # another process deletes it
+        with suppress(OSError):  # another process deletes it, or it cannot be read
             entries.append(_entry(folder))
     return sorted(entries, key=lambda run: (run.started, run.name), reverse=True)
 
@@ -141,7 +147,7 @@ def table(runs: Sequence[RunFolderEntry]) -> list[str]:
     heading = ("RUN", "MISSION", "STATUS", "STARTED", "SIMULATED", "SIZE")
     rows = [
         (
-            run.name, run.mission, run.status, run.started.replace("T", " "),
+            *map(_cell, (run.name, run.mission, run.status)), run.started.replace("T", " "),
             f"{run.simulated_seconds:.1f} s", size_text(run.size),
         )
         for run in runs
@@ -158,6 +164,11 @@ def table(runs: Sequence[RunFolderEntry]) -> list[str]:
     return [*lines, f"{len(runs)} run{'' if len(runs) == 1 else 's'}, {total}"]
 
 
+def _cell(text: str) -> str:
+    """Return a text of a file, which may be foreign, as one line for a terminal."""
+    return printable(text).replace("\n", "\\n").replace("\t", "\\t")
+
+
 def size_text(size: int) -> str:
     """Return a size in kB, MB or GB."""
     for unit, factor in (("GB", 1e9), ("MB", 1e6)):
@@ -169,12 +180,12 @@ def size_text(size: int) -> str:
 def _entry(folder: Path) -> RunFolderEntry:
     report = _report(folder)
     with _is_over(folder) as is_over:
-        status = str(report.get("status", INCOMPLETE)) if is_over else LIVE
+        status = str(report.get("status", INCOMPLETE))[:MAX_TITLE] if is_over else LIVE
     time = report.get("simulated_seconds")
     started = datetime.fromtimestamp((folder / "mission.yaml").stat().st_mtime)
     return RunFolderEntry(
         name=folder.name,
-        mission=str(report.get("mission", folder.name)),
+        mission=str(report.get("mission", folder.name))[:MAX_TITLE],
         status=status,
         started=started.isoformat(timespec="seconds"),
         simulated_seconds=float(time) if isinstance(time, int | float) else _last_time(folder),
@@ -186,8 +197,8 @@ def _entry(folder: Path) -> RunFolderEntry:
 def _report(folder: Path) -> dict[str, Any]:
     """The report; empty if there is none or it is damaged."""
     try:
-        report = json.loads((folder / "report.json").read_text("utf-8"))
-    except (OSError, ValueError):
+        report = json.loads(read_bytes(folder / "report.json", JSON_BYTES))
+    except (OSError, ValueError, RecursionError):
         return {}
     return report if isinstance(report, dict) else {}
 
@@ -198,7 +209,7 @@ def _last_time(folder: Path) -> float:
         file.seek(max(0, file.seek(0, os.SEEK_END) - TAIL_BYTES))
         lines = file.read().split(b"\n")[:-1]
     for line in reversed(lines):
-        with suppress(ValueError, TypeError, KeyError):
+        with suppress(ValueError, TypeError, KeyError, RecursionError):
             return float(json.loads(line)["time"])
     return 0.0
 

@@ -7,9 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from missions.trees.addressing import Addressed, find_nodes
-from stack.errors import InputError
+from stack.errors import Finding, InputError, Mark
 from stack.telemetry.event_log import read_events
 from stack.telemetry.records import Event
+
+EVENT_LOG_BYTES = 1 << 28
+"""Largest event log that is read; a run of 24 hours has about a tenth."""
 
 
 @dataclass
@@ -129,19 +132,30 @@ def read_trace(folder: Path) -> Trace:
     """Read the trace of a run folder; the run may have been killed.
 
     Raises:
-        InputError: the folder has no event log, or the log has no tree.
+        InputError: the folder has no event log, or the log has no tree, is not treepilot's, or has
+            more than EVENT_LOG_BYTES.
+        TelemetryError: a line is not an event.
     """
     path = folder / "events.jsonl"
     if not path.is_file():
         raise InputError(f"{folder} is not a run folder: it has no events.jsonl")
+    size = path.stat().st_size
+    if size > EVENT_LOG_BYTES:
+        raise InputError(f"{path} has {size} bytes; at most {EVENT_LOG_BYTES} are read")
     events = tuple(read_events(path))
-    trees = tuple(_tree(event) for event in events if event.kind == "tree")
+    trees = []
+    for line, event in enumerate(events, start=1):
+        try:
+            if event.kind == "tree":
+                trees.append(_tree(event))
+            elif trees or event.kind == "node_status":
+                _note(event, trees[-1])
+        except (ValueError, TypeError, LookupError) as error:
+            sentence = f"not an event of a run: {type(error).__name__}: {error}"
+            raise InputError([Finding(Mark(str(path), line), "E004", sentence)]) from None
     if not trees:
         raise InputError(f"{path} has no tree: the run ended before the mission started")
-    trace = Trace(trees, events)
-    for event, tree, _ in trace.with_trees():
-        _note(event, tree)
-    return trace
+    return Trace(tuple(trees), events)
 
 
 def is_reset(event: Event) -> bool:
@@ -150,7 +164,11 @@ def is_reset(event: Event) -> bool:
 
 
 def _tree(event: Event) -> Tree:
-    return Tree({row[0]: Node(*row) for row in event.fields["rows"]}, event.time)
+    nodes = {int(row[0]): Node(*row) for row in event.fields["rows"]}
+    for node in nodes.values():
+        if node.parent >= node.id:  # nodes are numbered from the root on
+            raise ValueError(f"node {node.id} is below node {node.parent}")
+    return Tree(nodes, event.time)
 
 
 def _note(event: Event, tree: Tree) -> None:

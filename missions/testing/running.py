@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
@@ -18,6 +19,7 @@ from missions.trees.compiler import compile_mission
 from missions.trees.context import Record
 from missions.trees.mission_tree import MissionTree
 from stack.documents import Mark
+from stack.errors import TreepilotError, exception_sentence, traceback_text
 
 DEFAULT_TIME_LIMIT = 3600.0
 """Simulated seconds after which a case without `within` is stopped."""
@@ -64,8 +66,18 @@ def place_of(record: Record) -> Place:
 
 
 def run_case(mission: Mission, case: Case) -> CaseResult:
-    """Run a mission that was read with the case's arguments, and check the expectations."""
-    return _Run(mission, case).result()
+    """Run a mission that was read with the case's arguments, and check the expectations.
+
+    An exception, of a plugin or of treepilot, is a failure of the case; the others are still run.
+    """
+    try:
+        return _Run(mission, case).result()
+    except (Exception, SystemExit) as error:
+        print(traceback_text(f"the test {case.name!r} crashed", error), file=sys.stderr)
+        known = isinstance(error, TreepilotError)
+        sentence = str(error) if known else exception_sentence(error)
+        problem = Problem(case.mark, "crash", "no exception", sentence)
+        return CaseResult(case, [problem], 0.0, "crashed")
 
 
 class _Run:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -33,9 +33,17 @@ class FailureTrace:
     path: tuple[str, ...]
 
 
+class Gate(Protocol):
+    """Decides before each tick of a node whether it is ticked; the debugger has one."""
+
+    def outcome(self) -> Status | None:
+        """Return the status of the node without ticking it, or None to tick it."""
+        ...
+
+
 @dataclass(slots=True)
 class Record:
-    """Data of one node for the dashboard and the event log.
+    """Data of one node for the dashboard, the event log and the debugger.
 
     Attributes:
         label: name in the path of a failure; "" omits it (decorators, unnamed composites).
@@ -46,6 +54,7 @@ class Record:
         shown: its row is up to date.
         glyph: character of its kind in the dashboard.
         names: names for mission tests: its own, its behaviour or tree, its event.
+        gate: asked before each tick of the node; None: always tick it.
     """
 
     node: Behaviour
@@ -60,6 +69,7 @@ class Record:
     message: str = ""
     shown: bool = True
     names: tuple[str, ...] = ()
+    gate: Gate | None = None
     glyph: str = field(init=False)
 
     def __post_init__(self) -> None:

@@ -1,7 +1,6 @@
 """Breakpoints and forced outcomes: gates in front of single nodes.
 
-A gate replaces the `execute_tick` of one node. Nodes without a gate tick as usual, so breakpoints
-cost nothing elsewhere in the tree.
+A node asks the gate in its record before each tick; most nodes have none.
 
 A node with a breakpoint is held before it starts: none of its methods has been called. The current
 tick continues, and for its parents the held node is running, so they keep their position. The node
@@ -15,6 +14,7 @@ are halted first.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from py_trees.common import Status
 
@@ -39,8 +39,8 @@ class Forced:
     code: str = FailureCode.FAILED
 
 
-class Gate:
-    """A gate in front of one node.
+class DebuggerGate:
+    """Holds one node at a breakpoint, or forces its outcome.
 
     Attributes:
         named: the address that the operator last used for the node.
@@ -49,20 +49,20 @@ class Gate:
     """
 
     def __init__(self, record: Record, execution: Execution, hits: list[Record]) -> None:
-        self.record, self.node, self.execution = record, record.node, execution
+        self.record, self.execution = record, execution
+        self.node: Any = record.node
         self.named, self.breaks = "", False
         self.forced: Forced | None = None
         self._hits, self._held, self._before = hits, False, Status.INVALID
-        self._inner = self.node.execute_tick  # type: ignore[attr-defined] # as in `node.run`
-        self.node.execute_tick = self.execute_tick  # type: ignore[attr-defined] # as above
+        record.gate = self
 
     @property
     def is_holding(self) -> bool:
         """Whether the node is held until the next tick."""
         return self._held and self.node.status is Status.RUNNING
 
-    def execute_tick(self) -> Status:
-        """Tick the node, hold it, or return its forced outcome."""
+    def outcome(self) -> Status | None:
+        """Hold the node or force its outcome and return its status; None to tick it."""
         held, self._held, node = self.is_holding, False, self.node
         if held:
             node.status = self._before
@@ -73,21 +73,20 @@ class Gate:
             return Status.RUNNING
         if self.forced is not None:
             return self._return_forced(self.forced)
-        status: Status = self._inner()
-        return status
+        return None
 
     def remove(self) -> None:
         """Remove the gate; the node ticks as usual again."""
         if self.is_holding:
             self.node.status = self._before
-        del vars(self.node)["execute_tick"]
+        self.record.gate = None
 
     def _return_forced(self, forced: Forced) -> Status:
         node, status = self.node, forced.status
         if node.status is Status.RUNNING:
             halt(node)
         node.feedback_message = FORCED
-        node.skipped = False  # type: ignore[attr-defined] # as in `node.run`
+        node.skipped = False
         if status is Status.FAILURE:
             self.execution.fail(node, Failure(forced.code, FORCED))
         node.status = status
@@ -107,7 +106,7 @@ class TreeDebugger:
     def __init__(self, tree: MissionTree) -> None:
         self.generation, self.faults = 0, tuple[str, ...]()
         self._tree = tree
-        self._gates: dict[int, Gate] = {}
+        self._gates: dict[int, DebuggerGate] = {}
         self._hits: list[Record] = []
         self._nodes = addresses(tree)
 
@@ -222,9 +221,9 @@ class TreeDebugger:
         records = self._tree.records
         return [records[number] for number in find_nodes(self._nodes, text)]
 
-    def _gate(self, record: Record) -> Gate:
+    def _gate(self, record: Record) -> DebuggerGate:
         if record.id not in self._gates:
-            self._gates[record.id] = Gate(record, self._tree.execution, self._hits)
+            self._gates[record.id] = DebuggerGate(record, self._tree.execution, self._hits)
         return self._gates[record.id]
 
     def _remove_idle_gates(self) -> None:

@@ -13,7 +13,7 @@ from behaviours.base import RobotBehaviour
 from missions.trees.context import Execution
 from missions.trees.node import Node
 from missions.trees.outputs import Outputs
-from stack.errors import EvaluationError, exception_sentence
+from stack.errors import EvaluationError, NavigationError, exception_sentence
 from stack.types import STANDSTILL, Failure, FailureCode
 
 STOP_TIME = 0.3
@@ -91,10 +91,13 @@ class LeafNode(Node):
         """Shut the behaviour down, as py_trees' tools do."""
         self.leaf.shutdown()
 
-    def execute_tick(self) -> Status:
+    def execute_tick(self) -> Status:  # noqa: C901 - calls would slow every tick
         """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
+        record = self.record
+        if record.gate is not None and (outcome := record.gate.outcome()) is not None:
+            return outcome
         leaf, execution = self.leaf, self.execution
-        execution.ticked[0] = self.record.id
+        execution.ticked[0] = record.id
         before = self.status
         if before is not _RUNNING:
             if self._just_updates and execution.starts is None:
@@ -115,7 +118,6 @@ class LeafNode(Node):
                 status = self._handle_result(status)
         if status is not before:
             self.status = leaf.status = status
-        record = self.record
         if record.status is not status or leaf.feedback_message != record.message:
             execution.update_record(record, status)
         if execution.visited is not None:
@@ -226,9 +228,12 @@ class LeafNode(Node):
         return True
 
     def _report(self, error: BaseException) -> None:
-        """Turn an exception into the leaf's failure; a missing value needs no traceback."""
+        """Turn an exception into the leaf's failure; those with a code need no traceback."""
         if isinstance(error, EvaluationError):
             self._fail(error.code, error.sentence)
+            return
+        if isinstance(error, NavigationError):
+            self._fail(FailureCode(error.failure.code), error.failure.sentence)
             return
         sentence = exception_sentence(error)
         self.execution.log(f"{self.name}\n{format_exc()}")

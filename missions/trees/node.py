@@ -86,10 +86,12 @@ class InnerNode(Node):
         """Run one tick; `fresh` if the node was not running before."""
         raise NotImplementedError
 
-    def execute_tick(self) -> Status:
+    def execute_tick(self) -> Status:  # noqa: C901 - calls would slow every tick
         """Tick the node; a missing or invalid value becomes its failure."""
-        execution = self.execution
-        execution.ticked[0] = self.record.id
+        record, execution = self.record, self.execution
+        if record.gate is not None and (outcome := record.gate.outcome()) is not None:
+            return outcome
+        execution.ticked[0] = record.id
         fresh = self.status is not _RUNNING
         if fresh:
             self.feedback_message = ""
@@ -107,7 +109,6 @@ class InnerNode(Node):
             self.stop(status)
         elif fresh:
             self.status = status
-        record = self.record
         if record.status is not status or self.feedback_message != record.message:
             execution.update_record(record, status)
         if execution.visited is not None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi
+from math import pi
 
 from stack.components import DriveState, GoalChecker, ProgressChecker
 from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
 from stack.parameters import parameter
-from stack.types import Pose2D, PoseEstimate, wrap_angle
+from stack.types import Pose2D, wrap_angle
 
 
 @dataclass(frozen=True)
@@ -204,56 +204,3 @@ class PoseProgressChecker(SimpleProgressChecker):
             return False
         self._counted = min(right, self._turn), max(left, self._turn)
         return True
-
-
-class LostChecker:
-    """Decides how a drive goes on while the localisation is lost.
-
-    Where only unmapped things hide the map, it goes on slowly for a distance. Otherwise it stands,
-    and fails when the doubt lasts.
-
-    Args:
-        seconds: of standing after which the drive fails.
-        speed: m/s, top speed where unmapped things hide the map.
-        distance: metres driven so at most.
-    """
-
-    def __init__(self, seconds: float, speed: float = 0.0, distance: float = 0.0) -> None:
-        self.seconds, self._speed, self._distance = seconds, speed, distance
-        self.timers = Timers()
-        self._low = self.timers.new()
-        self._obscured_since: Pose2D | None = None
-        self._travelled = 0.0
-        self.speed_limit = inf
-
-    @property
-    def doubted(self) -> bool:
-        """Whether the robot must stand by the last check."""
-        return self._low.running
-
-    def lost(self, time: float, estimate: PoseEstimate, odometry: Pose2D) -> bool:
-        """Whether the robot has been lost for `seconds`; sets `speed_limit`.
-
-        Args:
-            time: seconds.
-            estimate: of this step.
-            odometry: pose in the odom frame.
-        """
-        self.speed_limit = inf
-        if not estimate.is_lost:
-            self._low.reset()
-            self._obscured_since, self._travelled = None, 0.0
-            return False
-        if estimate.obscured and self._speed > 0.0 and self._goes_on(odometry):
-            self._low.reset()
-            self.speed_limit = self._speed
-            return False
-        self._low.start_once(time)
-        return self._low.elapsed(time) >= self.seconds
-
-    def _goes_on(self, odometry: Pose2D) -> bool:
-        """Whether less than the distance has been driven since the map was hidden."""
-        if self._obscured_since is not None:
-            self._travelled += self._obscured_since.distance_to(odometry)
-        self._obscured_since = odometry
-        return self._travelled < self._distance

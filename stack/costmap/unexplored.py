@@ -86,6 +86,15 @@ class Ground:
             self._show()
 
 
+def resampled(grid: OccupancyGrid, resolution: float) -> OccupancyGrid:
+    """Return a map in cells of another size; the same object if the size is the same."""
+    if abs(grid.resolution - resolution) < 1e-9:
+        return grid
+    rows, columns = (ceil(n * grid.resolution / resolution - 1e-9) for n in grid.cells.shape)
+    finer = OccupancyGrid(np.full((rows, columns), UNKNOWN, np.int8), resolution, grid.origin)
+    return OccupancyGrid(_sampled(grid, finer), resolution, grid.origin, grid.occupied_from)
+
+
 def _sampled(drawn: OccupancyGrid, grid: OccupancyGrid) -> NDArray[np.int8]:
     """Return the values of a map at the cell centres of a grid; unknown outside it."""
     indices = [

@@ -29,7 +29,7 @@ JSON_BYTES = 50_000_000
 """Of a report, and of other tables that treepilot has written itself."""
 
 RECORD_BYTES = 1 << 26
-"""Of one message of a recording, or one line of an event log; the file itself may have any size."""
+"""Of one message of a recording, or one line of an event log."""
 
 _KINDS = (
     (stat.S_ISFIFO, "a pipe"),

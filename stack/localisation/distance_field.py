@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,15 @@ class SignedDistanceField:
     def placement(self) -> tuple[float, float, float]:
         """(resolution, origin x, origin y) in metres, the kernels' arguments."""
         return (self.resolution, *self.origin)
+
+    def is_blocked(self, pose: Pose2D) -> bool:
+        """Return whether a pose is in an occupied cell or outside the grid."""
+        column = floor((pose.x - self.origin[0]) / self.resolution)
+        row = floor((pose.y - self.origin[1]) / self.resolution)
+        rows, columns = self.occupancy.shape
+        if not (0 <= row < rows and 0 <= column < columns):
+            return True
+        return bool(self.occupancy[row, column] == 1)
 
     def log_likelihoods(self, deviation: float, hit_share: float) -> NDArray[np.float32]:
         """Return (rows, columns) float32: log of the likelihood field's mixture, 0 on a surface.

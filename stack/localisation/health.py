@@ -122,10 +122,8 @@ class ScanEvaluator:
 
     def _cost_of_place(self, pose: Pose2D) -> float:
         """Return the cost of a robot where the map has an object or ends."""
-        row = as_row(pose)[None]
-        blocked = self._kernels.in_walls(self._field.occupancy, *self._field.placement, row)[0]
         cost = float(self._costs[self._kernels.LONG] * np.sqrt(pi / _OBJECT_ANGLE))
-        return cost if blocked else 0.0
+        return cost if self._field.is_blocked(pose) else 0.0
 
     def _cost(self, kinds: NDArray[np.int8], ranges: FloatArray, step: float) -> float:
         """Return the cost of the runs of adjacent beams that the map does not explain.
@@ -253,15 +251,18 @@ class RecentViews:
     def __init__(self, window: float) -> None:
         self.window = window
         self._kept: deque[tuple[float, ScanView]] = deque()
+        self._median: ScanView | None = None
 
     def add(self, stamp: float, view: ScanView) -> None:
         """Add a view and remove those older than the window."""
+        self._median = None
         self._kept.append((stamp, view))
         while self._kept[0][0] <= stamp - self.window:
             self._kept.popleft()
 
     def clear(self) -> None:
         """Remove all views."""
+        self._median = None
         self._kept.clear()
 
     @property
@@ -272,15 +273,15 @@ class RecentViews:
     @property
     def median(self) -> ScanView | None:
         """The (lower) median of each figure; None without views."""
-        if not self._kept:
-            return None
-        views = [view for _, view in self._kept]
-        return ScanView(
-            _lower_median([view.fit for view in views]),
-            _lower_median([view.short for view in views]),
-            _lower_median([view.long for view in views]),
-            _lower_median([view.cost for view in views]),
-        )
+        if self._median is None and self._kept:
+            views = [view for _, view in self._kept]
+            self._median = ScanView(
+                _lower_median([view.fit for view in views]),
+                _lower_median([view.short for view in views]),
+                _lower_median([view.long for view in views]),
+                _lower_median([view.cost for view in views]),
+            )
+        return self._median
 
 
 def _lower_median(values: list[float]) -> float:

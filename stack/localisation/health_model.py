@@ -42,8 +42,8 @@ class HealthFeatures:
 
     def row(self) -> FloatArray:
         """Return the features of the model: (n,)."""
-        z = float(np.clip(self.scale.relative(self.median.fit), -4.0, 2.0))
-        newest = float(np.clip(self.scale.relative(self.now.fit), -4.0, 2.0))
+        z = _clipped(self.scale.relative(self.median.fit), -4.0, 2.0)
+        newest = _clipped(self.scale.relative(self.now.fit), -4.0, 2.0)
         return np.array([
             1.0,
             min(z, 0.0),
@@ -51,7 +51,7 @@ class HealthFeatures:
             min(newest, 0.0),
             min(self.median.long, 0.5),
             min(self.median.short, 0.7),
-            float(np.clip(log(max(self.deviation, 1e-3) / 0.03), -1.0, 4.0)),
+            _clipped(log(max(self.deviation, 1e-3) / 0.03), -1.0, 4.0),
             1.0 - self.confirmed,
             (1.0 - self.confirmed) * min(z, 0.0),
         ])  # fmt: skip
@@ -63,5 +63,10 @@ WEIGHTS: FloatArray = np.array([0.139, -0.480, 3.149, 2.754, -6.008, 5.952, -2.1
 
 def health(features: HealthFeatures) -> float:
     """Return the probability in [0, 1] that the pose is right."""
-    logit = float(np.clip(WEIGHTS @ features.row(), -30.0, 30.0))
+    logit = _clipped(float(WEIGHTS @ features.row()), -30.0, 30.0)
     return features.share / (1.0 + exp(-logit))
+
+
+def _clipped(value: float, least: float, most: float) -> float:
+    """Return the value limited to [least, most]; `np.clip` of a single number takes 10 us."""
+    return min(max(value, least), most)

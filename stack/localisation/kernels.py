@@ -20,70 +20,68 @@ Cells = NDArray[np.uint8]
 NOTHING, WALL, UNSEEN = 0, 1, 2
 """Result of a ray cast within its limit: no hit, an occupied cell, an unknown cell."""
 
+BLOCK = 256
+"""Poses that `score_poses` processes together."""
+
 IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT, BEYOND = 0, 1, 2, 3, 4, 5, 6
 """Classes of a beam compared with the map; see `classify_beams`."""
 
 
 @njit(cache=True, nogil=True)
 def score_poses(
-    table: NDArray[np.int16],
-    resolution: float,
-    origin_x: float,
-    origin_y: float,
-    poses: FloatArray,
-    points: Floats,
-) -> NDArray[np.int64]:
-    """Sum of the table's values at the points, for each pose: (n,).
+    table: NDArray[np.int16], occupancy: Cells, resolution: float, origin_x: float, origin_y: float,
+    poses: FloatArray, points: Floats,
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:  # fmt: skip
+    """Sum of the table's values at the points, for each pose, and the poses in walls: (n,) each.
 
     Integers make the sum independent of its order, and so of the processor's vector width. The
-    cells are looked up in a loop of their own: the loop that computes them is then vectorised.
+    cells of one point are computed for a block of poses, then looked up in a loop of their own: the
+    first loop is vectorised, whatever the number of points, and the block stays in the cache.
 
     Args:
         table: (rows + 2, columns + 2): the grid with a margin of one cell, which holds the value of
             all points outside the grid.
+        occupancy: (rows, columns): 1 occupied. A pose outside the grid is in a wall, too.
         resolution: metres.
         origin_x: of the grid without its margin, metres.
         origin_y: likewise.
         poses: (n, 3) map frame.
         points: (2, m) base frame.
     """
-    columns = np.int32(table.shape[1])
+    # An unsigned index is looked up without the test for a negative one.
+    columns = np.uint32(table.shape[1])
     flat = table.ravel()
     low, one = np.float32(0.0), np.float32(1.0)
     right, top = np.float32(table.shape[1] - 1), np.float32(table.shape[0] - 1)
-    count = points.shape[1]
-    along, left = points[0], points[1]
-    cells = np.empty(count, dtype=np.int32)
+    c, s = np.empty(BLOCK, dtype=np.float32), np.empty(BLOCK, dtype=np.float32)
+    x, y = np.empty(BLOCK, dtype=np.float32), np.empty(BLOCK, dtype=np.float32)
+    cells = np.empty(BLOCK, dtype=np.uint32)
+    totals = np.empty(BLOCK, dtype=np.int32)
     scores = np.empty(poses.shape[0], dtype=np.int64)
-    for i in range(poses.shape[0]):
-        c = np.float32(cos(poses[i, 2]) / resolution)
-        s = np.float32(sin(poses[i, 2]) / resolution)
-        x = np.float32((poses[i, 0] - origin_x) / resolution) + one
-        y = np.float32((poses[i, 1] - origin_y) / resolution) + one
-        for j in range(count):
-            u = min(max(x + c * along[j] - s * left[j], low), right)
-            v = min(max(y + s * along[j] + c * left[j], low), top)
-            cells[j] = np.int32(v) * columns + np.int32(u)
-        total = np.int32(0)
-        for j in range(count):
-            total += flat[cells[j]]
-        scores[i] = total
-    return scores
-
-
-@njit(cache=True, nogil=True)
-def in_walls(
-    occupancy: Cells, resolution: float, origin_x: float, origin_y: float, poses: FloatArray
-) -> NDArray[np.bool_]:
-    """Whether each pose (n, 3) is in an occupied cell or outside the grid: (n,)."""
-    rows, columns = occupancy.shape
-    inside = np.empty(poses.shape[0], dtype=np.bool_)
-    for i in range(poses.shape[0]):
-        column = floor((poses[i, 0] - origin_x) / resolution)
-        row = floor((poses[i, 1] - origin_y) / resolution)
-        outside = row < 0 or column < 0 or row >= rows or column >= columns
-        inside[i] = outside or occupancy[row, column] == 1
-    return inside
+    blocked = np.empty(poses.shape[0], dtype=np.bool_)
+    for begin in range(0, poses.shape[0], BLOCK):
+        size = min(BLOCK, poses.shape[0] - begin)
+        for i in range(size):
+            pose = poses[begin + i]
+            c[i] = np.float32(cos(pose[2]) / resolution)
+            s[i] = np.float32(sin(pose[2]) / resolution)
+            u, v = (pose[0] - origin_x) / resolution, (pose[1] - origin_y) / resolution
+            x[i], y[i], totals[i] = np.float32(u) + one, np.float32(v) + one, 0
+            row, column = floor(v), floor(u)
+            outside = min(row, column) < 0 or row >= occupancy.shape[0]
+            outside = outside or column >= occupancy.shape[1]
+            blocked[begin + i] = outside or occupancy[row, column] == 1
+        for j in range(points.shape[1]):
+            along, left = points[0, j], points[1, j]
+            for i in range(size):
+                u32 = min(max(x[i] + c[i] * along - s[i] * left, low), right)
+                v32 = min(max(y[i] + s[i] * along + c[i] * left, low), top)
+                cells[i] = np.uint32(np.int32(v32)) * columns + np.uint32(np.int32(u32))
+            for i in range(size):
+                totals[i] += flat[cells[i]]
+        for i in range(size):
+            scores[begin + i] = totals[i]
+    return scores, blocked
 
 
 @njit(cache=True, nogil=True)
@@ -387,7 +385,6 @@ LOCALISATION = (
     (refine_pose, (f4[:, ::1], f8, f8, f8, f8[::1], f8[:, ::1], f8[:, ::1], f8)),
     (resample, (f8[::1], i8, f8)),
     (score_lattice, (f4[:, ::1], i8[::1], i8[::1], i4[:, :, ::1])),
-    (score_poses, (i2[:, ::1], f8, f8, f8, f8[:, ::1], f4[:, ::1])),
-    (in_walls, (u1[:, ::1], f8, f8, f8, f8[:, ::1])),
+    (score_poses, (i2[:, ::1], u1[:, ::1], f8, f8, f8, f8[:, ::1], f4[:, ::1])),
 )
 """Entry points, with the types that the localiser calls them with."""

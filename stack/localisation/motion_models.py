@@ -7,6 +7,7 @@ moves on arcs and never turns in place. Errors that odometry itself states (slip
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import Protocol
@@ -55,16 +56,14 @@ class MotionNoise:
         Probabilistic Robotics, 2005, table 5.6: rotation, translation, rotation.
         """
         distance, first, second = self._parts(moved)
-        errors = generator.normal(0.0, self._deviations(moved), (poses.shape[0], 3))
+        errors = _errors(poses.shape[0], self._deviations(moved), generator)
         leaving = poses[:, 2] + first + errors[:, 0]
         gone = distance + errors[:, 1]
-        return np.column_stack(
-            [
-                poses[:, 0] + gone * np.cos(leaving),
-                poses[:, 1] + gone * np.sin(leaving),
-                leaving + second + errors[:, 2],
-            ]
-        )
+        sampled = np.empty(errors.shape)
+        sampled[:, 0] = poses[:, 0] + gone * np.cos(leaving)
+        sampled[:, 1] = poses[:, 1] + gone * np.sin(leaving)
+        sampled[:, 2] = leaving + second + errors[:, 2]
+        return sampled
 
     def covariance(self, moved: Pose2D) -> FloatArray:
         """Return the (3, 3) covariance of these errors to first order, in the frame before it."""
@@ -116,7 +115,7 @@ class OmniMotionNoise:
         self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
     ) -> FloatArray:
         """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
-        errors = generator.normal(0.0, self._deviations(moved), (poses.shape[0], 3))
+        errors = _errors(poses.shape[0], self._deviations(moved), generator)
         going = poses[:, 2] + atan2(moved.y, moved.x)
         c, s = np.cos(going), np.sin(going)
         along, across = hypot(moved.x, moved.y) + errors[:, 0], errors[:, 1]
@@ -164,7 +163,7 @@ class CarMotionNoise:
     ) -> FloatArray:
         """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
         distance = hypot(moved.x, moved.y)
-        errors = generator.normal(0.0, self._deviations(moved), (poses.shape[0], 2))
+        errors = _errors(poses.shape[0], self._deviations(moved), generator)
         going = poses[:, 2] + atan2(moved.y, moved.x) + 0.5 * errors[:, 1]
         gone = distance + errors[:, 0]
         return np.column_stack(
@@ -202,6 +201,16 @@ def motion_model(drivetrain: Drivetrain, parameters: LocaliserParameters) -> Mot
         return CarMotionNoise(p.alpha_1, p.alpha_2, p.alpha_3)
     skid = p.skid_factor if drivetrain.skids else 1.0
     return MotionNoise(p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4, skid)
+
+
+def _errors(count: int, deviations: Sequence[float], generator: np.random.Generator) -> FloatArray:
+    """Return (count, m) normally distributed errors of m standard deviations.
+
+    The numbers are those of `generator.normal`, which is slow with several deviations.
+    """
+    errors: FloatArray = generator.standard_normal((count, len(deviations)))
+    errors *= deviations
+    return errors
 
 
 def disturb(

@@ -66,7 +66,10 @@ def _mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
 
 def _offsets(poses: FloatArray, centre: FloatArray) -> FloatArray:
     off: FloatArray = poses - centre
-    off[:, 2] = (off[:, 2] + pi) % (2.0 * pi) - pi
+    turns = off[:, 2] + pi
+    if turns.min() < 0.0 or turns.max() >= 2.0 * pi:  # rare, and the remainder is slow
+        turns %= 2.0 * pi
+    off[:, 2] = turns - pi
     return off
 
 
@@ -98,9 +101,12 @@ def kld_bound(poses: FloatArray, error: float, quantile: float) -> int:
         error: bound of the Kullback-Leibler divergence from the true distribution.
         quantile: of the standard normal distribution for the probability that it is kept.
     """
-    keys = np.floor(poses / _BIN).astype(np.int64)
-    keys[:, 2] %= 36
-    occupied = np.unique(keys @ _KEY).size
+    bins = np.floor(poses / _BIN)
+    headings = bins[:, 2] - 36.0 * np.floor(bins[:, 2] / 36.0)
+    # Exact up to 2**53, as integers are, and faster.
+    keys = bins[:, 0] + _KEY[1] * bins[:, 1] + _KEY[2] * headings
+    keys.sort()
+    occupied = 1 + int(np.count_nonzero(keys[1:] != keys[:-1]))
     if occupied <= 1:
         return 1
     a = 2.0 / (9.0 * (occupied - 1))

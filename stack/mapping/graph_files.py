@@ -18,6 +18,7 @@ import numpy as np
 from stack.documents.files import JSON_BYTES, RECORD_BYTES, decoded, read_input
 from stack.errors import Finding, InputError, Mark, ParameterError
 from stack.mapping.slam.graph import EDGE_KINDS, Edge, EdgeKind, Keyframe, PoseGraph
+from stack.mapping.trajectories import plain_text, tum_text
 from stack.types import FloatArray, Pose2D, Scan
 
 GRAPH = "E403"
@@ -80,6 +81,28 @@ def graph_contents(graph: PoseGraph, epoch: float = 0.0) -> dict[str, bytes]:
         "edges": len(graph.edges), "kinds": list(EDGE_KINDS), "epoch": epoch,
     }  # fmt: skip
     return {HEADER: (json.dumps(header, indent=2) + "\n").encode(), ARRAYS: packed.getvalue()}
+
+
+def saved_files(graph: PoseGraph) -> dict[str, bytes]:
+    """Return the contents of the files of a graph, with g2o and trajectory of the keyframes."""
+    frames = list(graph.keyframes.values())
+    stamps = np.array([frame.stamp for frame in frames], dtype=np.float64)
+    poses = [frame.pose for frame in frames]
+    return {
+        **graph_contents(graph),
+        "graph.g2o": g2o_text(graph).encode(),
+        "trajectory.tum": tum_text(stamps, poses).encode(),
+        "trajectory.txt": plain_text(stamps, poses).encode(),
+    }
+
+
+def check_graph(folder: Path) -> None:
+    """Check the header of a folder's graph.
+
+    Raises:
+        InputError: it is missing, of another version, or damaged.
+    """
+    _header(folder / HEADER)
 
 
 def read_graph(folder: Path) -> PoseGraph:

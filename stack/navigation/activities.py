@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from stack.errors import NavigationError, exception_sentence, traceback_text
+from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
+from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
 from stack.types import STANDSTILL, FailureCode, Twist
 
@@ -16,13 +19,16 @@ class Activities:
 
     Args:
         emit: called with (kind, text, level) for what no task can report.
+        monitor: holds motions while the robot is lost.
 
     Attributes:
         paused: whether the motion of the mission is held.
     """
 
-    def __init__(self, emit: Emit, log: Callable[[str], None] = lambda _: None) -> None:
-        self._emit, self._log = emit, log
+    def __init__(
+        self, emit: Emit, monitor: LocalisationMonitor, log: Callable[[str], None] = lambda _: None
+    ) -> None:
+        self._emit, self._monitor, self._log = emit, monitor, log
         self._mission: MotionExecutor | None = None
         self._detour: MotionExecutor | None = None
         self._started: list[MotionExecutor] = []
@@ -72,7 +78,7 @@ class Activities:
         if mission in self._started:
             self._guarded(mission, lambda: mission.resume(now))
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: NavigationState, parameters: NavigationParameters) -> Twist:
         """Step the current motion; STANDSTILL without one."""
         self._stop_ended(state.time)
         executor, twist = self.current, STANDSTILL
@@ -82,7 +88,8 @@ class Activities:
             self._started.append(executor)
             self._guarded(executor, lambda: executor.start(state.time))
         if executor.task.running:
-            twist = self._guarded(executor, lambda: executor.step(state)) or STANDSTILL
+            call = partial(step_in_doubt, executor, self._monitor, state, parameters)
+            twist = self._guarded(executor, call) or STANDSTILL
         self._stop_ended(state.time)
         return twist if executor.task.running else STANDSTILL
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from stack.components import Estimator
+from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
@@ -36,17 +37,21 @@ class Disambiguation(MotionExecutor):
         parameters: number of views, and time to look at each.
         newest_scan: returns the newest deskewed scan of the lidar that the estimator uses.
         drive: makes the drive to a goal that ignores ambiguity.
+        monitor: holds the drives while the robot is lost.
         then: drive of the same task that follows when one pose is left; None: the task ends.
     """
+
+    while_lost = True
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
         newest_scan: Callable[[], Scan | None], drive: Callable[[Pose2D], GoalDrive],
-        then: GoalDrive | None = None,
+        monitor: LocalisationMonitor, then: GoalDrive | None = None,
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._parameters = estimator, parameters
         self._newest_scan, self._make_drive, self._then = newest_scan, drive, then
+        self._monitor = monitor
         self._looking = self.timers.new()
         self._seen: list[Pose2D] = []
         self._jumps = -1
@@ -60,7 +65,7 @@ class Disambiguation(MotionExecutor):
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         if self._then is not None and self.drive is self._then:
-            return self._then.step(state)
+            return self._step(self._then, state)
         if not state.estimate.ambiguous:
             return self._resolved(state)
         if self.drive is None:
@@ -68,7 +73,7 @@ class Disambiguation(MotionExecutor):
         if state.estimate.jumps != self._jumps or not self.drive.task.running:
             self._end_drive(state)
             return STANDSTILL
-        twist = self.drive.step(state)
+        twist = self._step(self.drive, state)
         self.task.report(
             f"{_rivals(state)}, {self.drive.task.feedback}", self.drive.task.distance_remaining
         )
@@ -101,7 +106,10 @@ class Disambiguation(MotionExecutor):
             return STANDSTILL
         self.drive = self._then
         self.drive.start(state.time)
-        return self.drive.step(state)
+        return self._step(self._then, state)
+
+    def _step(self, drive: GoalDrive, state: NavigationState) -> Twist:
+        return step_in_doubt(drive, self._monitor, state, self._parameters)
 
     def _end_drive(self, state: NavigationState) -> None:
         """End the drive to a view, if there is one, and look again."""

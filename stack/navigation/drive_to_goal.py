@@ -13,12 +13,9 @@ from stack.navigation.blockages import Blockages
 from stack.navigation.following import (
     Drive,
     Tools,
-    check_not_ambiguous,
-    check_not_lost,
     drive_feedback,
     standing,
 )
-from stack.navigation.path_speeds import slower
 from stack.navigation.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
@@ -35,6 +32,12 @@ RECEDING = 0.02
 NEAR_ENOUGH = 0.5
 """Metres before the end of a partial path within which an obstacle is expected. A robot that
 stops there has reached the end of the path and does not search for another end.
+"""
+
+MOVES_AWAY = 0.05
+"""Increase of the distance to the end of a partial path, in metres, after which the robot has been
+as near as it gets. A controller that makes room for its turn to the goal's heading in front of an
+obstacle would drive to and fro.
 """
 
 MOVED = 0.1
@@ -60,11 +63,9 @@ class GoalDrive(Drive):
         goal: the last goal.
         partial: the nearest reachable pose counts as success. Otherwise the end of a partial path
             is the failure NO_VALID_PATH.
-        while_ambiguous: drive although the estimate has rivals.
     """
 
     partial = False
-    while_ambiguous = False
 
     def __init__(
         self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
@@ -78,7 +79,7 @@ class GoalDrive(Drive):
         self._failing = self.timers.new()
         self._failing_at = Pose2D(0.0, 0.0)
         self._leg_ends: tuple[float, ...] = ()
-        self._nearest = inf
+        self._nearest = self._nearest_end = inf
         self._seen_version = -1
         self._blocked_at: tuple[float, float] | None = None
         p = tools.parameters
@@ -89,14 +90,12 @@ class GoalDrive(Drive):
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         try:
-            check_not_lost(self._lost, state)
-            if not self.while_ambiguous:
-                check_not_ambiguous(self._tools.parameters, state)
-            if self._lost.doubted:
-                return self._stand(state.time, "the scans do not fit the map: waiting")
             self._use_plan(state)
             self._pass_goals(state.estimate.pose)
             if self._follower.reached(state) and len(self._goals) == 1:
+                self._arrive(state.estimate.pose)
+                return STANDSTILL
+            if self._has_ended_partially(state.estimate.pose):
                 self._arrive(state.estimate.pose)
                 return STANDSTILL
             self._request_plan_if_needed(state)
@@ -104,7 +103,7 @@ class GoalDrive(Drive):
             if self.path is None:
                 self._follower.pause(state.time)
                 return STANDSTILL
-            return slower(self._follower.step(state), self._lost.speed_limit)
+            return self._follower.step(state)
         except NavigationError as error:
             if self._near_partial_end and error.failure.code in HELD:
                 self._arrive(state.estimate.pose)
@@ -118,11 +117,14 @@ class GoalDrive(Drive):
         partial = self.path is not None and self.path.partial
         return partial and progress is not None and progress.remaining <= NEAR_ENOUGH
 
-    def _stand(self, now: float, why: str) -> Twist:
-        """Stand while the pose is uncertain: a path from a wrong pose is useless."""
-        self._follower.pause(now)
-        self.task.report(why, self.task.distance_remaining)
-        return STANDSTILL
+    def _has_ended_partially(self, pose: Pose2D) -> bool:
+        """Whether the robot is at the end of a partial path and gets no nearer to it."""
+        if self.path is None or not self.path.partial or not self._follower.at_position:
+            self._nearest_end = inf
+            return False
+        distance = pose.distance_to(self.path.goal)
+        self._nearest_end = min(self._nearest_end, distance)
+        return self._follower.waiting or distance > self._nearest_end + MOVES_AWAY
 
     def _report(self) -> None:
         progress = self._follower.progress

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from math import degrees, hypot, inf
 
 from stack.components import ControlState, DriveState, GoalChecker, ProgressChecker
-from stack.control.checkers import LostChecker
 from stack.control.path_follower import PathFollower
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
@@ -234,24 +233,23 @@ class Follower:
 
 
 class Drive(MotionExecutor):
-    """Base of drives along paths: a follower, and a check that the robot is not lost."""
+    """Base of drives along paths."""
+
+    follows_map = True
+    while_ambiguous = False
 
     def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
         super().__init__(task)
         self._follower = Follower(tools, tolerance)
-        p = tools.parameters
-        self._lost = LostChecker(p.lost_time, p.obscured_speed, p.obscured_distance)
 
     def pause(self, now: float) -> None:
         """Hold the drive."""
         super().pause(now)
-        self._lost.timers.pause(now)
         self._follower.pause(now)
 
     def resume(self, now: float) -> None:
         """Continue from where the robot stands."""
         super().resume(now)
-        self._lost.timers.resume(now)
         self._follower.resume(now)
 
     def stop(self, now: float) -> None:
@@ -264,7 +262,6 @@ class PathDrive(Drive):
 
     def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
         super().__init__(task, tools, None)
-        self._parameters = tools.parameters
         self.path, self.goal = path, path.goal
         task.path = path
 
@@ -276,11 +273,6 @@ class PathDrive(Drive):
         """Compute the velocity for this step."""
         follower, task = self._follower, self.task
         try:
-            check_not_lost(self._lost, state)
-            check_not_ambiguous(self._parameters, state)
-            if self._lost.doubted:
-                follower.pause(state.time)
-                return STANDSTILL
             if follower.progress is not None:
                 follower.update(state.estimate.pose)
                 task.report(drive_feedback(follower), follower.progress.remaining)
@@ -289,34 +281,10 @@ class PathDrive(Drive):
                 return STANDSTILL
             if off := follower.off_heading(state):
                 raise NavigationError(FailureCode.NO_PROGRESS, off)
-            return slower(follower.step(state), self._lost.speed_limit)
+            return follower.step(state)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
-
-
-def check_not_lost(checker: LostChecker, state: NavigationState) -> None:
-    """Raise NavigationError LOST when the localisation health has been low for too long."""
-    estimate = state.estimate
-    if checker.lost(state.time, estimate, state.odometry.pose):
-        raise NavigationError(
-            FailureCode.LOST,
-            f"localisation health {estimate.health:.2f}, below {estimate.thresholds.lost:g} for "
-            f"{checker.seconds:g} s: the scans do not fit the map here",
-        )
-
-
-def check_not_ambiguous(parameters: NavigationParameters, state: NavigationState) -> None:
-    """Raise NavigationError AMBIGUOUS when goals are not driven to and the estimate has rivals."""
-    rivals = state.estimate.rivals
-    if rivals and parameters.ambiguous_goals != "drive":
-        nearest = rivals[0].pose
-        raise NavigationError(
-            FailureCode.AMBIGUOUS,
-            f"{len(rivals) + 1} places explain the scans about as well, one of them "
-            f"({nearest.x:.2f}, {nearest.y:.2f}): a goal on the map may be anywhere; run "
-            "`disambiguate` first, or set navigator.ambiguous_goals to drive",
-        )
 
 
 def drive_feedback(follower: Follower) -> str:

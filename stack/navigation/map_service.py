@@ -12,7 +12,8 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError, ParameterError
 from stack.mapping.exploration.coverage import coverage_plan
 from stack.mapping.exploration.frontiers import FrontierParameters, frontiers_of, known_area
-from stack.mapping.ros_map import map_files, read_ros_map
+from stack.mapping.ros_map import read_ros_map
+from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.tasks import CostmapLike
 from stack.types import (
     FREE,
@@ -27,12 +28,6 @@ from stack.types import (
     OccupancyGrid,
     Pose2D,
 )
-
-MAP_YAML, MAP_IMAGE = "map.yaml", "map.pgm"
-"""Names of the map's files in the folder of a saved map."""
-
-MARGIN = 1.0
-"""Metres around the obstacles of a saved map."""
 
 SPARE = 0.03
 """Metres that the robot's centre stays farther from obstacles than its inscribed radius."""
@@ -113,8 +108,7 @@ class MapService:
         Raises:
             NavigationError: FAILED if it cannot be written.
         """
-        grid = cropped(self.grid, MARGIN)
-        files = {**map_files(grid, MAP_YAML, MAP_IMAGE), **self._estimator.map_files()}
+        files = folder_contents(self.grid, self._estimator.map_files())
         try:
             return self._store.save(name, files)
         except OSError as error:
@@ -141,23 +135,6 @@ class MapService:
             raise NavigationError(FailureCode.FAILED, f"cannot load {name!r}: {error}") from None
         self._static = grid
         return grid
-
-
-def cropped(grid: OccupancyGrid, margin: float) -> OccupancyGrid:
-    """Return the part of a map with its occupied cells and `margin` metres around them.
-
-    Free cells farther away are seen through gaps. A map without occupied cells is returned whole.
-    """
-    cells = np.argwhere(grid.occupied)
-    if not cells.size:
-        return grid
-    more = round(margin / grid.resolution)
-    low = np.maximum(cells.min(axis=0) - more, 0)
-    high = np.minimum(cells.max(axis=0) + more + 1, grid.cells.shape)
-    x, y = grid.origin
-    origin = (x + float(low[1]) * grid.resolution, y + float(low[0]) * grid.resolution)
-    part = np.ascontiguousarray(grid.cells[low[0] : high[0], low[1] : high[1]])
-    return OccupancyGrid(part, grid.resolution, origin, grid.occupied_from)
 
 
 def _from_costs(costmap: CostmapLike) -> OccupancyGrid:

@@ -9,9 +9,10 @@ from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
 from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
-from stack.errors import ParameterError
+from stack.errors import NavigationError, ParameterError
 from stack.navigation.activities import Activities
 from stack.navigation.disambiguation import Disambiguation
+from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
@@ -30,7 +31,7 @@ from stack.navigation.recoveries import (
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
-from stack.types import FailureCode, Path, Pose2D, TaskStatus, Twist
+from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
 
 First = Callable[[GoalDrive], MotionExecutor]
 
@@ -57,6 +58,9 @@ class Navigator:
         emit: called with (kind, text, level="info", **fields) for each event.
         period: seconds between control steps.
         log: receives the tracebacks of planners and controllers.
+
+    Attributes:
+        localisation_monitor: decides what moves while the robot is lost.
     """
 
     @staticmethod
@@ -84,7 +88,8 @@ class Navigator:
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._surroundings = Surroundings()
-        self._activities = Activities(emit, log)
+        self.localisation_monitor = LocalisationMonitor(emit, period)
+        self._activities = Activities(emit, self.localisation_monitor, log)
         self._queries = PlanQueries(self._tools)
         self._state: NavigationState | None = None
 
@@ -162,7 +167,8 @@ class Navigator:
         self._state = state
         self._surroundings.look(state)
         self._queries.step(state)
-        return self._activities.step(state)
+        self.localisation_monitor.update(state, self.parameters)
+        return self._activities.step(state, self.parameters)
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.
@@ -244,7 +250,9 @@ class Navigator:
         self._queries.begin(task, goal, start)
         return task
 
-    def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
+    def spin(
+        self, angle: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> MotionTask:
         """Turn in place by an angle, positive to the left; a car fails at once."""
         task = self._task(f"spin {degrees(angle):.0f} deg")
         rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
@@ -252,9 +260,11 @@ class Navigator:
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(Spin(task, angle, rate, self._recovery_tools()))
+        return self._recover(Spin(task, angle, rate, self._recovery_tools()), while_lost)
 
-    def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
+    def back_up(
+        self, distance: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> MotionTask:
         """Drive straight back by a distance.
 
         Raises:
@@ -264,17 +274,19 @@ class Navigator:
         _positive("reverse_speed", self._robot.limits.reverse_speed)
         task = self._task(f"back up {distance:.2f} m")
         rate = _positive("speed", self.parameters.back_up_speed if speed is None else speed)
-        return self._recover(BackUp(task, distance, rate, self._recovery_tools()))
+        return self._recover(BackUp(task, distance, rate, self._recovery_tools()), while_lost)
 
     def drive_on_heading(
-        self, distance: float, *, speed: float | None = None, direction: float = 0.0
-    ) -> MotionTask:
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0,
+        while_lost: bool = False,
+    ) -> MotionTask:  # fmt: skip
         """Drive straight by a distance (negative: backward) and hold the heading by odometry.
 
         Args:
             distance: metres.
             speed: m/s, within the limits of the drive.
             direction: radians in the base frame, omnidirectional robots only; others fail at once.
+            while_lost: drive also while the robot is lost.
 
         Raises:
             ParameterError: a speed that is not above 0.
@@ -286,17 +298,19 @@ class Navigator:
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(DriveOnHeading(task, line, self._recovery_tools()))
+        return self._recover(DriveOnHeading(task, line, self._recovery_tools()), while_lost)
 
     def escape(
-        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
-    ) -> MotionTask:
+        self, *, clearance: float | None = None, distance: float = 1.5,
+        speed: float | None = None, while_lost: bool = False,
+    ) -> MotionTask:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry alone.
 
         Args:
             clearance: desired metres around the outline; None: room to turn, at least 15 cm.
             distance: maximum metres to drive.
             speed: m/s.
+            while_lost: drive also while the robot is lost.
 
         Raises:
             ParameterError: a value that is not above 0.
@@ -309,17 +323,27 @@ class Navigator:
             _positive("speed", self.parameters.escape_speed if speed is None else speed),
         )
         task = self._task("escape to free space")
-        return self._recover(Escape(task, escape_goal, self._surroundings, self._recovery_tools()))
+        executor = Escape(task, escape_goal, self._surroundings, self._recovery_tools())
+        return self._recover(executor, while_lost)
 
-    def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
-        """Drive a velocity for some seconds; a call during this time renews it."""
-        now, current = self._state.time if self._state else 0.0, self._activities.current
+    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> MotionTask:
+        """Drive a velocity for some seconds; a call during this time renews it.
+
+        Raises:
+            NavigationError: LOST, if the robot is, and is not to be driven then or stopped.
+        """
+        monitor, state, current = self.localisation_monitor, self._state, self._activities.current
+        moves = twist != STANDSTILL and not while_lost and self.parameters.lost_motions == "refuse"
+        if moves and state is not None and monitor.refuses(self.parameters):
+            raise NavigationError(FailureCode.LOST, monitor.why(state.estimate))
+        now = 0.0 if state is None else state.time
         if isinstance(current, DriveFor):
             current.renew(twist, now, seconds)
-            return current.task
-        task = self._task("drive on command")
-        self.start(DriveFor(task, twist, now, seconds), "goal", "driving on command")
-        return task
+        else:
+            current = DriveFor(self._task("drive on command"), twist, now, seconds)
+            self.start(current, "goal", "driving on command")
+        current.while_lost = while_lost or twist == STANDSTILL
+        return current.task
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
         """Let the operator drive, through `teleoperation`.
@@ -329,7 +353,8 @@ class Navigator:
             silence: seconds without a velocity command after which the task fails.
         """
         task = self._task("assisted teleoperation")
-        return self._recover(Teleoperation(task, seconds, silence, self.parameters.teleop_timeout))
+        timeout = self.parameters.teleop_timeout
+        return self._recover(Teleoperation(task, seconds, silence, timeout), while_lost=True)
 
     @property
     def teleoperation(self) -> Teleoperation | None:
@@ -366,7 +391,8 @@ class Navigator:
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)
 
-    def _recover(self, executor: MotionExecutor) -> MotionTask:
+    def _recover(self, executor: MotionExecutor, while_lost: bool) -> MotionTask:
+        executor.while_lost = while_lost
         self._tools.count("recoveries")
         self.start(executor, "recovery", executor.task.what)
         return executor.task

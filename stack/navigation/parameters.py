@@ -82,14 +82,21 @@ class NavigationParameters:
         0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
     )
     lost_time: float = parameter(
-        1.5, "s", at_least=0.0, help="a drive fails after this time while the robot is lost"
-    )
+        1.5, "s", at_least=0.0,
+        help="a drive stands this long while the robot is lost, then fails with LOST",
+    )  # fmt: skip
+    lost_motions: str = parameter(
+        "refuse", one_of=("refuse", "drive"),
+        help="what motions without a path do while the robot is lost (spin, back up, escape, "
+        "velocities of behaviours): fail with LOST, or drive",
+    )  # fmt: skip
     obscured_speed: float = parameter(
         0.2, "m/s", at_least=0.0,
-        help="top speed while the robot counts as lost only because unmapped things hide the map",
+        help="top speed while the robot counts as lost only because unmapped things hide the map; "
+        "0: it stands, as everywhere else where it is lost",
     )  # fmt: skip
     obscured_distance: float = parameter(
-        5.0, "m", at_least=0.0, help="distance driven so before the robot stands as when lost"
+        5.0, "m", at_least=0.0, help="distance driven by odometry so before the robot stands"
     )
     spin_speed: float = parameter(1.0, "rad/s", above=0.0, help="turning speed of spins")
     back_up_speed: float = parameter(0.15, "m/s", above=0.0, help="speed of backing up")

@@ -315,6 +315,7 @@ class DriveFor(MotionExecutor):
 
     def renew(self, twist: Twist, now: float, seconds: float) -> None:
         """Set a new velocity and the seconds for which it is driven."""
+        self.timers.resume(now)
         self._twist, self._seconds = twist, seconds
         self._age.start(now)
 

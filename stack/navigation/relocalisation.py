@@ -26,6 +26,8 @@ class Relocalisation(MotionExecutor):
         found: called with the pose before and the match.
     """
 
+    while_lost = True
+
     def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
         newest_scan: Callable[[], Scan | None], frames: TransformBuffer,

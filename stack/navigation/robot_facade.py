@@ -72,6 +72,7 @@ class FacadeParts:
         detector: None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
         cover: without a map, grows the costmaps to contain some poses.
+        draw: replaces the map of the costmaps.
         forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
         maps: the map so far.
         recording_over: whether all measurements of a replayed log have been played.
@@ -93,6 +94,7 @@ class FacadeParts:
     detector: MarkerDetector | None = None
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
+    draw: Callable[[OccupancyGrid], None] = lambda grid: None
     forget_tracks: Callable[[], None] = lambda: None
     recording_over: Callable[[], bool] = lambda: False
 
@@ -210,9 +212,17 @@ class RobotFacade:
         """Load a saved map and use it from now on."""
         before = self.pose
         grid = self._parts.maps.load(name, pose)
-        for costmap in (self._parts.local_costmap, self._parts.global_costmap):
-            costmap.set_static(grid)
+        rows, columns = grid.cells.shape
+        x, y = grid.origin
+        end = Pose2D(x + columns * grid.resolution, y + rows * grid.resolution)
+        self._parts.cover([Pose2D(x, y), end])
+        self._parts.draw(grid)
         self._handle_jump(before, self.pose, "map")
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map."""
+        self._parts.estimator.set_mapping(is_mapping)
+        self._parts.emit("map", "mapping" if is_mapping else "localising on the map as it is")
 
     def image(self) -> Image | None:
         """The newest camera image since the camera was switched on; keeps it on.
@@ -261,33 +271,43 @@ class RobotFacade:
         self._parts.cover([goal])
         return self._navigation.plan(goal, start)
 
-    def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
+    def spin(
+        self, angle: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> MotionTask:
         """Turn in place by an angle (may exceed a full turn), positive to the left."""
-        return self._navigation.spin(angle, speed=speed)
+        return self._navigation.spin(angle, speed=speed, while_lost=while_lost)
 
-    def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
+    def back_up(
+        self, distance: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> MotionTask:
         """Drive straight back by a distance; fails before it hits what a sensor sees."""
-        return self._navigation.back_up(distance, speed=speed)
+        return self._navigation.back_up(distance, speed=speed, while_lost=while_lost)
 
     def drive_on_heading(
-        self, distance: float, *, speed: float | None = None, direction: float = 0.0
-    ) -> MotionTask:
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0,
+        while_lost: bool = False,
+    ) -> MotionTask:  # fmt: skip
         """Drive straight by a distance (negative: backward) and hold the heading."""
-        return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
+        return self._navigation.drive_on_heading(
+            distance, speed=speed, direction=direction, while_lost=while_lost
+        )
 
     def escape(
-        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
-    ) -> MotionTask:
+        self, *, clearance: float | None = None, distance: float = 1.5,
+        speed: float | None = None, while_lost: bool = False,
+    ) -> MotionTask:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry alone."""
-        return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
+        return self._navigation.escape(
+            clearance=clearance, distance=distance, speed=speed, while_lost=while_lost
+        )
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
         """Let the operator drive, within the limits of the safety stage."""
         return self._navigation.assisted_teleop(seconds, silence=silence)
 
-    def drive_for(self, twist: Twist, seconds: float) -> None:
+    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
         """Drive a velocity for some seconds; cancels another running motion task."""
-        self._navigation.drive_for(twist, seconds)
+        self._navigation.drive_for(twist, seconds, while_lost=while_lost)
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
@@ -345,6 +365,7 @@ class RobotFacade:
             self._navigation.parameters,
             lambda: self.scan,
             self._navigation.view_drive,
+            self._navigation.localisation_monitor,
             then,
         )
 

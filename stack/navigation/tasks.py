@@ -176,11 +176,20 @@ class MotionExecutor(Lifecycle, ABC):
     Attributes:
         task: handle of the task.
         timers: time limits of the task; pauses do not count.
+        while_lost: it also moves a robot that is lost: it finds the pose, or an operator drives.
+        while_ambiguous: it also moves a robot whose estimate has rivals.
+        follows_map: it follows a path on the map.
+        held_for: seconds for which it has been held because the robot is lost; None if it is not.
     """
+
+    while_lost = False
+    while_ambiguous = True
+    follows_map = False
 
     def __init__(self, task: MotionTask) -> None:
         self.task = task
         self.timers = Timers()
+        self.held_for: float | None = None
 
     @abstractmethod
     def step(self, state: NavigationState) -> Twist:

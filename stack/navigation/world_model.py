@@ -51,7 +51,7 @@ class WorldModel:
         lidar: whose scans the tracker uses.
         deceleration: of the robot, m/s²; a speed limit ahead is obeyed in time.
         cover: without a map, grows the global costmap to contain some poses.
-        draw: without a map, shows the map that the estimator draws in the global costmap.
+        draw: shows the map that the estimator draws in the costmaps.
     """
 
     def __init__(  # noqa: PLR0913 - parts of the model, by keyword

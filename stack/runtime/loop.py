@@ -298,8 +298,8 @@ class Runtime:
                 self.parts.telemetry.emit(kind, text, source="simulation")
 
     def _show_map(self, drawn: OccupancyGrid | None) -> None:
-        """Show the map that the estimator draws in the global costmap and to viewers."""
-        if drawn is not None and not self.parts.is_mapped:
+        """Show the map that the estimator draws in the costmaps and to viewers."""
+        if drawn is not None:
             self.parts.world_model.draw(drawn)
             self.parts.map_layer = Layer(self.parts.map_layer.version + 1, drawn)
 

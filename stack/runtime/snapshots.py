@@ -92,7 +92,9 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         counters=runtime.counters(),
         teleop=parts.navigator.teleoperation is not None,
         detour=runtime.is_on_detour,
-        safety=parts.safety.reason,
+        safety="; ".join(
+            filter(None, (parts.safety.reason, parts.navigator.localisation_monitor.reason))
+        ),
         events=parts.telemetry.recent(SHOWN_EVENTS),
         debugging=parts.debugger.view() if parts.debugger else Debugging(),
         records_lost="; ".join(record.text for record in parts.telemetry.lost),

@@ -44,6 +44,7 @@ class SimulatedRobot:
         physics: the robot's bodies in the physics.
         drive: wheel controller; it takes the commands.
         clearance: smallest distance so far to an obstacle, metres; at most CLEARANCE_REACH.
+        touched: names of what the robot touches.
         due: physics step up to which the robot lets time pass.
         wants_freeze: whether the robot asks for time to stand.
         radius: distance from the base to the farthest corner, metres.
@@ -79,6 +80,7 @@ class SimulatedRobot:
             description.battery, description.limits, world.docks, settings.battery_charge
         )
         self._contacts = ContactCounter()
+        self.touched: set[str] = set()
         self._push: PushMotion | None = None
         self.physics = PhysicsRobot(physics, description, start)
         self._friction = FrictionZones(world, self.physics)
@@ -233,6 +235,7 @@ class SimulatedRobot:
 
     def _count_contacts(self, time: float, truth: GroundTruth) -> None:
         touching = self.physics.touching()
+        self.touched = {name for name, _, _ in touching}
         if self._contacts.update(time, bool(touching), truth.twist):
             obstacle, x, y = touching[0]
             self.report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import gcd
 
 from stack.drivetrain.description import RobotDescription
@@ -40,7 +41,7 @@ class Simulation:
         self._quiet_steps = self._scene_steps
         self.doors = {door.name: door.closed for door in world.doors}
         self.scene_changes = 0
-        self.people = People(world.people)
+        self.people = People(replace(world, people=()), 0)  # until the first robot's seed is known
         self._timeline = Timeline(world.timeline)
         self._physics = PhysicsWorld(world, settings)
         self._robots: list[SimulatedRobot] = []
@@ -63,6 +64,8 @@ class Simulation:
         robot = SimulatedRobot(
             description, self.world, self._physics, start=start, seed=seed, settings=self.settings
         )
+        if not self._robots:
+            self.people = People(self.world, seed)
         self._robots.append(robot)
         self._active.append(robot)
         return robot
@@ -130,7 +133,7 @@ class Simulation:
             if other is not robot
         )
         return RenderRequest(
-            self._step, position, orientation, self.people.places, dict(self.doors), others
+            self._step, position, orientation, self.people.all_places, dict(self.doors), others
         )
 
     def _advance_to_due(self) -> None:
@@ -179,7 +182,8 @@ class Simulation:
         places = [
             (truth.pose, robot.radius) for robot, truth in zip(self._robots, truths, strict=True)
         ]
-        if self.people.walk(period, places):
+        touched = {name for robot in self._robots for name in robot.touched}
+        if self.people.walk(period, places, self.doors, touched):
             self._physics.scene.place_people(self.people.positions)
         for robot, truth in zip(self._robots, truths, strict=True):
             robot.update_scene(self.time, period, truth)

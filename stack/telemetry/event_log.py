@@ -8,10 +8,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping
+from itertools import count
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from stack.documents.files import RECORD_BYTES, open_regular
 from stack.errors import TelemetryError
 from stack.telemetry.codec import plain
 from stack.telemetry.records import Event
@@ -70,10 +72,15 @@ def read_events(path: Path) -> Iterator[Event]:
     A last line without newline, as a killed run leaves it, is skipped.
 
     Raises:
-        TelemetryError: a complete line is not an event; names file and line.
+        TelemetryError: a complete line is not an event, or longer than RECORD_BYTES; names file and
+            line.
+        OSError: it cannot be read, or is not a regular file.
     """
-    with path.open("rb") as lines:
-        for number, line in enumerate(lines, start=1):
+    with open_regular(path) as lines:
+        for number in count(1):
+            line = lines.readline(RECORD_BYTES)
+            if len(line) == RECORD_BYTES:
+                raise TelemetryError(f"{path}:{number}: not an event: {RECORD_BYTES} bytes or more")
             if not line.endswith(b"\n"):
                 return
             yield _event(line, f"{path}:{number}")
@@ -82,7 +89,7 @@ def read_events(path: Path) -> Iterator[Event]:
 def _event(line: bytes, where: str) -> Event:
     try:
         values = json.loads(line)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise TelemetryError(f"{where}: not an event: {error}") from None
     if not isinstance(values, dict) or values.keys() != _FIELDS.keys():
         raise TelemetryError(f"{where}: not an event: expected the keys {', '.join(_FIELDS)}")

@@ -14,6 +14,7 @@ from stack.telemetry.records import (
     Command,
     CommandSource,
     Event,
+    LinkSink,
     LostRecord,
     RecordFull,
     RecordSink,
@@ -49,7 +50,8 @@ class Telemetry:
     """Numbers and hashes events, feeds sinks, and collects commands of operators.
 
     All calls come from the engine's thread. A sink that raises is removed with one line in the
-    log; the mission continues. If it wrote a record, that is noted in `lost` and shown.
+    log; the mission continues. If it wrote a record, that is noted in `lost` and shown. If it was a
+    link to other programs, the event `link_lost` tells it.
 
     Args:
         info: constant data of this run.
@@ -71,6 +73,7 @@ class Telemetry:
         self._lost: dict[str, LostRecord] = {}
         self._sinks: dict[int, Sink] = {}
         self._sources: dict[int, CommandSource] = {}
+        self._lost_links: list[tuple[str, str]] = []
         self._attached = 0
         self._step, self._time = 0, 0.0
         self._digest = sha256()
@@ -147,6 +150,7 @@ class Telemetry:
         self._past.append(event)
         for number, sink in list(self._sinks.items()):
             self._call(number, sink.event, event)
+        self._tell_lost_links()
         return event
 
     def recent(self, count: int) -> tuple[Event, ...]:
@@ -166,11 +170,13 @@ class Telemetry:
         ]
         if wanting:
             self._hand_out(wanting, make_snapshot())
+        self._tell_lost_links()
 
     def service(self) -> None:
         """Answer connected clients; for long waits in which no snapshot can be made."""
         for number, source in list(self._sources.items()):
             self._call(number, source.service)
+        self._tell_lost_links()
 
     def commands(self) -> list[Command]:
         """Return the commands since the last call, in order of arrival.
@@ -181,6 +187,7 @@ class Telemetry:
         for number, source in list(self._sources.items()):
             for command in self._call(number, source.commands) or ():
                 found.append(replace(command, id=f"{number}:{command.id}"))
+        self._tell_lost_links()
         return found
 
     def acknowledge(self, ack: Ack) -> None:
@@ -200,6 +207,7 @@ class Telemetry:
             self._call(number, sink.close, report)
         self._sinks.clear()
         self._sources.clear()
+        self._lost_links.clear()
 
     def _open_required(self, number: int, sink: Sink) -> None:
         try:
@@ -223,6 +231,14 @@ class Telemetry:
             self._drop(number, error)
             return None
 
+    def _tell_lost_links(self) -> None:
+        """Emit an event for each link that failed, when no other event is being handed out."""
+        while self._lost_links:
+            link, reason = self._lost_links.pop(0)
+            sentence = f"{link} lost: {reason}"
+            fields = {"link": link, "reason": reason}
+            self.emit("link_lost", sentence, source="telemetry", level="warning", **fields)
+
     def _drop(self, number: int, error: Exception) -> None:
         sink = self._sinks.pop(number)
         self._sources.pop(number, None)
@@ -234,6 +250,8 @@ class Telemetry:
             self.lose(sink.record, reason_of(error), event)
         else:
             self._log(f"{name} failed and was removed: {type(error).__name__}: {error}")
+            if isinstance(sink, LinkSink):
+                self._lost_links.append((sink.link, reason_of(error)))
         try:
             sink.close(None)
         except Exception as again:

@@ -126,6 +126,8 @@ class MavlinkSink:
         address: of the ground station.
     """
 
+    link = "MAVLink"
+
     def __init__(self, address: str, clock: Callable[[], float] = monotonic) -> None:
         """Open the link; nothing is sent before `open`.
 

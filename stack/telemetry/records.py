@@ -268,7 +268,7 @@ class Snapshot:
         counters: recoveries, replans, collisions, distance (m)…
         teleop: whether the operator may drive with `teleop` commands.
         detour: whether the robot drives to the operator's goal while the mission is paused.
-        safety: what the safety stage limits now, as text; empty if nothing.
+        safety: why safety stage or doubt about the pose limit the velocity now; empty if nothing.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
         records_lost: files of the run folder that cannot be written, as text; empty if none.
@@ -386,6 +386,16 @@ class RecordSink(Protocol):
     @property
     def record(self) -> str:
         """Path of the file relative to the run folder."""
+        ...
+
+
+@runtime_checkable
+class LinkSink(Protocol):
+    """A sink that connects the run with other programs."""
+
+    @property
+    def link(self) -> str:
+        """What is connected, for the event log: `link_lost` names it."""
         ...
 
 

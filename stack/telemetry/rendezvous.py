@@ -12,7 +12,7 @@ import stat
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from datetime import UTC, datetime
 from math import ceil
 from pathlib import Path
@@ -164,6 +164,28 @@ def announce(info: RunInfo, folder: Path | None = None) -> RunHandle:
         "" if folder is None else str(folder.resolve()), pid, f"ipc://{socket}",
         datetime.now(UTC).isoformat(timespec="seconds"), _process_started(pid),
     )  # fmt: skip
+    _write(handle)
+    return handle
+
+
+def announce_again(handle: RunHandle) -> RunHandle:
+    """Announce a run whose descriptor or socket was deleted; its address changes only if it must.
+
+    Raises:
+        TelemetryError: there is no private folder, or its path is too long for a socket.
+    """
+    if run_directory() != handle.socket.parent:
+        handle = replace(handle, address=f"ipc://{choose_socket()}")
+    _write(handle)
+    return handle
+
+
+def _write(handle: RunHandle) -> None:
+    """Write the descriptor of a run.
+
+    Raises:
+        TelemetryError: it cannot be written.
+    """
     unfinished = handle.descriptor.with_suffix(".new")
     try:
         unfinished.unlink(missing_ok=True)
@@ -173,7 +195,6 @@ def announce(info: RunInfo, folder: Path | None = None) -> RunHandle:
         unfinished.replace(handle.descriptor)
     except OSError as error:
         raise TelemetryError(f"cannot announce the run: {error}") from None
-    return handle
 
 
 def withdraw(handle: RunHandle) -> None:

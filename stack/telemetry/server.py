@@ -33,7 +33,7 @@ from stack.telemetry.messages import (
     Served,
 )
 from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
-from stack.telemetry.rendezvous import RunHandle, announce, withdraw
+from stack.telemetry.rendezvous import RunHandle, announce, announce_again, withdraw
 
 if TYPE_CHECKING:
     import zmq
@@ -41,8 +41,9 @@ if TYPE_CHECKING:
 PERIOD = 0.05
 """Shortest time between two answers to one client, wall seconds: twenty snapshots a second."""
 
-ALIVE_PERIOD = 0.5
-"""Wall seconds after which a client is answered even if there is nothing new."""
+ANNOUNCE_PERIOD, ALIVE_PERIOD = 1.0, 0.5
+"""Wall seconds between two checks whether the run can still be found; wall seconds after which a
+client is answered even if there is nothing new."""
 
 KEPT_EVENTS = 200_000
 BATCH = 2000
@@ -50,9 +51,8 @@ BATCH = 2000
 
 MAX_CLIENTS = 32
 SILENT_AFTER = 2.0
-"""Wall seconds without a message and without an open request after which a client may lose its
-place to a new one. A client that receives its answers requests again at once.
-"""
+"""Wall seconds without a message and an open request after which a new client may take its place.
+A client that receives its answers requests again at once."""
 
 MAX_REQUEST_BYTES = 1 << 16
 MAX_RECEIVED = 100
@@ -91,6 +91,8 @@ class TelemetryServer:
         handle: descriptor of the run with its address; None until opened.
     """
 
+    link = "control by dashboards and `treepilot tell`"
+
     def __init__(
         self, address: str | None = None, clock: Callable[[], float] = monotonic,
         folder: Path | None = None,
@@ -105,8 +107,7 @@ class TelemetryServer:
         Raises:
             InputError: any other address: listening on a network without keys is not allowed.
         """
-        # A TCP listener belongs here: bind with CURVE keys read from a 0600 file, and refuse
-        # clients whose public key is not in a folder of known keys.
+        # A TCP listener belongs here: with CURVE keys of a 0600 file and a folder of known clients.
         if address is not None:
             raise InputError(
                 f"cannot listen on {address!r}: only local dashboards are supported; "
@@ -122,7 +123,7 @@ class TelemetryServer:
         self._event_count = 0
         self._info, self._identity = b"", ""
         self._newest: Snapshot | None = None
-        self._moment = -1
+        self._moment, self._looked = -1, clock()
         self._encoded_moments: dict[bool, bytes] = {}
         self._encoded_layers: dict[str, tuple[int, bytes]] = {}
 
@@ -203,32 +204,51 @@ class TelemetryServer:
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Send every client the data it lacks and the end of the run; close and withdraw."""
-        if self._socket is not None:
-            self._receive()
-            over = encode(Over(None if report is None else json_value(report)))
-            for identity, client in list(self._clients.items()):
-                while self._answer(identity, client) and client.has.next_event < self._event_count:
-                    pass
-                self._send(identity, over)
-            self._socket.close()
-            self._socket = None
-        if self._context is not None:
-            self._context.term()
-            self._context = None
-        if self.handle is not None:
-            withdraw(self.handle)
+        socket, context = self._socket, self._context
+        try:
+            if socket is not None:
+                self._receive()
+                self._end(encode(Over(None if report is None else json_value(report))))
+        finally:
+            self._socket = self._context = None
+            if socket is not None:
+                socket.close()
+            if context is not None:
+                context.term()
+            if self.handle is not None:
+                withdraw(self.handle)
+
+    def _end(self, over: bytes) -> None:
+        for identity, client in list(self._clients.items()):
+            while self._answer(identity, client) and client.has.next_event < self._event_count:
+                pass
+            self._send(identity, over)
 
     def _receive(self) -> None:
         """Read the messages of clients."""
         import zmq
 
         assert self._socket is not None
+        if self._clock() - self._looked >= ANNOUNCE_PERIOD:
+            self._looked = self._clock()
+            self._stay_announced()
         for _ in range(MAX_RECEIVED):
             if not int(self._socket.get(zmq.EVENTS)) & zmq.POLLIN:
                 return
             frames = self._socket.recv_multipart(zmq.NOBLOCK)
             if len(frames) == 2:
-                self._take(frames[0], frames[1])
+                self._take(*frames)
+
+    def _stay_announced(self) -> None:
+        """Announce the run again if its files were deleted; connected clients notice nothing."""
+        import zmq
+
+        assert self._socket is not None and self.handle is not None
+        if self.handle.descriptor.exists() and self.handle.socket.exists():
+            return
+        with suppress(TelemetryError, zmq.ZMQError):  # the next attempt comes in a second
+            self.handle = announce_again(self.handle)
+            self._socket.bind(self.handle.address)
 
     def _take(self, identity: bytes, encoded: bytes) -> None:
         try:
@@ -283,8 +303,6 @@ class TelemetryServer:
         return bool(silent)
 
     def _due(self) -> Iterator[tuple[bytes, _Client]]:
-        if not self._clients:
-            return
         now = self._clock()
         for identity, client in self._clients.items():
             if (client.pending is not None or client.asks) and (

@@ -55,7 +55,14 @@ class Pose2D:
 
     def relative_to(self, base: Pose2D) -> Pose2D:
         """This pose in the frame of `base`: base.compose(result) is this pose."""
-        return base.inverse().compose(self)
+        c, s = cos(base.heading), sin(base.heading)
+        heading = wrap_angle(-base.heading)
+        x, y = -c * base.x - s * base.y, s * base.x - c * base.y
+        c, s = cos(heading), sin(heading)
+        return Pose2D(
+            x + c * self.x - s * self.y, y + s * self.x + c * self.y,
+            wrap_angle(heading + self.heading),
+        )  # fmt: skip
 
     def transform(self, points: FloatArray) -> FloatArray:
         """Transform points (n, 2) from this pose's frame to the frame it is expressed in."""

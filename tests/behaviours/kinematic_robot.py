@@ -67,8 +67,8 @@ class KinematicRobot(ScriptedRobot):
     def __post_init__(self) -> None:
         self._scan()
 
-    def drive_for(self, twist: Twist, seconds: float) -> None:
-        super().drive_for(twist, seconds)
+    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
+        super().drive_for(twist, seconds, while_lost=while_lost)
         self.alive_until = self.time + seconds
 
     def advance(self, seconds: float) -> None:

@@ -58,9 +58,11 @@ class LostRobot(KinematicRobot):
         super().__post_init__()
         self.localisation_health = self.fit_at(self.belief)
 
-    def spin(self, angle: float, *, speed: float | None = None) -> ScriptedTask:
+    def spin(
+        self, angle: float, *, speed: float | None = None, while_lost: bool = False
+    ) -> ScriptedTask:
         self.turn_left = angle
-        return super().spin(angle, speed=speed)
+        return super().spin(angle, speed=speed, while_lost=while_lost)
 
     def relocalise(self) -> ScriptedTask:
         task = super().relocalise()

@@ -12,6 +12,7 @@ from behaviours.navigate_through import NavigateThrough
 from behaviours.navigate_to_pose import NavigateToPose
 from behaviours.spin import Spin
 from behaviours.testing import ScriptedRobot, halt, tick
+from stack.errors import NavigationError
 from stack.types import STANDSTILL, FailureCode, Pose2D, TaskStatus, Twist
 
 
@@ -174,3 +175,12 @@ class TestAssistedTeleop:
         tick(behaviour, robot)
         halt(behaviour)
         assert robot.task.status is TaskStatus.CANCELLED
+
+
+def test_a_lost_robot_refuses_velocities_of_behaviours():
+    robot = ScriptedRobot(localisation_health=0.1)
+    with pytest.raises(NavigationError, match="LOST"):
+        tick(DriveFor(time=1.0, linear=0.2), robot)
+    robot.drive_for(STANDSTILL, 0.3)  # it can be stopped
+    assert robot.spin(1.0).failure.code == FailureCode.LOST
+    assert robot.spin(1.0, while_lost=True).failure is None

@@ -19,12 +19,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
 from missions.bench.table import TableOptions
 from tests.benchmarks import (
+    checking,
     control,
     costmap,
     dashboard,
     driving,
     estop,
     hall,
+    mapping,
     missions,
     planners,
     planning,
@@ -87,6 +89,8 @@ class Benchmark:
 TIMING = {
     "commands": Benchmark("Commands", lambda given: startup.command_times(),
                           setting={"processes": 7}),
+    "checking": Benchmark("Check of large missions", lambda given: checking.run(),
+                          setting={"processes": checking.RUNS}),
     "speed": Benchmark("02_office_patrol on one core",
                        lambda given: startup.run_figures(given.runs),
                        ("runs",), {"recording": "off and on"}),
@@ -111,6 +115,8 @@ TIMING = {
                        lambda given: estop.stop_times(given.presses), ("presses",)),
     "planners": Benchmark("Planners and smoothers side by side", lambda given: planners.run(),
                           setting={"cells": "400 x 400", "queries": 30}),
+    "patrol": Benchmark("An hour of SLAM in the same room", lambda given: mapping.patrol_table(),
+                        setting={"minutes": 60, "parameters": "default"}),
 }  # fmt: skip
 OFF: dict[str, str | int] = {"recording": "off"}
 DRIVING = {
@@ -150,6 +156,11 @@ DRIVING = {
         "Random velocities in furnished rooms",
         lambda given: twists.twist_table(given.twists, given.table("twists")),
         ("twists",), OFF,
+    ),
+    "explored": Benchmark(
+        "Maps of mission 25 against the world's walls",
+        lambda given: mapping.explored_table(given.seeds), ("seeds",),
+        {**OFF, "parameters": "default"},
     ),
 }  # fmt: skip
 NEEDS = {"barn": "barn", "slam": "logs"}

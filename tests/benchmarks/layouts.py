@@ -48,6 +48,16 @@ LAYOUTS: dict[str, Layout] = {
         "wall time": "{wall s:.0f} s", "median step": "{step median ms:.1f} ms",
         "99 % of the steps": "{step p99 ms:.1f} ms",
     }),
+    "patrol": Layout({
+        "minutes": "{minutes}", "keyframes": "{keyframes}", "edges": "{edges}",
+        "memory": "{memory MB:.0f} MB", "mean error": "{error mean m:.3f} m",
+        "largest": "{error max m:.3f} m", "median step": "{step median ms:.1f} ms",
+        "99 % of the steps": "{step p99 ms:.1f} ms",
+    }),
+    "explored": Layout({
+        "seed": "{seed}", "": "{status}", "reachable area known": "{known %:.1f} %",
+        "IoU of the walls": "{IoU:.3f}", "time": "{time s:.0f} s", "driven": "{distance m:.0f} m",
+    }),
     "dyna": Layout({
         "controller": "{controller}", "reached": "{success}", "drove into": "{contact}",
         "was struck": "{struck}", "timeout": "{timeout}", "gave up": "{gave_up}",
@@ -139,6 +149,10 @@ LAYOUTS: dict[str, Layout] = {
     "estop": Layout({
         "situation": "{situation}", "presses": "{presses}", "median": "{median ms:.1f} ms",
         "99 %": "{99 % ms:.1f} ms", "worst": "{worst ms:.1f} ms",
+    }),
+    "checking": Layout({
+        "": "{what}", "nodes": "{nodes}", "processor time": "{processor s:.2f} s",
+        "for each further node": "{ms per node:.2f} ms", "peak memory": "{peak memory MB:.0f} MB",
     }),
     "trees": Layout({
         "tree, nodes": "{tree}", "treepilot": "{ours us:.1f} µs",

@@ -245,11 +245,11 @@ def times() -> None:
         turn = Pose2D(0.0, 0.0, 0.06)
         pose, odometry = pose.compose(turn), odometry.compose(turn)
     model = localiser._filter.beams
-    points = model.points(pose, scan, skip=False)
+    points, particles = model.points(pose, scan, skip=False), localiser.particles
     single = []
     for _ in range(200):
         begin = time.perf_counter()
-        model.log_likelihoods(localiser.particles, points)
+        model.log_likelihoods(particles, points)
         single.append(time.perf_counter() - begin)
     for name, values in (("sensor model", single), ("update", spent[20:])):
         print(f"{name}: median {1e3 * np.median(values):.3f} ms, least {1e3 * min(values):.3f} ms")

@@ -20,9 +20,19 @@ SIZE = 1 << 19
 ROBOTS = 16
 """Trees whose ticked node is shown; further ones are not."""
 
-_PHASE, _BEAT, _STEP, _NODES, _NAMES = 0, 8, 32, 64, 64 + 4 * ROBOTS
-_COUNT = struct.Struct("=i")
-"""Length of the names."""
+_BEAT, _NODES, _NAMES = 8, 64, 64 + 4 * ROBOTS
+_BEATS, _COUNT = struct.Struct("=dddq"), struct.Struct("=i")
+"""Wall time (monotonic), robot time and distance; step. Length of the names.
+
+Packed outside the shared memory: `pack_into` would clear it first, and the other process would find
+zeros in between.
+"""
+
+_PHASE, _REQUEST = 0, 1
+"""Indices of the numbers before the beat."""
+
+READS = 100
+"""Attempts to read the same beat twice: one that is being written changes between two reads."""
 
 NO_NODE = -1
 
@@ -72,13 +82,9 @@ class Heartbeat:
     def __init__(self, descriptor: int) -> None:
         """Map the memory of a descriptor, which may be closed afterwards."""
         self._memory = mmap.mmap(descriptor, SIZE)
-        # Each number of a view is written at once; `Struct.pack_into` clears the memory first, and
-        # who reads in between, or while the writer is suspended there, finds 0.
-        view = memoryview(self._memory)
-        self._nodes = view[_NODES:_NAMES].cast("i")
-        self._beat = view[_BEAT:_STEP].cast("d")  # wall time (monotonic), robot time, distance
-        self._step = view[_STEP : _STEP + 8].cast("q")
-        self._numbers = view[_PHASE:_BEAT].cast("i")  # phase, request
+        self._numbers = memoryview(self._memory)[:_BEAT].cast("i")
+        self._beat = memoryview(self._memory)[_BEAT : _BEAT + _BEATS.size]
+        self._nodes = memoryview(self._memory)[_NODES:_NAMES].cast("i")
         self._names: list[list[str]] = []
         self._closed = 0
 
@@ -94,26 +100,25 @@ class Heartbeat:
 
     def beat(self, step: int, time: float, distance: float) -> None:
         """Write that the engine has taken a step."""
-        self._beat[0], self._beat[1], self._beat[2] = monotonic(), time, distance
-        self._step[0] = step
+        self._beat[:] = _BEATS.pack(monotonic(), time, distance, step)
 
     @property
     def phase(self) -> Phase:
         """What the engine is doing."""
-        return Phase(self._numbers[0])
+        return Phase(self._numbers[_PHASE])
 
     @phase.setter
     def phase(self, phase: Phase) -> None:
-        self._numbers[0] = phase
+        self._numbers[_PHASE] = phase
 
     @property
     def request(self) -> Request:
         """What the supervisor asks of the engine."""
-        return Request(self._numbers[1])
+        return Request(self._numbers[_REQUEST])
 
     @request.setter
     def request(self, request: Request) -> None:
-        self._numbers[1] = request
+        self._numbers[_REQUEST] = request
 
     def close_run(self) -> None:
         """Tell that the records of a run are being closed; the last one ends the work."""
@@ -135,12 +140,17 @@ class Heartbeat:
         text = json.dumps(self._names).encode()
         if len(text) <= SIZE - _NAMES - _COUNT.size:
             self._memory[_NAMES + _COUNT.size : _NAMES + _COUNT.size + len(text)] = text
-            _COUNT.pack_into(self._memory, _NAMES, len(text))
+            self._memory[_NAMES : _NAMES + _COUNT.size] = _COUNT.pack(len(text))
 
     def read(self) -> Beat:
         """Return the progress of the engine."""
-        wall, time, distance = self._beat
-        return Beat(self.phase, wall, time, distance, self._step[0], tuple(self._nodes))
+        found = self._beat.tobytes()
+        for _ in range(READS):
+            before, found = found, self._beat.tobytes()
+            if found == before:
+                break
+        wall, time, distance, step = _BEATS.unpack(found)
+        return Beat(self.phase, wall, time, distance, step, tuple(self._nodes))
 
     def node_name(self) -> str:
         """Return the name of the node that is being ticked; empty between two ticks."""

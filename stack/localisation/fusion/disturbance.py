@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from itertools import islice
 from math import hypot
 
 from stack.localisation.fusion.parameters import EkfParameters
@@ -52,29 +53,31 @@ class InertialComparison:
         steps.append(step)
         while len(steps) > 2 and steps[1].end < step.end - p.disturbance_window - 1e-9:
             steps.popleft()
-        recent = list(steps)[1:]
-        if not recent:
+        if len(steps) < 2:
             return None
-        rotated = [known.rotated for known in recent if known.rotated is not None]
-        turned = sum(known.turned for known in recent if known.rotated is not None)
-        swept = sum(abs(angle) for angle in rotated)
-        tolerance = p.turn_tolerance + p.turn_tolerance_share * max(abs(turned), swept)
-        if abs(turned - sum(rotated)) > tolerance:
-            return recent[0].begin
-        if any(known.gained is None for known in recent):
-            return None
-        x, y = steps[0].twist.linear, steps[0].twist.lateral
-        centripetal = 0.0
-        for known in recent:
-            assert known.gained is not None
-            turn = known.turned if known.rotated is None else known.rotated
+        since, x, y = steps[1].begin, steps[0].twist.linear, steps[0].twist.lateral
+        turned = rotated = swept = centripetal = 0.0
+        measured = True
+        for known in islice(steps, 1, None):
+            turn = known.turned
+            if known.rotated is not None:
+                turned += known.turned
+                turn = known.rotated
+                rotated += turn
+                swept += abs(turn)
+            if known.gained is None:
+                measured = False
+                continue
             speed_x, speed_y = known.twist.linear, known.twist.lateral
             x += known.gained[0] + turn * speed_y
             y += known.gained[1] - turn * speed_x
             centripetal += abs(turn) * (abs(speed_x) + abs(speed_y))
+        tolerance = p.turn_tolerance + p.turn_tolerance_share * max(abs(turned), swept)
+        if abs(turned - rotated) > tolerance:
+            return since
         off = hypot(x - step.twist.linear, y - step.twist.lateral)
-        if off > p.speed_tolerance + p.turn_tolerance_share * centripetal:
-            return recent[0].begin
+        if measured and off > p.speed_tolerance + p.turn_tolerance_share * centripetal:
+            return since
         return None
 
 

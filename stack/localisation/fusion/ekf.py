@@ -27,7 +27,16 @@ from stack.localisation.fusion.disturbance import Compared, InertialComparison, 
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
 from stack.localisation.fusion.parameters import EkfParameters
 from stack.localisation.fusion.wheels_gyro import arc
-from stack.types import FloatArray, Observation, Odometry, Pose2D, Scan, Twist, wrap_angle
+from stack.types import (
+    STANDSTILL,
+    FloatArray,
+    Observation,
+    Odometry,
+    Pose2D,
+    Scan,
+    Twist,
+    wrap_angle,
+)
 
 if TYPE_CHECKING:
     from stack.localisation.fusion.history import History
@@ -60,11 +69,8 @@ class EkfOdometry(OdometryFusion):
         from stack.localisation.fusion.sources import Source
 
         super().__init__(parameters, robot)
-        self._kernels, self._measurements, self._new_history = (
-            kernels,
-            measurements,
-            history.History,
-        )
+        self._kernels, self._measurements = kernels, measurements
+        self._new_history, self._motion = history.History, history.Motion
         self._main_lidar = robot.main_lidar
         self._scans = ScanOdometry(parameters)
         self._sources = [Source(source) for source in parameters.sources]
@@ -145,10 +151,12 @@ class EkfOdometry(OdometryFusion):
         gained = self._gain.between(imu, now)
         standing = self._standstill.lasts(wheels.twist, elapsed, p)
         begin, bias = history.newest.key[0], self.gyro_bias
-        rates = imu.angular_velocity[:, 2] if imu is not None and imu.stamps.size else np.empty(0)
-        rate = float(rates.mean()) if rates.size else 0.0
-        by_hand = rates.size > 0 and abs(rate - bias) > p.bias_tolerance
-        at_rest = wheels.twist == Twist() and rates.size > 0 and not by_hand
+        samples, rate = 0, 0.0
+        if imu is not None and imu.stamps.size:
+            samples = imu.stamps.size
+            rate = float(np.add.reduce(imu.angular_velocity[:, 2])) / samples
+        by_hand = samples > 0 and abs(rate - bias) > p.bias_tolerance
+        at_rest = samples > 0 and not by_hand and wheels.twist == STANDSTILL
         rotated = None if raw is None else (0.0 if at_rest else raw - bias * elapsed)
         given = _input(elapsed, moved, raw, gained, at_rest)
         turned = wheels.twist.angular * elapsed
@@ -158,8 +166,8 @@ class EkfOdometry(OdometryFusion):
             history.disturb(since)
             self._disturbed_until = now + p.disturbed_time
         history.move(given, disturbed=now <= self._disturbed_until)
-        if standing and rates.size and not by_hand:
-            self._learn_bias(history, now, rate, rates.size)
+        if standing and samples and not by_hand:
+            self._learn_bias(history, now, rate, samples)
 
     def _learn_bias(self, history: History, now: float, rate: float, samples: int) -> None:
         """Measure the bias by the mean rate of some samples at standstill, rad/s."""
@@ -201,18 +209,21 @@ class EkfOdometry(OdometryFusion):
         of it. Where a correction moved the pose, the part beyond that error is added.
         """
         total = np.zeros((3, 3))
-        expected = np.zeros(3)
+        expected = Pose2D(0.0, 0.0)
         for node in reversed(history.nodes):
             if node.key[0] <= last.stamp + 1e-9:
-                expected[:] = node.state[:3]
+                expected = Pose2D(*node.state[:3].tolist())
                 break
-            total += node.step_covariance
+            if isinstance(node.event, self._motion):
+                total += node.step_covariance
         keep = self._scans.remaining(history.newest.key[0])
-        total *= keep[:, None] * keep
-        # The displacement of this step contains the corrections of the poses before it.
-        shift = Pose2D(*expected.tolist()).relative_to(last.pose)
-        for axis, jump in enumerate((shift.x, shift.y, shift.heading)):
-            total[axis, axis] += (CORRECTION_SHARE * jump) ** 2
+        if keep is not None:
+            total *= keep[:, None] * keep
+        if expected != last.pose:
+            # The displacement of this step contains the corrections of the poses before it.
+            shift = expected.relative_to(last.pose)
+            for axis, jump in enumerate((shift.x, shift.y, shift.heading)):
+                total[axis, axis] += (CORRECTION_SHARE * jump) ** 2
         return total
 
 

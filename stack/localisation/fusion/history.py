@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from bisect import insort
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Protocol
 
 import numpy as np
 
 from stack.localisation.fusion import kernels
-from stack.types import FloatArray
+from stack.types import NO_COVARIANCE, FloatArray
 
 TOLERANCE = 1e-9
 """Stamps closer than this are equal, seconds."""
@@ -72,7 +73,7 @@ class Node:
     event: Motion | Measurement | None
     state: FloatArray
     covariance: FloatArray
-    step_covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    step_covariance: FloatArray = field(default_factory=lambda: NO_COVARIANCE)
     distance: float = 0.0
 
 
@@ -182,10 +183,10 @@ class History:
     def _run(self, place: int) -> None:
         """Compute the states from a node on."""
         before = self.nodes[place - 1]
-        state, covariance = before.state.copy(), before.covariance.copy()
         disturbed = self._was_disturbed(place)
-        for node in self.nodes[place:]:
-            event = node.event
+        for node in islice(self.nodes, place, None):
+            event, state, covariance = node.event, node.state, node.covariance
+            state[:], covariance[:] = before.state, before.covariance
             if isinstance(event, Motion):
                 mode = kernels.TRUSTED
                 if event.disturbed:
@@ -197,12 +198,13 @@ class History:
                 )
             elif event is not None:
                 node.distance = event.apply(state, covariance)
-            node.state[:], node.covariance[:] = state, covariance
+            before = node
 
     def _was_disturbed(self, place: int) -> bool:
-        for node in reversed(self.nodes[:place]):
-            if isinstance(node.event, Motion):
-                return node.event.disturbed
+        for earlier in range(place - 1, -1, -1):
+            event = self.nodes[earlier].event
+            if isinstance(event, Motion):
+                return event.disturbed
         return False
 
 

@@ -56,14 +56,12 @@ class ScanOdometry:
         """Apply new parameters; the keyframe stays."""
         self._matcher.parameters = parameters
 
-    def remaining(self, now: float) -> FloatArray:
+    def remaining(self, now: float) -> FloatArray | None:
         """Return (3,) the share of the deviation of a step along x, y, heading that matches leave.
 
-        1 without a match in the last REMEMBERED seconds.
+        None without a match in the last REMEMBERED seconds.
         """
-        if now - self._last > REMEMBERED:
-            return np.ones(3)
-        return self._remaining
+        return None if now - self._last > REMEMBERED else self._remaining
 
     def fuse(self, scan: Scan, history: History, *, disturbed: bool) -> bool:
         """Update the filter with a scan; return whether the wheels contradict it.
@@ -220,26 +218,21 @@ def _relative(state: FloatArray) -> FloatArray:
 def _trail(history: History, scan: Scan, node: Node) -> FloatArray:
     """Return (m, 4) stamps and poses around a scan, in the base frame at its stamp."""
     reach = 0.5 * scan.time_increment * scan.ranges.size
-    rows: list[FloatArray] = []
-    stamps: list[float] = []
-    for known in reversed(history.nodes):
-        stamp = known.key[0]
-        if stamps and stamps[-1] == stamp:
-            continue
-        if stamp > scan.stamp + reach and stamps:
-            rows.pop()
-            stamps.pop()
-        rows.append(known.state[:3])
-        stamps.append(stamp)
-        if stamp < scan.stamp - reach:
-            break
-    trail = np.empty((len(rows), 4))
-    trail[:, 0], trail[:, 1:] = stamps, rows
-    trail = trail[::-1]
     x, y, heading = node.state[:3].tolist()
     c, s = cos(heading), sin(heading)
-    dx, dy = trail[:, 1] - x, trail[:, 2] - y
-    return np.column_stack([trail[:, 0], c * dx + s * dy, c * dy - s * dx, trail[:, 3] - heading])
+    rows: list[tuple[float, float, float, float]] = []
+    for known in reversed(history.nodes):
+        stamp = known.key[0]
+        if rows and rows[-1][0] == stamp:
+            continue
+        if stamp > scan.stamp + reach and rows:
+            rows.pop()
+        x_there, y_there, turned = known.state[:3].tolist()
+        dx, dy = x_there - x, y_there - y
+        rows.append((stamp, c * dx + s * dy, c * dy - s * dx, turned - heading))
+        if stamp < scan.stamp - reach:
+            break
+    return np.array(rows[::-1])
 
 
 def _since_match(history: History, last: float, stamp: float) -> FloatArray:

@@ -2,22 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
+
 import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
+from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.search.matches import GlobalMatch, Views
+from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.parameters import SlamParameters
 from stack.parameters import suggestion
-from stack.types import FloatArray, Observation, OccupancyGrid, Pose2D, PoseEstimate, Scan
+from stack.types import (
+    FloatArray,
+    HealthThresholds,
+    Observation,
+    OccupancyGrid,
+    Pose2D,
+    PoseEstimate,
+    Scan,
+    View,
+)
 
 SMALL_CORRECTION = 0.02
 """Metres: corrections by the optimiser below this are no jump."""
 
 LEAST_OVERLAP, FULL_OVERLAP = 0.2, 0.6
 """Share of a scan's points that the map explains, at health 0 and 1."""
+
+CLEARANCE = 0.05
+"""Metres between the robot's inscribed circle and surfaces on the way to a view."""
 
 UNKNOWN_VARIANCE = 1.0
 """Square metres or radians: variance in a direction that no scan determines."""
@@ -27,19 +45,27 @@ class SlamEstimator(Estimator):
     """SLAM: scan matching, loop closure and a pose graph; the map grows with the drive.
 
     A loop closure moves the map and the robot in it: the estimate jumps. The graph is optimised
-    beside the loop and applied `latency` seconds later.
+    beside the loop and applied `latency` seconds later. On a saved map the graph is continued.
     """
 
     Parameters = SlamParameters
+    loads_saved_maps = True
+    starts_mapping: ClassVar[bool] = True
     parameters: SlamParameters
 
     @staticmethod
     def kernels(parameters: SlamParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of scan matching and map rendering."""
+        """Return the kernels of scan matching, map rendering and global localisation."""
+        from stack.localisation import kernels
+        from stack.localisation.search import kernels as search
+        from stack.localisation.views import kernels as views
         from stack.mapping.slam.matching import kernels as matching
         from stack.mapping.slam.rendering import kernels as rendering
 
-        return (*matching.ENTRY_POINTS, *rendering.ENTRY_POINTS)
+        return (
+            *matching.ENTRY_POINTS, *rendering.ENTRY_POINTS, *kernels.LOCALISATION,
+            *search.SEARCH, *views.VIEWS,
+        )  # fmt: skip
 
     @staticmethod
     def check(parameters: SlamParameters, robot: RobotDescription) -> None:
@@ -49,6 +75,20 @@ class SlamEstimator(Estimator):
             raise InputError(
                 f"{robot.name} has no lidar {wanted!r}; {suggestion(wanted, list(lidars))}"
             )
+
+    @classmethod
+    def check_map(cls, folder: Path | None) -> None:
+        """Check that a saved map has a pose graph."""
+        from stack.mapping.graph_files import HEADER, check_graph
+
+        if folder is None:
+            return
+        if not (folder / HEADER).is_file():
+            raise InputError(
+                f"the map has no pose graph ({HEADER}): it was not saved with `localisation: slam`;"
+                " use `localisation: mcl`"
+            )
+        check_graph(folder)
 
     def __init__(
         self,
@@ -63,14 +103,19 @@ class SlamEstimator(Estimator):
         super().__init__(parameters, robot, grid, seed)
         self.lidar = parameters.lidar or robot.main_lidar
         self._drawn: tuple[object, OccupancyGrid] | None = None
+        self._clearance, self._seed = robot.footprint.inscribed_radius + CLEARANCE, seed
         self.mapper = Mapper(parameters, immediate=False)
+        self._wants_mapping = self.starts_mapping
+        self._places: tuple[int, GlobalLocalisation] | None = None
+        self._is_located, self._search_due = True, 0.0
         self._worker = OptimiserWorker()
         self._map_from_odom, self._odometry = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
         self._health, self._jumps = 1.0, 0
         self._time = self._corrected_at = 0.0
-        self._is_started = False
+        self._is_started, self._is_real_time = False, False
         self._map_version, self._map_due = 0, 0.0
+        self._shows_map = grid is None
 
     def start(self, pose: Pose2D | None) -> None:
         """Begin the map at the initial pose; at the map's origin if that is unknown."""
@@ -78,17 +123,57 @@ class SlamEstimator(Estimator):
             self._map_from_odom = pose
             self.mapper.start(pose)
 
+    def load_map(self, grid: OccupancyGrid, folder: Path, pose: Pose2D | None) -> None:
+        """Continue a saved pose graph, or localise in it; at an unknown pose, search it.
+
+        Raises:
+            InputError: the folder has no pose graph, or a damaged one.
+        """
+        from stack.mapping.graph_files import read_graph
+        from stack.mapping.slam.mapper import Mapper
+        from stack.mapping.slam.worker import OptimiserWorker
+
+        self.check_map(folder)
+        graph = read_graph(folder)
+        if not graph.keyframes:
+            raise InputError(f"{folder}: the pose graph has no keyframes; map again")
+        self.mapper = Mapper(self.parameters, graph, immediate=False)
+        self._worker.close()
+        self._worker = OptimiserWorker(waits=not self._is_real_time)
+        self._shows_map, self._map_version = True, self.mapper.map_version
+        self._drawn = self._places = None
+        if pose is None:
+            self._is_located, self._health, self._search_due = False, 0.0, 0.0
+            self._apply_mode()
+        else:
+            self.set_pose(pose, 0.1, 0.05)
+            self._search_due = self._time + self.parameters.search_period
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map."""
+        self._wants_mapping = is_mapping
+        self._apply_mode()
+
+    @property
+    def is_mapping(self) -> bool:
+        """Whether keyframes are added: not while the place in a map is unknown or ambiguous."""
+        ambiguous = self._places is not None and bool(self._places[1].rivals)
+        return self._wants_mapping and self._is_located and not ambiguous
+
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Match a new scan, apply a finished optimisation, draw a piece of the map."""
         self._time = observation.time
         self._odometry = frames.pose_at("odom", observation.time)
         if not self._is_started:
-            self._map_from_odom = self._map_from_odom.compose(self._odometry.inverse())
+            start = self._map_from_odom
+            self._map_from_odom = start.compose(self._odometry.inverse())
+            if self.mapper.graph.keyframes and self._is_located:
+                self._restart_at(start)
             self._is_started = True
         self._apply_optimisation()
         scan = observation.named(self.lidar, Scan)
         if scan is not None and frames.covers(scan.stamp):
-            self._match(scan, frames.pose_at("odom", scan.stamp))
+            self._process(scan, frames.pose_at("odom", scan.stamp))
         if self.mapper.needs_optimising and not self._worker.is_busy:
             self._worker.submit(self.mapper.problem(), self._time + self.parameters.latency)
         self.mapper.draw(self.parameters.keyframes_per_step)
@@ -98,6 +183,8 @@ class SlamEstimator(Estimator):
         """Return the map when it changed, at most every `map_period` seconds."""
         version = self.mapper.map_version
         if version == self._map_version or self._time < self._map_due - 1e-9:
+            return None
+        if not self._shows_map:
             return None
         self._map_version, self._map_due = version, self._time + self.parameters.map_period
         return self.mapper.shown_grid()
@@ -112,35 +199,55 @@ class SlamEstimator(Estimator):
 
     def map_files(self) -> dict[str, bytes]:
         """Return the pose graph, also as g2o, and the trajectory of the keyframes."""
-        from stack.mapping.graph_files import g2o_text, graph_contents
-        from stack.mapping.trajectories import plain_text, tum_text
+        from stack.mapping.graph_files import saved_files
 
-        graph = self.mapper.graph
-        frames = list(graph.keyframes.values())
-        stamps = np.array([frame.stamp for frame in frames], dtype=np.float64)
-        poses = [frame.pose for frame in frames]
-        return {
-            **graph_contents(graph),
-            "graph.g2o": g2o_text(graph).encode(),
-            "trajectory.tum": tum_text(stamps, poses).encode(),
-            "trajectory.txt": plain_text(stamps, poses).encode(),
-        }
+        return saved_files(self.mapper.graph)
 
     def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Continue at another pose of the map; near no keyframe, a new part of the graph begins."""
-        self._map_from_odom = pose.compose(self._odometry.inverse())
-        self.mapper.set_pose(pose, self._odometry)
         self._covariance = np.diag(
             np.square([position_deviation, position_deviation, heading_deviation])
         )
-        self._jumps, self._corrected_at = self._jumps + 1, self._time
+        if not self._is_started:
+            self._map_from_odom = pose
+        self._restart_at(pose)
+        self._adopt([GlobalMatch(pose, 1.0)])
+
+    def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
+        """Continue at the best pose of the map that explains the scans; others become rivals.
+
+        Raises:
+            NavigationError: LOST if no pose fits. The pose does not change then.
+        """
+        found = self._global().search(scan, earlier)
+        self._covariance = found.best.covariance
+        self._restart_at(found.best.pose)
+        self._adopt([found.best, *found.rivals])
+        return found.best
+
+    def fit_at(self, pose: Pose2D, scan: Scan) -> float:
+        """Return the health in [0, 1] of a single scan at another pose."""
+        return self._global().fit_at(pose, scan) if self.mapper.graph.keyframes else 0.0
+
+    def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
+        """Return the view that best tells the estimate from its rivals; None without one."""
+        if self._places is None:
+            return None
+        return self._places[1].best_view(scan, self._clearance, avoided)
 
     @property
     def estimate(self) -> PoseEstimate:
-        """The newest pose; its health is the share of the scan that the map explains, scaled."""
+        """The newest pose, its health and its rivals.
+
+        While mapping, the health is the share of the scans that the map explains, scaled. On a map
+        that stays as it is, it is the calibrated probability of Monte-Carlo localisation.
+        """
+        p = self.parameters
         return PoseEstimate(
             self._map_from_odom.compose(self._odometry), self._covariance, self._health,
             self._map_from_odom, self._corrected_at, self._jumps,
+            self._places[1].rivals if self._places is not None else (),
+            HealthThresholds(p.lost_health, p.good_health),
         )  # fmt: skip
 
     def configure(self, parameters: SlamParameters) -> None:
@@ -150,11 +257,73 @@ class SlamEstimator(Estimator):
 
     def run_in_real_time(self) -> None:
         """Do not wait for a late optimisation."""
-        self._worker.waits = False
+        self._is_real_time, self._worker.waits = True, False
 
     def close(self) -> None:
         """End the optimiser's process."""
         self._worker.close()
+
+    def _process(self, scan: Scan, odometry: Pose2D) -> None:
+        """Match a scan; on a map that stays as it is, compare it with all places."""
+        if not self._is_located:
+            self._search(scan)
+            if not self._is_located:
+                return
+        self._match(scan, odometry)
+        if self.mapper.is_mapping:
+            return
+        places = self._global()
+        taken = places.add(self.mapper.pose, odometry, scan)
+        if taken is not None:
+            self._covariance = np.diag([0.01, 0.01, 0.0025])
+            self._restart_at(taken.compose(odometry.relative_to(self._odometry).inverse()))
+        self._health = places.health
+        if self._health < self.parameters.lost_health * (1.0 - sum(r.share for r in places.rivals)):
+            self._search(scan)
+        else:
+            self._search_due = scan.stamp + self.parameters.search_period
+        self._apply_mode()
+
+    def _search(self, scan: Scan) -> None:
+        """Search the whole map, at most every `search_period` seconds."""
+        if scan.stamp < self._search_due - 1e-9:
+            return
+        self._search_due = scan.stamp + self.parameters.search_period
+        try:
+            self.localise_globally(scan)
+        except NavigationError:
+            return
+
+    def _adopt(self, places: Sequence[GlobalMatch]) -> None:
+        """Follow these places from now on, the first one as the estimate."""
+        self._is_located = True
+        if self._places is not None or not self._wants_mapping or len(places) > 1:
+            self._global().restart(places, self._odometry)
+            self._health = self._global().health
+        self._apply_mode()
+
+    def _restart_at(self, pose: Pose2D) -> None:
+        """Continue at a pose of the base now."""
+        if self._is_started:
+            self._map_from_odom = pose.compose(self._odometry.inverse())
+        self.mapper.set_pose(pose, self._odometry)
+        self._jumps, self._corrected_at = self._jumps + 1, self._time
+
+    def _apply_mode(self) -> None:
+        """Map if that is wanted and possible; follow places on the map otherwise."""
+        if self.is_mapping != self.mapper.is_mapping:
+            self.mapper.set_mapping(self.is_mapping)
+        if self.mapper.is_mapping:
+            self._places = None
+
+    def _global(self) -> GlobalLocalisation:
+        """Return the localisation on the map as it is drawn now."""
+        version = self.mapper.map_version
+        if self._places is None or (self._places[0] != version and not self._places[1].rivals):
+            places = GlobalLocalisation(self.grid, self._seed)
+            places.restart([GlobalMatch(self.estimate.pose, 1.0)], self._odometry)
+            self._places = version, places
+        return self._places[1]
 
     def _match(self, scan: Scan, odometry: Pose2D) -> None:
         pose = self.mapper.add(scan.stamp, odometry, scan)
@@ -183,3 +352,24 @@ class SlamEstimator(Estimator):
         self._map_from_odom = correction.compose(self._map_from_odom)
         if after.distance_to(before) > SMALL_CORRECTION:
             self._jumps, self._corrected_at = self._jumps + 1, self._time
+
+
+class PoseGraphLocaliser(SlamEstimator):
+    """Localisation in a saved pose graph: scan matching with the nearest keyframes.
+
+    The map stays as it is until the mission uses `set_mapping`. An unknown start is searched for on
+    the whole map.
+    """
+
+    needs_map = True
+    starts_mapping = False
+
+    @classmethod
+    def check_map(cls, folder: Path | None) -> None:
+        """Check that the map is a saved one with a pose graph."""
+        if folder is None:
+            raise InputError(
+                "the estimator 'pose_graph' needs a map that was saved with `localisation: slam`;"
+                " give its folder, or use `localisation: mcl`"
+            )
+        super().check_map(folder)

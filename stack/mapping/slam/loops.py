@@ -91,6 +91,12 @@ class LoopClosure:
                 closed = True
         return closed
 
+    def forget(self, keyframe: int) -> None:
+        """Drop the matches with a keyframe that is removed from the graph."""
+        self._travelled.pop(keyframe, None)
+        kept = [h for h in self._recent if keyframe not in (h.keyframe, h.place)]
+        self._recent = deque(kept, maxlen=self._recent.maxlen)
+
     def _is_verified(self, hypothesis: Hypothesis, agreeing: list[Hypothesis]) -> bool:
         """Return whether enough keyframes agree and the newest scans fit into the earlier map."""
         p, keyframe = self.parameters, hypothesis.keyframe

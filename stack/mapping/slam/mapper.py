@@ -2,12 +2,13 @@
 
 Each scan is aligned to the surroundings of the last keyframe in the graph. After some motion it
 becomes a keyframe, with edges to its neighbours. Earlier visits of a place are found by
-`loops.LoopClosure`; after a loop closure the graph is optimised.
+`loops.LoopClosure`; after a loop closure the graph is optimised. With `is_mapping` off the graph
+stays as it is, and scans are only matched with the nearest keyframes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -20,6 +21,7 @@ from stack.mapping.slam.neighbourhood import Neighbourhood
 from stack.mapping.slam.optimiser import optimise
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
+from stack.mapping.slam.upkeep import MapUpkeep
 from stack.mapping.slam.worker import Problem, problem_of
 from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, wrap_angle
 
@@ -33,6 +35,13 @@ as after a gap in the measurements or a slip."""
 LARGE_STEP, LARGE_TURN = 0.4, 0.5
 """Metres and radians between two scans above which the scan is also searched near the last pose:
 odometry that stood still for some scans reports all of their motion at once."""
+
+LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.3, 0.12
+"""Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
+door most of a scan is new, and what remains gives the heading better than odometry does."""
+
+CHAIN_LENGTH = 3.0
+"""Metres driven since the newest keyframe up to which odometry connects the next one with it."""
 
 WEAK_HEADING = 0.2
 """Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
@@ -56,9 +65,14 @@ class Mapper:
 
     Args:
         parameters: of matching, loop closure and rendering.
-        graph: to continue; empty by default.
-        keep_trajectory: keep the pose of every scan, for `trajectory`; memory grows with time.
+        graph: to continue, as a new session; empty by default.
+        keep_trajectory: keep the pose of every scan, for `trajectory`, and all keyframes; memory
+            grows with time. Otherwise redundant and outdated keyframes are removed.
         immediate: optimise within `add`, for logs; otherwise the caller watches `needs_optimising`.
+
+    Attributes:
+        is_mapping: whether new keyframes are added; else the pose is found in the graph as it is.
+        session: number of this mapping run in the graph.
     """
 
     def __init__(
@@ -71,6 +85,8 @@ class Mapper:
     ) -> None:
         self.parameters = parameters or MapperParameters()
         self.graph = graph or PoseGraph()
+        self.session = 1 + max((k.session for k in self.graph.keyframes.values()), default=-1)
+        self.is_mapping = True
         self.neighbourhood = Neighbourhood(self.graph)
         self.needs_optimising = False
         self.loop_closures = 0
@@ -78,16 +94,22 @@ class Mapper:
         self._immediate = immediate
         self._scans: dict[int, PreparedScan] = {}
         self._loops = LoopClosure(self.parameters, self.graph, self.neighbourhood, self.prepared)
+        self._upkeep = MapUpkeep(self.parameters, self.graph, self.neighbourhood)
         self._renderer = MapRenderer(self.parameters)
         self._local: LocalMap | None = None
         self._last: Keyframe | None = None
         self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
-        self._pending, self._is_chained = 0, True
+        self._pending, self._is_confirmed = 0, True
+        self._chain: tuple[Keyframe, float] | None = None
+        self._matched_at = self._pose
+        if self.graph.keyframes:
+            self._renderer.moved(self.graph)
+            self._renderer.grid(self.graph)
 
     def configure(self, parameters: MapperParameters) -> None:
         """Apply new parameters to the next scans; the map keeps its resolution."""
-        self.parameters = self._loops.parameters = parameters
+        self.parameters = self._loops.parameters = self._upkeep.parameters = parameters
 
     def start(self, pose: Pose2D) -> None:
         """Set the pose of the first scan, map frame."""
@@ -102,14 +124,21 @@ class Mapper:
             scan: deskewed.
         """
         prepared = prepare(scan, self.parameters.match_range)
-        if self._last is None:
+        if self._last is None and not self.is_mapping and self.graph.keyframes:
+            self._pose = self._pose.compose(odometry_pose.relative_to(self._odometry))
+            self._odometry, self.match = odometry_pose, None
+            self._follow()
+        elif self._last is None:
             self._odometry = odometry_pose
             self._insert(stamp, odometry_pose, scan, prepared)
         else:
             self._pose = self._matched(odometry_pose, prepared)
             self._odometry = odometry_pose
-            if self._is_keyframe_due():
-                self._insert(stamp, odometry_pose, scan, prepared)
+            if not self.is_mapping:
+                if self._is_moved(self._matched_at):
+                    self._follow()
+            elif self._is_moved(self._matched_at) and self._may_insert():
+                self._update(stamp, odometry_pose, scan, prepared)
         if self._trajectory is not None and self._last is not None:
             relative = self._pose.relative_to(self._last.pose)
             self._trajectory.append(TrajectoryPoint(stamp, self._last.id, relative))
@@ -123,13 +152,36 @@ class Mapper:
         return self._pose
 
     def set_pose(self, pose: Pose2D, odometry: Pose2D) -> None:
-        """Continue at another pose, from the nearest keyframe or, far from all, a new one."""
-        self._pose, self._odometry, self._local = pose, odometry, None
-        keyframes = list(self.graph.keyframes.values())
+        """Continue at another pose, from the nearest keyframe or, far from all, a new one.
+
+        Keyframes are added again once a scan matches there.
+        """
+        self._pose, self._odometry = pose, odometry
+        self.match, self._chain, self._is_confirmed = None, None, False
+        self._follow()
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to add keyframes."""
+        if is_mapping and not self.is_mapping and self._last is not None:
+            self.set_pose(self._pose, self._odometry)
+        self.is_mapping, self._local = is_mapping, None
+
+    def _follow(self) -> None:
+        """Match the next scans with the keyframes nearest to the pose, if any is near."""
+        pose, keyframes = self._pose, self.graph.keyframes.values()
         nearest = min(keyframes, key=lambda k: pose.distance_to(k.pose), default=None)
         reach = self.parameters.reference_distance
         is_near = nearest is not None and pose.distance_to(nearest.pose) <= reach
-        self._last, self._is_chained = nearest if is_near else None, False
+        self._last, self._local = nearest if is_near else None, None
+        self._matched_at = pose
+
+    def _may_insert(self) -> bool:
+        """Return whether a scan has matched since the pose was set, or the robot is far away."""
+        assert self._last is not None
+        good = self.match is not None and self.match.overlap >= self.parameters.least_overlap
+        far = self._pose.distance_to(self._last.pose) > self.parameters.reference_distance
+        self._is_confirmed = self._is_confirmed or good or far
+        return self._is_confirmed
 
     def problem(self) -> Problem:
         """Return what the optimiser needs; `needs_optimising` is False until the next change."""
@@ -154,9 +206,10 @@ class Mapper:
             poses = {**poses, **later}
         self.graph.set_poses(poses)
         if self._last is not None:
-            relative = self._pose.relative_to(self._last.pose)
-            self._last = self.graph.keyframes[self._last.id]
-            self._pose = self._last.pose.compose(relative)
+            before, self._last = self._last, self.graph.keyframes[self._last.id]
+            correction = self._last.pose.compose(before.pose.inverse())
+            self._pose = correction.compose(self._pose)
+            self._matched_at = correction.compose(self._matched_at)
         self._local = None
         self._renderer.moved(self.graph)
 
@@ -215,8 +268,11 @@ class Mapper:
                 other = local.align(scan, searched[0], deviation)
                 if other.overlap > found.overlap + 0.05:
                     found = other
-        self.match = found
-        return found.pose if found.overlap > 0.3 else expected
+        turned = abs(wrap_angle(found.pose.heading - expected.heading))
+        confirms = found.pose.distance_to(expected) <= 2.5 * position and turned <= 2.5 * heading
+        accepted = found.overlap > (CONFIRMED_OVERLAP if confirms else LEAST_OVERLAP)
+        self.match = found if accepted else replace(found, information=np.zeros((3, 3)))
+        return found.pose if accepted else expected
 
     def _odometry_deviation(self, moved: Pose2D) -> tuple[float, float]:
         p = self.parameters
@@ -238,22 +294,55 @@ class Mapper:
             self._local = LocalMap(scans, self.parameters.resolution)
         return self._local
 
-    def _is_keyframe_due(self) -> bool:
-        assert self._last is not None
-        distance = self._pose.distance_to(self._last.pose)
-        turned = abs(wrap_angle(self._pose.heading - self._last.pose.heading))
+    def _is_moved(self, since: Pose2D) -> bool:
+        distance = self._pose.distance_to(since)
+        turned = abs(wrap_angle(self._pose.heading - since.heading))
         p = self.parameters
         return distance >= p.keyframe_distance or turned >= p.keyframe_angle
+
+    def _update(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
+        """Add a keyframe if it shows something new; remove what is out of date or redundant."""
+        if self._trajectory is not None:
+            self._insert(stamp, odometry, scan, prepared)
+            return
+        assert self._last is not None
+        found = self._upkeep.compare(self._last.id, self._pose, scan)
+        for number in found.changed:
+            self._scans.pop(number, None)
+        if found.is_wanted:
+            self._insert(stamp, odometry, scan, prepared)
+        for number in found.surplus:
+            self._remove(number)
+        if found.changed or found.surplus:
+            self._renderer.outdate(self.graph)
+        if not found.is_wanted:
+            self._drive_on()
+            self._follow()
+
+    def _drive_on(self) -> None:
+        """Add the way since the last match to that since the newest keyframe."""
+        if self._chain is not None:
+            newest, driven = self._chain
+            driven += self._pose.distance_to(self._matched_at)
+            self._chain = (newest, driven) if driven <= CHAIN_LENGTH else None
+
+    def _remove(self, keyframe: int) -> None:
+        """Remove a keyframe; its neighbours stay connected."""
+        self.graph.remove_keyframe(keyframe)
+        self._scans.pop(keyframe, None)
+        self._loops.forget(keyframe)
+        self._upkeep.forget(keyframe)
 
     def _insert(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
         """Add a keyframe at the current pose, with its edges, and look for loops."""
         last = self._last
-        new = Keyframe(self.graph.next_id, stamp, self._pose, odometry, scan)
+        new = Keyframe(self.graph.next_id, stamp, self._pose, odometry, scan, self.session)
         self.graph.add_keyframe(new)
         self._scans[new.id] = prepared
         if last is not None:
+            self._drive_on()
             self._connect(last, new)
-        self._last, self._local = new, None
+        self._last, self._local, self._matched_at, self._chain = new, None, self._pose, (new, 0.0)
         self._renderer.add(new)
         closed = self._loops.find(new.id)
         if closed:
@@ -264,12 +353,12 @@ class Mapper:
 
     def _connect(self, last: Keyframe, new: Keyframe) -> None:
         """Add the edges of a new keyframe: odometry, and matches with its neighbours."""
-        moved = new.odometry.relative_to(last.odometry)
-        position, heading = self._odometry_deviation(moved)
-        information = np.diag([position**-2, position**-2, heading**-2])
-        if self._is_chained:
-            self.graph.add_edge(Edge(last.id, new.id, moved, information, "odometry"))
-        self._is_chained = True
+        if self._chain is not None:
+            before = self._chain[0]
+            moved = new.odometry.relative_to(before.odometry)
+            position, heading = self._odometry_deviation(moved)
+            information = np.diag([position**-2, position**-2, heading**-2])
+            self.graph.add_edge(Edge(before.id, new.id, moved, information, "odometry"))
         p = self.parameters
         near = self.neighbourhood.around(last.id, new.pose, p.neighbour_edges, p.reference_distance)
         edges = 0

@@ -86,6 +86,26 @@ class MapperParameters:
         help="scale of dynamic covariance scaling: loop edges with a larger squared error than "
         "this, in standard deviations, lose weight",
     )  # fmt: skip
+    place_keyframes: int = parameter(
+        3, at_least=0, at_most=100,
+        help="keyframes that are kept of one place; a scan that shows nothing new is not added. "
+        "0 keeps all",
+    )  # fmt: skip
+    place_distance: float = parameter(
+        0.5, "m", above=0.0, at_most=5.0, help="largest distance of keyframes of one place"
+    )
+    place_angle: float = parameter(
+        0.6, "rad", above=0.0, at_most=3.2,
+        help="largest angle between keyframes of one place, if the lidar does not see all around",
+    )  # fmt: skip
+    change_beams: int = parameter(
+        6, at_least=1, help="beams that contradict the keyframes of a place in a scan with news"
+    )
+    change_scans: int = parameter(
+        3, at_least=1, at_most=100,
+        help="scans at different poses that must contradict a beam of a keyframe before the map "
+        "forgets it",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -107,3 +127,13 @@ class SlamParameters(MapperParameters):
     health_gain: float = parameter(
         0.1, above=0.0, at_most=1.0, help="share of a new scan in the health"
     )
+    lost_health: float = parameter(
+        0.3, at_least=0.0, at_most=1.0, help="health below which the robot counts as lost"
+    )
+    good_health: float = parameter(
+        0.5, at_least=0.0, at_most=1.0, help="health from which on the pose counts as right"
+    )
+    search_period: float = parameter(
+        5.0, "s", above=0.0,
+        help="time between two searches of the whole map while the robot is lost on a saved map",
+    )  # fmt: skip

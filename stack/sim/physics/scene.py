@@ -100,11 +100,16 @@ class Scene:
         self._move(body, pose.x, pose.y, z, pose.heading)
 
     def place_people(self, positions: Sequence[tuple[float, float]]) -> None:
-        """Move the people to positions in metres, in the order of the world."""
+        """Move the people to positions in metres, in the order of the world; nan: nowhere."""
         for body, position in zip(self._people, positions, strict=True):
-            if self._people[body] != position:
-                self._people[body] = position
+            before = self._people[body]
+            if before == position:
+                continue
+            self._people[body] = position
+            if position[0] == position[0]:
                 self._move(body, *position, PERSON_HEIGHT / 2.0, 0.0)
+            elif before is None or before[0] == before[0]:
+                self._move(body, 0.0, 0.0, HIDDEN_HEIGHT, 0.0)
 
     def _move(self, body: int, x: float, y: float, z: float, heading: float) -> None:
         turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0))

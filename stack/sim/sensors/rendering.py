@@ -49,7 +49,7 @@ class RenderRequest:
         step: physics step; selects the image noise.
         position: (x, y, z) of the base frame, world frame, metres.
         orientation: quaternion x, y, z, w of the base frame.
-        people: (n, 3) x, y, radius, world frame, metres.
+        people: (n, 3) x, y, radius, world frame, metres; nan: not there.
         doors: name -> closed.
         robots: (URDF, position, orientation) of the other robots, always in the same order.
     """

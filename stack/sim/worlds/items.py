@@ -34,7 +34,6 @@ from stack.sim.worlds.world import (
     Dock,
     Door,
     FrictionZone,
-    Person,
     Wall,
 )  # fmt: skip
 from stack.types import Marker, wrap_angle
@@ -152,29 +151,6 @@ def friction_zone(reading: Reading, section: Section) -> FrictionZone | None:
             SHAPE, section.node.mark, sentence, "`from` and `to` are opposite corners"
         )
     return FrictionZone((x_min, y_min, x_max, y_max), friction)
-
-
-def person(reading: Reading, section: Section) -> Person | None:
-    """Read a person who walks along a loop."""
-    name = section.value(Declaration("name", str, "name for reports"))
-    waypoints = reading.points(section, "waypoints")
-    speed = section.value(
-        Declaration("speed", float, "walking speed", "m/s", 0.8, above=0.0, at_most=3.0)
-    )
-    radius = section.value(length("radius", "radius of the body", 0.2, at_most=1.0))
-    pause = section.value(
-        Declaration("pause", float, "pause at each waypoint", "s", 0.0, at_least=0.0)
-    )
-    start = section.value(
-        Declaration("start", float, "fraction of the loop", "", 0.0, at_least=0.0, at_most=0.999)
-    )
-    yields = section.value(Declaration("yields", bool, "stop for a robot ahead", default=True))
-    named = section.node.get("name")
-    if name is not None and named is not None:
-        reading.take("person", name, named.mark)
-    if name is None or waypoints is None:
-        return None
-    return Person(name, waypoints, speed, radius, pause, start, yields)
 
 
 def dock(reading: Reading, section: Section) -> Dock | None:

@@ -56,15 +56,29 @@ def rasterise(world: World, resolution: float = RESOLUTION) -> OccupancyGrid:
     problem = map_problem(world, resolution)
     if problem:
         raise ParameterError("resolution", problem, "use larger cells or closer bounds")
-    rows, columns = map_shape(world, resolution)
-    x_min, y_min, _, _ = world.bounds
-    covered = np.zeros((rows, columns), dtype=np.bool_)
-    grid = OccupancyGrid(np.full((rows, columns), UNKNOWN, np.int8), resolution, (x_min, y_min))
-    for outline in outlines(world, mapped_only=True):
-        _cover(covered, outline, grid)
+    covered = covered_cells(world, resolution, mapped_only=True)
+    grid = OccupancyGrid(np.full(covered.shape, UNKNOWN, np.int8), resolution, world.bounds[:2])
     grid.cells[_reached(~covered, grid.cell_at(world.start.x, world.start.y))] = FREE
     grid.cells[covered] = OCCUPIED
     return grid
+
+
+def covered_cells(
+    world: World, resolution: float, *, mapped_only: bool = False
+) -> NDArray[np.bool_]:
+    """Return which cells walls, boxes and cylinders overlap: (rows, columns) over the bounds.
+
+    Args:
+        world: world to draw; its doors are open.
+        resolution: side of a cell, metres.
+        mapped_only: only what is on the map.
+    """
+    covered = np.zeros(map_shape(world, resolution), dtype=np.bool_)
+    cells = np.zeros(covered.shape, np.int8)
+    grid = OccupancyGrid(cells, resolution, world.bounds[:2])
+    for outline in outlines(world, mapped_only=mapped_only):
+        _cover(covered, outline, grid)
+    return covered
 
 
 def _cover(covered: NDArray[np.bool_], outline: Outline, grid: OccupancyGrid) -> None:

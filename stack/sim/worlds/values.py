@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
 import numpy as np
@@ -59,9 +60,11 @@ class Reading:
         doors: names of the doors read so far.
         places: the named poses.
         count: list entries and places read so far.
+        folder: of the world file.
     """
 
     findings: Findings
+    folder: FilePath = FilePath()
     taken: dict[tuple[str, Any], Mark] = field(default_factory=dict)
     doors: list[str] = field(default_factory=list)
     places: dict[str, Pose2D] = field(default_factory=dict)
@@ -80,13 +83,14 @@ class Reading:
         node = section.node_of(key, required=True)
         return None if node is None else section.parts(key, node, (X, Y))
 
-    def points(self, section: Section, key: str) -> FloatArray | None:
-        """The required points (n, 2), n >= 2, under a key; consecutive points must differ."""
+    def points(self, section: Section, key: str, at_least: int = 2) -> FloatArray | None:
+        """The required points (n, 2) under a key; consecutive points must differ."""
         nodes = section.sequence(key, required=True)
         listed = section.node.get(key)
         points = [section.parts(f"{key}[{n}]", node, (X, Y)) for n, node in enumerate(nodes)]
-        if listed is not None and listed.is_sequence and len(nodes) < 2:
-            sentence = f"{key} needs at least two points [x, y], got {len(nodes)}"
+        if listed is not None and listed.is_sequence and len(nodes) < at_least:
+            wanted = "two points" if at_least == 2 else "one point"
+            sentence = f"{key} needs at least {wanted} [x, y], got {len(nodes)}"
             self.findings.error(SHAPE, listed.mark, sentence)
             return None
         usable = bool(points)

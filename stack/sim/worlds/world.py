@@ -75,16 +75,23 @@ class FrictionZone:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """A person who walks along a closed loop of waypoints.
+    """A person who walks.
 
     Attributes:
         name: for reports.
-        waypoints: (n, 2) metres, n >= 2; after the last follows the first.
+        waypoints: (n, 2) metres; after the last follows the first. At least two for a `loop`.
         speed: m/s.
         radius: metres.
         pause: seconds at each waypoint.
-        start: position at time 0 as a fraction of the loop, in [0, 1).
-        yields: stops for a robot ahead; otherwise walks into it.
+        start: position at time 0 as a fraction of the loop, or of the list of waypoints of a
+            person with social forces, in [0, 1).
+        yields: in a `loop`: stops for a robot ahead; otherwise walks into it.
+        model: `loop`: along straight lines from waypoint to waypoint; `social_force`: round
+            obstacles, at a distance from people and robots; `recorded`: along a track.
+        attention: share of the time in which a person with social forces watches the robots.
+        group: name of a group that stays together, among people with social forces; empty: alone.
+        track: (n, 5) seconds, x, y, metres, and velocity, m/s, of a recorded person.
+        recorded_duration: seconds of the whole recording, after which it begins again.
     """
 
     name: str
@@ -94,6 +101,11 @@ class Person:
     pause: float = 0.0
     start: float = 0.0
     yields: bool = True
+    model: str = "loop"
+    attention: float = 1.0
+    group: str = ""
+    track: FloatArray | None = None
+    recorded_duration: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

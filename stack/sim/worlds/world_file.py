@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from math import ceil, floor
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from stack.mapping.limits import FARTHEST, MAX_ITEMS
 from stack.parameters import Declaration, suggestion
 from stack.sim.worlds import items
 from stack.sim.worlds.outlines import Outline, outlines
+from stack.sim.worlds.people import people
 from stack.sim.worlds.timeline import event
 from stack.sim.worlds.values import (
     EMPTY,
@@ -82,7 +84,7 @@ def read_world(path: Path, text: str | None = None) -> World:
     findings = Findings()
     document = read_document(path, "world file", text, KEYS)
     top = Section(document, findings, "a world file", SHAPE)
-    reading = Reading(findings)
+    reading = Reading(findings, folder=path.parent)
     name = top.name(Declaration("world", str, "name of the world"))
     top.value(
         Declaration("format", int, "version of the file format", default=1, at_least=1, at_most=1)
@@ -98,7 +100,7 @@ def read_world(path: Path, text: str | None = None) -> World:
         doors=reading.each(top, "doors", "a door", items.door),
         markers=reading.each(top, "markers", "a marker", items.marker),
         friction_zones=reading.each(top, "friction_zones", "a zone", items.friction_zone),
-        people=reading.each(top, "people", "a person", items.person),
+        people=tuple(chain.from_iterable(reading.each(top, "people", "a person", people))),
         docks=reading.each(top, "docks", "a dock", items.dock),
         timeline=reading.each(top, "timeline", "a timeline entry", event),
         places=reading.places,

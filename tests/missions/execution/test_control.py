@@ -12,8 +12,9 @@ from typer.testing import CliRunner
 from missions.cli.app import app
 from missions.execution.client import tell
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.run import Run
+from missions.execution.run import Run, execute
 from stack.errors import BodyError, InputError, TelemetryError
+from stack.telemetry.event_log import read_events
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.rendezvous import announce, live_runs, run_directory
 from tests.missions.execution.live_run import HEAD
@@ -128,3 +129,68 @@ def test_a_robot_that_fails_while_nothing_is_stepped_ends_the_mission(mission):
         assert run.is_over
     finally:
         run.close()
+
+
+class Radio:
+    """A link to a ground station that fails after a number of snapshots."""
+
+    link = "MAVLink"
+
+    def __init__(self, snapshots):
+        self.left = snapshots
+
+    def open(self, info):
+        pass
+
+    def event(self, event):
+        pass
+
+    def wants_snapshot(self, time):
+        self.left -= 1
+        if not self.left:
+            raise OSError(5, "Input/output error")
+        return False
+
+    def snapshot(self, snapshot):
+        pass
+
+    def close(self, report):
+        pass
+
+
+def test_a_link_lost_in_mid_run_is_in_the_log_and_in_the_report(tmp_path):
+    file = tmp_path / "waits.yaml"
+    file.write_text(HEAD + "run: {wait: 1 s}\n")
+    options = RunOptions(out=tmp_path / "run", serve=False)
+    report = execute(prepare(file, options), options, [Radio(5)])
+    lost = {"link": "MAVLink", "reason": "Input/output error"}
+    assert report.status == "success" and report.exit_code == 0
+    (noted,) = report.links_lost
+    assert noted == {"time": pytest.approx(0.25, abs=0.1), **lost}  # the fifth step of 0.05 s
+    told = [
+        event for event in read_events(tmp_path / "run/events.jsonl") if event.kind == "link_lost"
+    ]
+    assert [(event.level, event.fields) for event in told] == [("warning", lost)]
+    assert "MAVLink lost at 0." in report.summary()
+
+
+def test_a_control_server_that_fails_in_mid_run_does_not_end_the_mission(
+    tmp_path,
+    runtime_directory,  # noqa: F811
+):
+    file = tmp_path / "waits.yaml"
+    file.write_text(HEAD + "run: {wait: 1 s}\n")
+    options = RunOptions()
+    run = Run(prepare(file, options), options)
+    try:
+        run.step()
+        run._server._socket.close()  # as after an error of ZeroMQ
+        while not run.is_over:
+            run.step()
+        report = run.finish()
+    finally:
+        run.close()
+    assert report.status == "success"
+    (lost,) = report.links_lost
+    assert lost["link"] == "control by dashboards and `treepilot tell`"
+    assert live_runs() == []

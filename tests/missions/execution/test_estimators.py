@@ -110,7 +110,7 @@ def test_a_parameter_file_sets_the_estimator(mission, tmp_path):
 
 def test_estimators_are_listed_and_described():
     names = dict(rows_of("estimators", installed()))
-    assert list(names) == ["mcl", "dead_reckoning", "slam"]
+    assert list(names) == ["mcl", "dead_reckoning", "slam", "pose_graph"]
     assert names["mcl"].startswith("Monte-Carlo localisation")
     assert "max_particles" in description_of("mcl", installed())
 

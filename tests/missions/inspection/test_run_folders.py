@@ -100,3 +100,22 @@ def test_without_a_terminal_nothing_is_deleted_unasked(parent):
     result = invoke(parent, "keep", "0", stdin="y\n")
     assert isinstance(result.exception, InputError) and "needs --yes" in str(result.exception)
     assert len(find_runs(parent)) == 3
+
+
+def test_foreign_and_huge_files_are_listed_at_once(tmp_path):
+    """Only the end of an event log is read, and no report above its limit."""
+    huge = make_run(tmp_path, "huge", 3_000)
+    for name in ("events.jsonl", "report.json"):
+        with (huge.path / name).open("r+b" if name == "events.jsonl" else "wb") as file:
+            file.truncate(10_000_000_000)  # sparse: takes no space
+    nested = make_run(tmp_path, "nested", 2_000)
+    nested.events.write_bytes(b"[" * 60_000 + b"\n")
+    nested.report.write_text("[" * 100_000)
+    foreign = make_run(tmp_path, "foreign", 1_000)
+    foreign.report.write_text(json.dumps({"mission": "a\x1b[2J\nb" * 100, "status": [1]}))
+    runs = {run.name: run for run in find_runs(tmp_path)}
+    assert list(runs) == ["huge", "nested", "foreign"]
+    assert runs["huge"].status == runs["nested"].status == "incomplete"
+    assert runs["huge"].size > 20_000_000_000 and runs["nested"].simulated_seconds == 0.0
+    listed = invoke(tmp_path).stdout
+    assert len(listed.splitlines()) == 5 and "\x1b" not in listed  # heading, runs, sum

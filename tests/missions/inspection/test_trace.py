@@ -7,7 +7,7 @@ import pytest
 
 from missions.inspection import trace as tracing
 from missions.inspection.runs import find_run, find_runs
-from stack.errors import InputError
+from stack.errors import InputError, TelemetryError
 from stack.telemetry.event_log import event_line
 from stack.telemetry.records import Event
 
@@ -91,6 +91,56 @@ def test_newest_and_names_find_runs_in_the_folder_of_runs(run, tmp_path):
 def test_what_is_not_a_run_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"has no events\.jsonl"):
         tracing.read_trace(tmp_path)
+
+
+def log_of(folder, *events):
+    lines = [event_line(Event(n, 0, 0.0, "info", "s", *event)) for n, event in enumerate(events)]
+    (folder / "events.jsonl").write_bytes(b"".join(lines))
+    return folder
+
+
+def test_a_huge_log_is_refused_before_it_is_read(tmp_path):
+    with (tmp_path / "events.jsonl").open("wb") as log:
+        log.truncate(10_000_000_000)  # sparse: takes no space
+    with pytest.raises(InputError, match="has 10000000000 bytes; at most 268435456 are read"):
+        tracing.read_trace(tmp_path)
+
+
+def test_a_huge_line_is_not_read_to_its_end(tmp_path):
+    with (tmp_path / "events.jsonl").open("wb") as log:
+        log.truncate(200_000_000)
+    with pytest.raises(TelemetryError, match="jsonl:1: not an event: 67108864 bytes or more"):
+        tracing.read_trace(tmp_path)
+
+
+NESTED = b'{"fields":' + b"[" * 100_000 + b"\n"
+
+
+def test_a_log_of_another_program_is_refused_with_its_line(tmp_path):
+    (tmp_path / "events.jsonl").write_bytes(NESTED)
+    with pytest.raises(TelemetryError, match="jsonl:1: not an event"):
+        tracing.read_trace(tmp_path)
+
+
+TREE = ("tree", "1 node", {"rows": [[0, -1, "say", "hello"]]})
+
+
+@pytest.mark.parametrize(
+    "events",
+    [
+        [("node_status", "", {"node": 0, "from": "idle", "to": "running"})],
+        [TREE, ("node_status", "", {"node": 7, "from": "idle", "to": "running"})],
+        [TREE, ("node_status", "", {"to": "running"})],
+        [TREE, ("breakpoint", "", {"nodes": 5})],
+        [("tree", "", {})],
+        [("tree", "", {"rows": [[0]]})],
+        [("tree", "", {"rows": [[0, 1, "say", "a"], [1, 0, "say", "b"]]})],  # each below the other
+        [("tree", "", {"rows": [[0, "root", "say", "a"]]})],
+    ],
+)
+def test_events_that_no_run_writes_are_refused_with_their_line(tmp_path, events):
+    with pytest.raises(InputError, match=rf"jsonl:{len(events)}:1 .*not an event of a run"):
+        tracing.read_trace(log_of(tmp_path, *events))
 
 
 SECOND = [

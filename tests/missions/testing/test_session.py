@@ -268,3 +268,36 @@ def test_faulty_cases_are_found_with_the_rest(tmp_path, text, expected):
         read_mission(file, SETTINGS.catalogue_for, Resources())
     assert [f"{item.code} {item.mark.line}:{item.mark.column}" for item in caught.value.findings] \
         == [expected]  # fmt: skip
+
+
+FRAGILE = """
+from behaviours.base import RobotBehaviour
+
+
+class Fragile(RobotBehaviour):
+    \"\"\"Fails when it is set up.\"\"\"
+
+    def setup(self, **resources):
+        raise KeyError("no camera")
+
+    def update(self):
+        raise NotImplementedError
+"""
+
+
+def test_a_case_that_crashes_is_a_failed_row_and_the_others_still_run(tmp_path, capsys):
+    (tmp_path / "fragile.py").write_text(FRAGILE)
+    (tmp_path / "mission.yaml").write_text(f"""{HEAD}
+plugins: [fragile.py]
+run: {{fragile: {{}}}}
+tests:
+  - {{name: mocked, mock: {{fragile: success}}, expect: {{status: success}}}}
+  - {{name: real, mock: {{fragile: real}}, expect: {{status: success}}}}
+  - {{name: mocked again, mock: {{fragile: success}}, expect: {{status: success}}}}
+""")
+    session = run_files([str(tmp_path / "mission.yaml")], Options(resources=Resources()))
+    assert session.exit_code == 1
+    assert "mission.yaml .F." in session.text and "1 failed, 2 passed" in session.text
+    assert "crash\n    expected  no exception\n" in session.text
+    assert "setup failed: KeyError: 'no camera' (fragile.py:9)" in session.text
+    assert "the test 'real' crashed" in capsys.readouterr().err

@@ -137,9 +137,9 @@ def test_halting_a_held_tree_calls_nothing(tmp_path):
 def test_clearing_takes_the_gate_away(tmp_path):
     it, debugger = debugged(tmp_path, TWO, "second")
     record = it.tree.records[2]
-    own = record.node.execute_tick
+    assert record.gate is not None
     debugger.clear_breakpoint("second")
-    assert record.node.execute_tick != own
+    assert record.gate is None
     with pytest.raises(InputError, match="no breakpoint at 'second'"):
         debugger.clear_breakpoint("second")
     assert debugger.clear_breakpoint() == "there are no breakpoints"
@@ -254,3 +254,12 @@ def test_values_with_the_same_declaration_are_taken_over(tmp_path):
     values = new.tree.values()
     assert values == {"kept": 7, "other": "none yet", "far": 3.0, "never": 5, "more": True}
     assert new.tree.ticks == old.tree.ticks
+
+
+def test_breakpoints_and_forced_outcomes_replace_no_method_of_a_node(tmp_path):
+    it, debugger = debugged(tmp_path, TWO, "second")
+    debugger.force("#1", "failure")
+    for record in it.tree.records:
+        own = vars(record.node)
+        replaced = [name for name in own if callable(getattr(type(record.node), name, None))]
+        assert replaced == [], record.kind

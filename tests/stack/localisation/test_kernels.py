@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stack.localisation import kernels
 from stack.localisation.distance_field import TRUNCATION, surface_field
-from stack.types import OccupancyGrid
+from stack.types import OccupancyGrid, Pose2D
 
 RESOLUTION = 0.05
 
@@ -170,8 +170,14 @@ def test_scores_are_sums_of_the_table_at_the_cells_of_the_points(poses, points):
     table = np.arange(88 * 88, dtype=np.int16).reshape(88, 88)
     padded = np.pad(table, 1, constant_values=-7)
     at, ends = np.array(poses), np.array(points).reshape(-1, 2)
-    found = kernels.score_poses(
-        padded, RESOLUTION, -2.2, -2.2, at, np.ascontiguousarray(ends.T, dtype=np.float32)
+    found, blocked = kernels.score_poses(
+        padded,
+        np.zeros((88, 88), np.uint8),
+        RESOLUTION,
+        -2.2,
+        -2.2,
+        at,
+        np.ascontiguousarray(ends.T, dtype=np.float32),
     )
     for (x, y, heading), score in zip(poses, found, strict=True):
         c, s = cos(heading), sin(heading)
@@ -181,6 +187,25 @@ def test_scores_are_sums_of_the_table_at_the_cells_of_the_points(poses, points):
         inside = (u >= 0) & (v >= 0) & (u < 88) & (v < 88)
         cells = table[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)]
         assert score == np.where(inside, cells.astype(int), -7).sum()
+    cells = [((x + 2.2) / RESOLUTION, (y + 2.2) / RESOLUTION) for x, y, _ in poses]
+    assert list(blocked) == [not (0 <= u < 88 and 0 <= v < 88) for u, v in cells]
+
+
+def test_scores_of_many_poses_are_those_of_each_alone():
+    """The kernel works in blocks; the last one is not full, and one pose may be outside."""
+    generator = np.random.default_rng(3)
+    table = generator.integers(-9000, 0, (90, 90)).astype(np.int16)
+    occupancy = generator.integers(0, 3, (88, 88)).astype(np.uint8)
+    poses = generator.uniform(-2.5, 2.5, (2 * kernels.BLOCK + 3, 3))
+    points = generator.uniform(-3.0, 3.0, (2, 13)).astype(np.float32)
+
+    def score(some):
+        return kernels.score_poses(table, occupancy, RESOLUTION, -2.2, -2.2, some, points)
+
+    scores, blocked = score(poses)
+    alone = [score(pose[None]) for pose in poses]
+    assert [one[0][0] for one in alone] == list(scores)
+    assert [one[1][0] for one in alone] == list(blocked)
 
 
 def test_rays_leave_the_object_that_they_begin_in():
@@ -195,4 +220,9 @@ def test_rays_leave_the_object_that_they_begin_in():
 def test_poses_in_walls_and_outside_the_map_are_known():
     field = surface_field(room())
     poses = np.array([[0.0, 0.0, 0.0], [-2.15, 0.0, 0.0], [-9.0, 0.0, 0.0]])
-    assert list(kernels.in_walls(field.occupancy, *field.placement, poses)) == [False, True, True]
+    assert [field.is_blocked(Pose2D(*pose)) for pose in poses] == [False, True, True]
+    _, blocked = kernels.score_poses(
+        np.zeros((90, 90), np.int16), field.occupancy, *field.placement, poses,
+        np.zeros((2, 1), np.float32),
+    )  # fmt: skip
+    assert list(blocked) == [False, True, True]

@@ -22,14 +22,16 @@ class Rig:
         self.world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
         self.toy = ToyDrive(self.world)
         self.navigator = self.toy.navigator
-        self.views, self.avoided = list(views), []
+        self.views, self.avoided, self.health = list(views), [], 0.9
         self.resolved_at, self.resolved, self.jumps = resolved_at, False, 0
 
     @property
     def estimate(self):
         self.resolved |= self.world.pose.x >= self.resolved_at
         rivals = () if self.resolved else (RIVAL,)
-        return PoseEstimate(self.world.pose, np.eye(3) * 1e-4, 0.9, jumps=self.jumps, rivals=rivals)
+        return PoseEstimate(
+            self.world.pose, np.eye(3) * 1e-4, self.health, jumps=self.jumps, rivals=rivals
+        )
 
     def best_view(self, scan, avoided=()):
         self.avoided.append(list(avoided))
@@ -39,7 +41,7 @@ class Rig:
         task = self.navigator.new_task("disambiguate") if then is None else then.task
         return Disambiguation(
             task, self, self.navigator.parameters, lambda: self.world.scan,
-            self.navigator.view_drive, then,
+            self.navigator.view_drive, self.navigator.localisation_monitor, then,
         )  # fmt: skip
 
     def run(self, task, seconds=40.0):

@@ -7,6 +7,8 @@ from stack.control.path_follower import PathFollower
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.lifecycle import Timers
 from stack.navigation.activities import Activities
+from stack.navigation.doubt import LocalisationMonitor
+from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_world import ToyWorld, moving, robot, room
@@ -220,18 +222,20 @@ class Failing(MotionExecutor):
 @pytest.mark.parametrize("where", ["start", "step", "pause", "resume", "stop"])
 def test_an_exception_in_any_call_of_the_lifecycle_stays_in_the_task(where):
     events, log, world = [], [], ToyWorld(room(8, 6), robot())
-    activities = Activities(
-        lambda kind, text, level="info", **_: events.append((level, text)), log.append
-    )
+
+    def emit(kind, text, level="info", **_):
+        events.append((level, text))
+
+    activities = Activities(emit, LocalisationMonitor(emit, 0.05), log.append)
     task = MotionTask("test", lambda task: None)
     state = NavigationState(0.0, world.estimate, world.odometry)
     activities.begin(Failing(task, where))
-    activities.step(state)
+    activities.step(state, NavigationParameters())
     activities.pause(1.0)
     activities.resume(2.0)
     if where == "stop":
         activities.cancel("enough")
-        assert activities.step(state) == STANDSTILL
+        assert activities.step(state, NavigationParameters()) == STANDSTILL
         ((level, text),) = events
         assert level == "warning"
         wanted = "test raised an exception when it stopped: ZeroDivisionError: stop (test_pauses.py"
@@ -241,7 +245,8 @@ def test_an_exception_in_any_call_of_the_lifecycle_stays_in_the_task(where):
         wanted = f"raised an exception: ZeroDivisionError: {where} (test_pauses.py:"
         assert wanted in task.failure.sentence
         assert f"ZeroDivisionError: {where}" in log[0] and log[0].startswith("test raised")
-        assert activities.step(state) == STANDSTILL and activities.current is None
+        assert activities.step(state, NavigationParameters()) == STANDSTILL
+        assert activities.current is None
 
 
 def test_the_lifecycle_of_a_controller_is_optional():

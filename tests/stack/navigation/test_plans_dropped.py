@@ -5,7 +5,9 @@ from math import inf
 import pytest
 
 from stack.components import CancelToken, choose
-from stack.types import FailureCode, Pose2D, TaskStatus
+from stack.control.path_follower import PathFollower
+from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.types import FailureCode, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
 GOAL = Pose2D(7.0, 3.0, 0.0)
@@ -80,6 +82,30 @@ def test_with_partial_it_comes_as_near_as_it_can_and_that_is_success(make):
     assert toy.world.pose.y == pytest.approx(3.0, abs=0.08)
     away = toy.world.pose.distance_to(GOAL)
     assert task.feedback == f"reached the nearest reachable pose, {away:.2f} m from the goal"
+
+
+class MakesRoom(PurePursuit):
+    """Drives back from the end of its path, as if it could not turn there, and comes again."""
+
+    backward = False
+
+    def step(self, state):
+        left = state.pose.distance_to(Pose2D(3.68, 3.0))
+        self.backward = left < 0.05 or (self.backward and left < 0.4)
+        return Twist(-0.15) if self.backward else super().step(state)
+
+
+def test_at_the_end_of_a_partial_path_it_does_not_drive_away_again(make):
+    """The end of the path is 0.32 m before the wall; the drive ends 5 cm and a stop from it."""
+    world = ToyWorld([*room(8, 6), (4, 0, 4, 6)], robot(), Pose2D(1.0, 3.0))
+    choice = choose("planner", "astar", {})
+    follower = PathFollower(MakesRoom, PurePursuitParameters(), world.robot, world.period)
+    planner = choice.component(choice.parameters, world.robot)
+    toy = make(world, planner=planner, follower=follower)
+    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0, 2.0), partial=True)
+    assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
+    assert world.pose.x == pytest.approx(3.68, abs=0.12)
+    assert toy.navigator.counters["distance"] < 2.9
 
 
 def test_a_tolerance_does_not_forbid_what_partial_allows(make):

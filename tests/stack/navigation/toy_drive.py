@@ -25,6 +25,7 @@ class ToyDrive:
 
     Attributes:
         health: of the localisation, as the estimate says it.
+        obscured, rivals: of the estimate.
         follow_changes: whether the costmaps see what changes in the world.
     """
 
@@ -32,6 +33,7 @@ class ToyDrive:
         self, world: ToyWorld, *, planner=None, follower=None, progress=None, **settings
     ) -> None:
         self.world, self.health, self.follow_changes = world, 0.9, True
+        self.obscured, self.rivals = False, ()
         self.events: list[tuple[str, str, dict]] = []
         self.planner = planner or ToyPlanner()
         self.local, self.globe = ToyCostmap(world), ToyCostmap(world)
@@ -61,7 +63,9 @@ class ToyDrive:
         if self.follow_changes:
             self.local.update()
             self.globe.update()
-        estimate = replace(world.estimate, health=self.health)
+        estimate = replace(
+            world.estimate, health=self.health, obscured=self.obscured, rivals=self.rivals
+        )
         state = NavigationState(world.time, estimate, world.odometry, (), world.obstacles)
         twist = self.navigator.step(state)
         self.commands.append(twist)

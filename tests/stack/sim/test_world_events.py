@@ -10,7 +10,7 @@ from stack.sim.battery import Battery
 from stack.sim.people import People, Walker
 from stack.sim.physics.contacts import ContactCounter
 from stack.sim.timeline import Timeline
-from stack.sim.worlds.world import Dock, Person, Trigger, WorldEvent
+from stack.sim.worlds.world import Dock, Person, Trigger, World, WorldEvent
 from stack.types import Pose2D, Twist
 
 FAR = [(Pose2D(100.0, 100.0), 0.3)]
@@ -95,7 +95,8 @@ def test_people_walk_round_and_pause():
 
 
 def test_people_start_along_their_loop():
-    people = People((Person("p", SQUARE, start=0.625, radius=0.25),))
+    world = World("w", (0.0, 0.0, 9.0, 9.0), people=(Person("p", SQUARE, 0.8, 0.25, start=0.625),))
+    people = People(world, seed=0)
     assert people.places == pytest.approx(np.array([[2.0, 4.0, 0.25]]))  # 10 m of 16
 
 

@@ -204,3 +204,30 @@ def test_a_record_at_its_limit_ends_and_is_not_lost(info):
     telemetry.emit("a", "", source="s")
     assert warnings == ["! at 0.0 s mission.rrd reached its limit of 5 MB"] and telemetry.lost == ()
     assert sink.closed == [None]
+
+
+class Link(Broken):
+    """A connection with another program that fails."""
+
+    link = "MAVLink"
+
+
+@pytest.mark.parametrize("where", ["event", "wants_snapshot", "snapshot"])
+def test_a_link_that_fails_is_an_event_after_the_one_at_which_it_failed(where, info, snapshot_at):
+    before, after = Notes(), Notes()
+    telemetry = Telemetry(info, [before, Link(where), after])
+    telemetry.emit("a", "", source="s")
+    telemetry.publish(snapshot_at)
+    telemetry.emit("b", "", source="s")
+    for sink in (before, after):
+        assert [event.number for event in sink.events] == [0, 1, 2]
+        assert [event.kind for event in sink.events] == ["a", "link_lost", "b"]
+        lost = sink.events[1]
+        assert (lost.level, lost.text) == ("warning", "MAVLink lost: OSError: no space left")
+
+
+def test_a_link_that_fails_at_the_end_is_no_event(info):
+    sink = Notes()
+    telemetry = Telemetry(info, [sink, Link("close")])
+    telemetry.close(None)
+    assert sink.events == []

@@ -1,4 +1,5 @@
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -90,6 +91,34 @@ def run(runtime_directory, info, clock, snapshot_at):
     run.make = snapshot_at
     yield run
     run.close()
+
+
+def test_a_run_whose_runtime_folder_was_deleted_is_found_again(run, runtime_directory):
+    client = run.connect()
+    run.until(client.poll)
+    shutil.rmtree(run.server.handle.socket.parent)
+    assert live_runs() == []
+    run.clock.now += server.ANNOUNCE_PERIOD
+    run.publish()
+    (found,) = live_runs()
+    assert found == run.server.handle
+    newcomer = TelemetryClient(found, clock=run.clock)
+    run.clients.append(newcomer)
+    newcomer.send(Command("1", "pause"))
+    assert [command.kind for command in run.until(run.telemetry.commands)] == ["pause"]
+    assert run.until(client.poll) is not None  # and the old one is still connected
+
+
+def test_without_a_runtime_directory_a_run_moves_to_the_one_that_clients_look_in(
+    run, runtime_directory, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "none"))
+    monkeypatch.setattr("tempfile.gettempdir", lambda: runtime_directory)
+    shutil.rmtree(run.server.handle.socket.parent)
+    run.clock.now += server.ANNOUNCE_PERIOD
+    run.publish()
+    (found,) = live_runs()
+    assert found.socket.parent.name == f"treepilot-{os.getuid()}" and found.socket.exists()
 
 
 def test_a_client_learns_what_is_fixed_and_sees_the_newest_moment(run, info, snapshot_at):

@@ -165,8 +165,10 @@ class ScanMatcher:
         )
         if not converged:
             return None
-        floor = [p.matching_deviation, p.matching_deviation, p.matching_angle_deviation]
-        covariance = covariance * p.matching_factor + np.diag(np.square(floor))
+        covariance *= p.matching_factor
+        floor = p.matching_deviation, p.matching_deviation, p.matching_angle_deviation
+        for axis, deviation in enumerate(floor):
+            covariance[axis, axis] += deviation * deviation
         return ScanMatch(pose, covariance, self._share(points, pose), expected)
 
     def _searched(

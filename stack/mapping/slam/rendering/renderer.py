@@ -93,6 +93,7 @@ class MapRenderer:
         self._shown = Drawing(parameters)
         self._next: Drawing | None = None
         self._waiting: list[int] = []
+        self._is_outdated = False
         self.version = 0
 
     def add(self, keyframe: Keyframe) -> None:
@@ -106,6 +107,13 @@ class MapRenderer:
         """Begin to draw all keyframes again at their new poses."""
         self._next, self._waiting = Drawing(self._parameters), list(graph.keyframes)
 
+    def outdate(self, graph: PoseGraph) -> None:
+        """Draw all keyframes again, after the drawing that is under way."""
+        if self._next is None:
+            self.moved(graph)
+        else:
+            self._is_outdated = True
+
     def step(self, graph: PoseGraph, count: int) -> bool:
         """Draw up to `count` of the waiting keyframes; return whether the new map is shown now."""
         if self._next is None:
@@ -118,11 +126,14 @@ class MapRenderer:
             return False
         self._shown, self._next = self._next, None
         self.version += 1
+        if self._is_outdated:
+            self._is_outdated = False
+            self.moved(graph)
         return True
 
     def grid(self, graph: PoseGraph) -> OccupancyGrid:
         """Return the map with all keyframes at their newest poses."""
-        if self._next is not None:
+        while self._next is not None:
             self.step(graph, len(self._waiting))
         return self._shown.grid()
 

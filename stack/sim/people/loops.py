@@ -1,4 +1,4 @@
-"""Simulated people: they walk along closed loops and may stop for a robot."""
+"""People who walk along closed loops and may stop for a robot."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from math import hypot
 
 import numpy as np
 
+from stack.sim.people.bumps import Bump
 from stack.sim.worlds.world import Person
-from stack.types import FloatArray, Pose2D
+from stack.types import Pose2D
 
 YIELD_GAP = 0.5
 """Distance between person and robot, metres, below which the person stops."""
@@ -40,17 +41,27 @@ class Walker:
             for (dx, dy), length in zip(to_next.tolist(), self._lengths, strict=True)
         ]
         self._segment, self._along, self._pause_left = 0, 0.0, 0.0
+        self._bump = Bump()
         self._advance(person.start * sum(self._lengths))
         self.x, self.y = self._position()
 
-    def walk(self, period: float, robots: Robots) -> bool:
-        """Advance by `period` seconds; return whether the person moved."""
+    def walk(self, period: float, robots: Robots, *, touches: bool = False) -> bool:
+        """Advance by `period` seconds; return whether the person moved.
+
+        Args:
+            period: seconds.
+            robots: where they are.
+            touches: whether a robot touches the person.
+        """
+        share = self._bump.share(period, touches)
+        if share == 0.0:
+            return False
         if self._pause_left > 0.0:
             self._pause_left = max(0.0, self._pause_left - period)
             return False
         if self._person.yields and any(self._is_blocked_by(*robot) for robot in robots):
             return False
-        self._along += self._person.speed * period
+        self._along += self._person.speed * period * share
         if self._along >= self._lengths[self._segment]:
             left_over = self._along - self._lengths[self._segment]
             self._segment, self._along = (self._segment + 1) % len(self._lengths), 0.0
@@ -83,26 +94,3 @@ class Walker:
         c, s = self._directions[self._segment]
         ahead, aside = c * dx + s * dy, abs(c * dy - s * dx)
         return ahead > 0.0 and aside < radii + SIDE_CLEARANCE
-
-
-class People:
-    """All people of a world, in the order of the world file."""
-
-    def __init__(self, people: tuple[Person, ...]) -> None:
-        self._walkers = [Walker(person) for person in people]
-        self._radii = [person.radius for person in people]
-
-    def walk(self, period: float, robots: Robots) -> bool:
-        """Advance everyone by `period` seconds; return whether anyone moved."""
-        return any([walker.walk(period, robots) for walker in self._walkers])
-
-    @property
-    def positions(self) -> list[tuple[float, float]]:
-        """Position of each person, world frame, metres."""
-        return [(walker.x, walker.y) for walker in self._walkers]
-
-    @property
-    def places(self) -> FloatArray:
-        """(n, 3) x, y and radius of each person, world frame, metres."""
-        rows = [(w.x, w.y, r) for w, r in zip(self._walkers, self._radii, strict=True)]
-        return np.array(rows, dtype=np.float64).reshape(-1, 3)

@@ -1,0 +1,181 @@
+"""Localisation on a drawn map: search of the whole map, rival places, calibrated health.
+
+The methods and thresholds are those of Monte-Carlo localisation (stack/localisation). Each place
+where the robot may be is one pose instead of a particle set; scan matching follows the estimate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot
+
+import numpy as np
+
+from stack.localisation.distance_field import as_row, surface_field
+from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health_model import HealthFeatures, health
+from stack.localisation.modes import Mode, ModeSet
+from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.particles import ParticleSet
+from stack.localisation.search.evaluation import MatchEvaluator
+from stack.localisation.search.global_match import GlobalMatcher
+from stack.localisation.search.local_match import map_search
+from stack.localisation.search.matches import GlobalMatch, Views, scan_points
+from stack.localisation.search.rivals import Resolution, resolve
+from stack.localisation.views.view_planner import ViewPlanner
+from stack.streams import stream
+from stack.types import FloatArray, OccupancyGrid, Pose2D, RivalPose, Scan, View
+
+REACH = 0.15
+"""Metres by which the alignment of a rival with a scan moves it, at most."""
+
+BEAMS = 60
+"""Beams of a scan with which rivals are aligned."""
+
+MATCH_DEVIATION = 0.03
+"""Metres; standard deviation of a pose that scan matching follows."""
+
+UNTESTED_HEALTH = 0.8
+"""Health of a pose that was set and that no scan has tested."""
+
+
+class GlobalLocalisation:
+    """Places on one map where the robot may be; the first one is the estimate.
+
+    Args:
+        grid: the map.
+        seed: of the run.
+        parameters: of the search, the rivals and the health.
+    """
+
+    def __init__(
+        self, grid: OccupancyGrid, seed: int, parameters: LocaliserParameters | None = None
+    ) -> None:
+        p = self._parameters = parameters or LocaliserParameters()
+        self._field, self._seed = surface_field(grid), seed
+        self._evaluator = ScanEvaluator(self._field, p)
+        self._ranking = MatchEvaluator(self._field, self._evaluator, p)
+        self._matcher: GlobalMatcher | None = None
+        self._scale: FitScale | None = None
+        self._views = RecentViews(p.health_window)
+        self._modes = ModeSet(p.rival_dead_zone, p.rival_share, p.rival_lead, p.max_modes)
+        self._odometry = Pose2D(0.0, 0.0)
+
+    def search(self, scan: Scan, earlier: Views = ()) -> Resolution:
+        """Return the best pose on the map that explains the scans, and its rivals.
+
+        Args:
+            scan: the newest scan.
+            earlier: earlier scans, each with the base pose at its stamp in the current base frame.
+
+        Raises:
+            NavigationError: LOST if no pose fits.
+        """
+        found = self.candidates(scan, earlier)
+        return resolve(found, self._fit_scale(scan).low, self._parameters)
+
+    def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
+        """Return distinct poses on the whole map that explain the scans, best first."""
+        if self._matcher is None:
+            p = self._parameters
+            self._matcher = GlobalMatcher(
+                self._field, self._evaluator, p, map_search(self._field, p)
+            )
+        return self._matcher.candidates(scan, earlier)
+
+    def is_plausible(self, match: GlobalMatch, scan: Scan) -> bool:
+        """Return whether a match explains as much as most true poses of the map do."""
+        return match.fit >= self._fit_scale(scan).low
+
+    def restart(self, places: Sequence[GlobalMatch], odometry: Pose2D) -> None:
+        """Follow these places from now on, the first one as the estimate.
+
+        Args:
+            places: poses now, map frame; the most probable one first.
+            odometry: pose now, odom frame.
+        """
+        best = places[0].evidence
+        self._modes.replace([_mode(place, place.evidence - best) for place in places])
+        self._views.clear()
+        self._odometry = odometry
+
+    def add(self, pose: Pose2D, odometry: Pose2D, scan: Scan) -> Pose2D | None:
+        """Compare a scan with the map at all places.
+
+        Args:
+            pose: of the estimate at the scan, map frame.
+            odometry: at the scan, odom frame.
+            scan: deskewed.
+
+        Returns:
+            The pose of another place that is the estimate now; None if it did not change.
+        """
+        moved = odometry.relative_to(self._odometry)
+        self._odometry = odometry
+        self._modes.best.pose = pose
+        view = self._evaluator.view(pose, scan)
+        taken = self._compare(view, moved, scan) if len(self._modes.modes) > 1 else None
+        if taken is not None:
+            self._views.clear()
+            view = self._evaluator.view(taken, scan)
+        self._fit_scale(scan)
+        self._views.add(scan.stamp, view)
+        return taken
+
+    @property
+    def health(self) -> float:
+        """The calibrated probability in [0, 1] that the estimate is right."""
+        now, median = self._views.newest, self._views.median
+        if now is None or median is None or self._scale is None:
+            return UNTESTED_HEALTH
+        share = float(self._modes.shares[0])
+        return health(HealthFeatures(now, median, self._scale, MATCH_DEVIATION, 1.0, share))
+
+    @property
+    def rivals(self) -> tuple[RivalPose, ...]:
+        """The other places at the newest scan, most probable first."""
+        return self._modes.rivals(Pose2D(0.0, 0.0))
+
+    def fit_at(self, pose: Pose2D, scan: Scan) -> float:
+        """Return the health in [0, 1] of a single scan at another pose."""
+        view = self._evaluator.view(pose, scan)
+        return health(HealthFeatures(view, view, self._fit_scale(scan), MATCH_DEVIATION, 1.0))
+
+    def best_view(self, scan: Scan, clearance: float, avoided: Sequence[Pose2D]) -> View | None:
+        """Return the view that best tells the places apart; None with one place.
+
+        Args:
+            scan: the newest scan.
+            clearance: of the base from obstacles on the way, metres.
+            avoided: places to which it may not lead, current base frame.
+        """
+        if len(self._modes.modes) == 1:
+            return None
+        planner = ViewPlanner(self._field, clearance, self._parameters)
+        poses = [mode.pose for mode in self._modes.modes]
+        return planner.best_view(poses, self._modes.shares.tolist(), scan, avoided)
+
+    def _compare(self, view: ScanView, moved: Pose2D, scan: Scan) -> Pose2D | None:
+        p, modes = self._parameters, self._modes
+        driven = hypot(moved.x, moved.y)
+        modes.travel(driven / p.rival_distance + abs(moved.heading) / p.rival_angle)
+        points, costs = scan_points(scan, BEAMS), [view.cost]
+        for mode in modes.modes[1:]:
+            expected = mode.pose.compose(moved)
+            mode.pose = self._ranking.followed(expected, scan, points, REACH).pose
+            costs.append(self._evaluator.view(mode.pose, scan).cost)
+        modes.weigh(costs, p.evidence_cap)
+        return modes.best.pose if modes.tidy() else None
+
+    def _fit_scale(self, scan: Scan) -> FitScale:
+        if self._scale is None:
+            self._scale = calibrate(
+                self._evaluator, self._field, scan, self._parameters,
+                stream(self._seed, "slam health"),
+            )  # fmt: skip
+        return self._scale
+
+
+def _mode(place: GlobalMatch, log_weight: float) -> Mode:
+    row: FloatArray = as_row(place.pose)[None]
+    return Mode(ParticleSet(row, np.ones(1)), place.pose, place.covariance, log_weight)

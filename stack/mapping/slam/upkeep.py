@@ -1,0 +1,171 @@
+"""Upkeep of a map that is driven in again and again: what is new, out of date, or redundant.
+
+A scan becomes a keyframe only where there are few keyframes yet, or where it sees something that
+they do not. So the number of keyframes follows from the area and not from the time. A beam of a
+keyframe that several later scans contradict is removed from it: it ended at a thing that is gone,
+or passed where a thing stands now.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.mapping.slam.graph import Keyframe, PoseGraph
+from stack.mapping.slam.neighbourhood import Neighbourhood
+from stack.mapping.slam.parameters import MapperParameters
+from stack.types import FloatArray, Pose2D, Scan, wrap_angle
+
+RECENT = 12
+"""Newest keyframes, which are neither changed nor removed: loop closure needs them."""
+
+COMPARED = 30
+"""Keyframes near the pose with which a scan is compared."""
+
+MARGIN, MARGIN_SHARE = 0.2, 0.03
+"""Metres, and share of the distance, by which a beam must pass a point to contradict it."""
+
+FULL_CIRCLE = 1.9 * pi
+"""Radians: a lidar with this field of view sees the same at any heading."""
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """Result of the comparison of a scan with the keyframes around it.
+
+    Attributes:
+        is_wanted: whether the scan is to become a keyframe.
+        changed: ids of keyframes that have lost beams.
+        surplus: ids of keyframes that are to be removed.
+    """
+
+    is_wanted: bool
+    changed: tuple[int, ...] = ()
+    surplus: tuple[int, ...] = ()
+
+
+class MapUpkeep:
+    """Compares scans with the keyframes around them.
+
+    Args:
+        parameters: of the mapper.
+        graph: whose keyframes lose outdated beams.
+        neighbourhood: of the same graph.
+    """
+
+    def __init__(
+        self, parameters: MapperParameters, graph: PoseGraph, neighbourhood: Neighbourhood
+    ) -> None:
+        self.parameters, self._graph, self._neighbourhood = parameters, graph, neighbourhood
+        self._votes: dict[int, NDArray[np.int8]] = {}
+
+    def compare(self, start: int, pose: Pose2D, scan: Scan) -> Findings:
+        """Compare a scan with the keyframes around it; remove beams from them.
+
+        Args:
+            start: id of the keyframe that the scan was matched with.
+            pose: of the base at the scan, map frame.
+            scan: deskewed.
+        """
+        p = self.parameters
+        if not p.place_keyframes:
+            return Findings(is_wanted=True)
+        near = self._neighbourhood.around(start, pose, COMPARED, p.reference_distance)
+        place = {number for number in near if self._is_same_place(pose, scan, number)}
+        newest = self._graph.next_id - RECENT
+        new, changed = 0, []
+        for number in near:
+            keyframe = self._graph.keyframes[number]
+            against = contradicted(keyframe, pose, scan)
+            if number in place:
+                new = max(new, int(np.count_nonzero(against)))
+            if number < newest and self._remove_beams(keyframe, against):
+                changed.append(number)
+        is_full = len(place) >= p.place_keyframes
+        is_wanted = not is_full or new >= p.change_beams
+        spare = len(place) + is_wanted - p.place_keyframes
+        removable = [number for number in place if number < newest and number != start]
+        removable.sort(key=lambda number: (self._valid(number), -number))
+        surplus = tuple(removable[: max(0, spare)])
+        return Findings(is_wanted, tuple(n for n in changed if n not in surplus), surplus)
+
+    def forget(self, keyframe: int) -> None:
+        """Drop what is stored of a removed keyframe."""
+        self._votes.pop(keyframe, None)
+
+    def _is_same_place(self, pose: Pose2D, scan: Scan, number: int) -> bool:
+        p, other = self.parameters, self._graph.keyframes[number].pose
+        if pose.distance_to(other) > p.place_distance:
+            return False
+        if abs(scan.angle_increment) * scan.ranges.size >= FULL_CIRCLE:
+            return True
+        return abs(wrap_angle(pose.heading - other.heading)) <= p.place_angle
+
+    def _valid(self, number: int) -> int:
+        """Return the number of valid beams of a keyframe."""
+        return int(np.count_nonzero(~np.isnan(self._graph.keyframes[number].scan.ranges)))
+
+    def _remove_beams(self, keyframe: Keyframe, against: NDArray[np.bool_]) -> bool:
+        """Count a scan that contradicts beams; return whether some were removed."""
+        if not against.any():
+            return False
+        votes = self._votes.setdefault(keyframe.id, np.zeros(against.size, np.int8))
+        votes[against] += 1
+        gone = votes >= self.parameters.change_scans
+        if not gone.any():
+            return False
+        votes[gone] = 0
+        ranges = np.where(gone, np.float32(np.nan), keyframe.scan.ranges)
+        changed = replace(keyframe, scan=replace(keyframe.scan, ranges=ranges))
+        self._graph.keyframes[keyframe.id] = changed
+        return True
+
+
+def contradicted(keyframe: Keyframe, pose: Pose2D, scan: Scan) -> NDArray[np.bool_]:
+    """Return (n,) the beams of a keyframe that a later scan contradicts.
+
+    The scan sees beyond the point at which the beam ended, or sees a point on the way to it.
+    """
+    then, now = keyframe.pose.compose(keyframe.scan.mount), pose.compose(scan.mount)
+    old = keyframe.scan
+    against = np.zeros(old.ranges.size, np.bool_)
+    ends = np.flatnonzero(np.isfinite(old.ranges))
+    points = now.inverse().transform(then.transform(_local(old, ends)))
+    _, passed = _passed(points, scan)
+    against[ends[passed]] = True
+    seen = np.flatnonzero(np.isfinite(scan.ranges))
+    points = then.inverse().transform(now.transform(_local(scan, seen)))
+    beams, passed = _passed(points, old)
+    against[beams[passed]] = True
+    return against
+
+
+def _local(scan: Scan, beams: NDArray[np.intp]) -> FloatArray:
+    """Return (m, 2) end points of beams in the sensor's frame."""
+    angles, ranges = scan.angles[beams], scan.ranges[beams].astype(np.float64)
+    local: FloatArray = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+    return local
+
+
+def _passed(points: FloatArray, scan: Scan) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Return the beam that points at each point (m, 2) of the sensor's frame, and if it passes it.
+
+    The beams beside it must pass the point too: at an edge the right beam is uncertain.
+    """
+    distances = np.hypot(points[:, 0], points[:, 1])
+    turned = np.arctan2(points[:, 1], points[:, 0]) - scan.angle_min
+    step, count = scan.angle_increment, scan.ranges.size
+    is_circle = abs(step) * count >= FULL_CIRCLE
+    beams: Any = np.rint((turned % (2.0 * pi if step > 0.0 else -2.0 * pi)) / step)
+    beams = beams.astype(np.intp)
+    inside = (beams >= 1) & (beams < count - 1) | is_circle
+    beams = beams % count
+    # A beam without return passes everything up to the range limit; an invalid one nothing.
+    ranges = np.where(np.isnan(scan.ranges), 0.0, np.minimum(scan.ranges, scan.range_max))
+    least = np.minimum(ranges, np.minimum(np.roll(ranges, 1), np.roll(ranges, -1)))
+    passed = least[beams] > distances * (1.0 + MARGIN_SHARE) + MARGIN
+    return beams, inside & passed

@@ -1,0 +1,215 @@
+"""People who walk by social forces, on recorded tracks, and what they do on touching a robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robots.simulated import SimulatedBody
+from stack.errors import InputError
+from stack.sim.people import People
+from stack.sim.people.bumps import Bump
+from stack.sim.worlds.people import read_tracks
+from stack.sim.worlds.world import Door, Person, Wall, World
+from stack.sim.worlds.world_file import read_world
+from stack.types import Pose2D, Twist
+from tests.stack.sim.sim_rover import EMPTY, ROVER, drive
+
+PERIOD = 0.01
+FAR = [(Pose2D(90.0, 90.0), 0.3)]
+
+
+def room(*people: Person, doors: tuple[Door, ...] = (), width: float = 8.0) -> World:
+    """A hall of 12 m, divided in the middle by a wall with a door of 1 m."""
+    outer = np.array([[0.0, 0.0], [12.0, 0.0], [12.0, width], [0.0, width], [0.0, 0.0]])
+    walls = (
+        Wall(outer),
+        Wall(np.array([[6.0, 0.0], [6.0, width / 2 - 0.5]])),
+        Wall(np.array([[6.0, width / 2 + 0.5], [6.0, width]])),
+    )
+    return World("hall", (-0.5, -0.5, 12.5, width + 0.5), walls, people=people, doors=doors)
+
+
+def walker(name: str, *points: tuple[float, float], **more) -> Person:
+    return Person(name, np.array(points), **{"speed": 1.3, "model": "social_force", **more})
+
+
+def walk(people: People, seconds: float, robots=FAR, doors=None) -> np.ndarray:
+    """Let people walk; return their positions (steps, n, 2)."""
+    trail = []
+    for _ in range(round(seconds / PERIOD)):
+        people.walk(PERIOD, robots, doors)
+        trail.append(people.all_places[:, :2].copy())
+    return np.array(trail)
+
+
+def test_alone_one_walks_at_the_wanted_speed():
+    # The relaxation time is 0.5 s: after 2 s the speed is within 1 - exp(-4) = 98 % of the wanted.
+    world = World("field", (0.0, 0.0, 40.0, 10.0), people=(walker("a", (2, 5), (38, 5)),))
+    trail = walk(People(world, 0), 10.0)
+    speeds = np.hypot(*np.diff(trail[200:, 0], axis=0).T) / PERIOD
+    assert speeds.mean() == pytest.approx(1.3, rel=0.03)
+
+
+def test_ways_lead_through_doors_and_keep_off_the_walls():
+    people = People(room(walker("a", (2.0, 1.0), (10.0, 1.0))), 0)
+    (trail,) = walk(people, 12.0).transpose(1, 0, 2)
+    assert trail[:, 0].max() > 9.6  # 11.3 m by way of the door
+    crossing = trail[np.argmin(np.abs(trail[:, 0] - 6.0))]
+    assert abs(crossing[1] - 4.0) < 0.25
+    assert trail[:, 1].min() > 0.25  # 5 cm of wall and 20 cm of body
+
+
+def test_a_closed_door_stops_them():
+    door = Door("middle", (6.0, 3.5), (6.0, 4.5))
+    people = People(room(walker("a", (2.0, 4.0), (10.0, 4.0)), doors=(door,)), 0)
+    closed = walk(people, 6.0, doors={"middle": True})
+    assert closed[:, 0, 0].max() < 6.0 - 0.2
+    assert walk(people, 8.0, doors={"middle": False})[:, 0, 0].max() > 9.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_oncoming_people_pass_each_other_without_overlap(seed):
+    corridor = World(
+        "corridor", (0.0, 0.0, 14.0, 2.0), (
+            Wall(np.array([[0.0, 0.2], [14.0, 0.2]])), Wall(np.array([[0.0, 1.8], [14.0, 1.8]])),
+        ), people=(walker("a", (1.0, 1.0), (13.0, 1.0)), walker("b", (13.0, 1.0), (1.0, 1.0))),
+    )  # fmt: skip
+    trail = walk(People(corridor, seed), 15.0)
+    assert trail[:, 0, 0].max() > 12.5 and trail[:, 1, 0].min() < 1.5
+    apart = np.hypot(*(trail[:, 0] - trail[:, 1]).T)
+    assert apart.min() > 0.4 - 1e-3  # two radii of 20 cm
+
+
+@pytest.mark.parametrize(("attention", "nearest"), [(1.0, (0.49, 2.0)), (0.0, (0.0, 0.3))])
+def test_who_watches_the_robot_goes_round_it(attention, nearest):
+    world = World(
+        "field", (0.0, 0.0, 12.0, 8.0),
+        people=(walker("a", (1.0, 4.0), (11.0, 4.0), attention=attention),),
+    )  # fmt: skip
+    trail = walk(People(world, 0), 9.0, [(Pose2D(6.0, 4.05), 0.3)])
+    least = np.hypot(*(trail[:, 0] - (6.0, 4.05)).T).min()
+    assert nearest[0] <= least <= nearest[1]
+    assert trail[:, 0, 0].max() > 10.6
+
+
+def test_a_group_stays_together():
+    def spread(group: str) -> float:
+        start = [(2.0, 1.0), (2.0, 7.0), (1.0, 4.0)]
+        members = [
+            walker(str(n), at, (30.0, 4.0), group=group, speed=speed)
+            for n, (at, speed) in enumerate(zip(start, (1.0, 1.2, 1.4), strict=True))
+        ]
+        trail = walk(People(World("field", (0, 0, 32, 8), people=(*members,)), 0), 14.0)
+        return float(np.hypot(*(trail[-1] - trail[-1].mean(axis=0)).T).max())
+
+    assert spread("tour") < 1.5 < 2.4 < spread("")  # without it 0.4 m/s apart for 14 s
+
+
+def test_the_same_seed_gives_the_same_walk_and_another_seed_another():
+    world = room(walker("a", (1, 1), (11, 7), attention=0.5), walker("b", (11, 7), (1, 1)))
+    first, again, other = (walk(People(world, seed), 5.0) for seed in (3, 3, 4))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+def test_who_touches_a_robot_stops_and_goes_on_later():
+    bump = Bump()
+    shares = [bump.share(PERIOD, True) for _ in range(1000)]
+    # At 1 m/s: 0.2 s of stopping is a push by 10 cm, at most five times in 10 s.
+    assert 0.05 < sum(shares[:220]) * PERIOD < 0.13
+    assert sum(shares) * PERIOD < 0.65
+    assert Bump().share(PERIOD, False) == 1.0
+
+
+def test_somebody_who_does_not_yield_pushes_a_robot_but_does_not_drag_it_along():
+    person = Person("Ada", np.array([[0.0, 0.0], [8.0, 0.0]]), speed=1.0, yields=False)
+    body = SimulatedBody(
+        ROVER, replace(EMPTY, people=(person,)), start=Pose2D(2.0, 0.0, 1.57), seed=0
+    )
+    try:
+        drive(body, Twist(), 8.0)  # without resistance Ada would be 8 m away
+        moved = body.truth.pose.x - 2.0
+    finally:
+        body.close()
+    assert 0.02 < moved < 0.6
+
+
+TRACK = "".join(f"{10 * n} 1 {0.4 * n} {2.0}\n{10 * (n + 5)} 7 3 {0.2 * n}\n" for n in range(11))
+
+
+def test_recorded_tracks_are_walked_as_recorded(tmp_path):
+    file = tmp_path / "tracks.txt"
+    file.write_text("# frame number x y\n" + TRACK)
+    tracks = read_tracks(file, 25.0, Pose2D(1.0, 0.0, np.pi / 2))
+    assert sorted(tracks) == [1, 7]
+    # 100 frames are 4 s at 1 m/s along x, which is y of a frame that is turned by 90 degrees.
+    assert tracks[1][0] == pytest.approx([0.0, -1.0, 0.0, 0.0, 1.0], abs=1e-9)
+    assert tracks[1][-1, :3] == pytest.approx([4.0, -1.0, 4.0], abs=1e-9)
+    world = World("field", (-5, -5, 9, 9), people=tuple(
+        Person(f"r {n}", track[:, 1:3], model="recorded", track=track, recorded_duration=6.0)
+        for n, track in tracks.items()
+    ))  # fmt: skip
+    people = People(world, 5)
+    trail = walk(people, 12.0)
+    # It begins again after 6 s.
+    assert trail[:600] == pytest.approx(trail[600:], abs=1e-6, nan_ok=True)
+    there = ~np.isnan(trail[:, :, 0])
+    assert there.sum(axis=0) * PERIOD == pytest.approx([8.0, 8.0], abs=0.06)  # twice 4 s each
+    steps = np.diff(trail[:, 0], axis=0)
+    speeds = np.hypot(*steps[~np.isnan(steps[:, 0])].T) / PERIOD
+    assert speeds == pytest.approx(1.0, abs=1e-6)
+    assert len(people.places) == there[-1].sum()
+
+
+def test_the_seed_decides_where_a_recording_begins(tmp_path):
+    file = tmp_path / "tracks.txt"
+    file.write_text(TRACK)
+    track = read_tracks(file, 25.0, Pose2D(0.0, 0.0))[1]
+    person = Person("r", track[:, 1:3], model="recorded", track=track, recorded_duration=6.0)
+    world = World("field", (-5, -5, 9, 9), people=(person,))
+    starts = {tuple(People(world, seed).all_places[0].tolist()) for seed in range(6)}
+    assert len(starts) > 3
+
+
+WORLD = """world: w
+format: 1
+start: [1, 1, 0]
+walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]
+people:
+  - %s
+"""
+
+
+@pytest.mark.parametrize(
+    ("entry", "sentence"),
+    [
+        ("{name: a, model: social_forse, waypoints: [[1, 1], [2, 2]]}", "social_force"),
+        ("{name: a, waypoints: [[1, 1]]}", "at least two points"),
+        ("{name: a, model: social_force, waypoints: []}", "at least one point"),
+        ("{name: a, waypoints: [[1, 1], [2, 2]], group: g}", "'group' has no effect with model"),
+        ("{name: a, model: recorded}", "a recording needs its track"),
+        ("{name: a, model: recorded, track: none.txt}", "No such file"),
+        ("{name: a, model: recorded, track: bad.txt}", "line 2: expected frame, number, x and y"),
+        ("{name: a, model: recorded, track: empty.txt}", "the file has no tracks"),
+        ("{name: a, model: recorded, track: one.txt}", "nobody in it has two samples"),
+    ],
+)
+def test_mistakes_in_people_are_explained(tmp_path, entry, sentence):
+    (tmp_path / "bad.txt").write_text("0 1 2 3\n10 1 x 3\n")
+    (tmp_path / "empty.txt").write_text("# nothing\n")
+    (tmp_path / "one.txt").write_text("0 1 2 3\n")
+    file = tmp_path / "w.yaml"
+    with pytest.raises(InputError) as caught:
+        read_world(file, WORLD % entry)
+    assert sentence in str(caught.value)
+
+
+def test_a_recording_in_a_world_file_is_all_its_people(tmp_path):
+    (tmp_path / "tracks.txt").write_text(TRACK)
+    entry = "{name: r, model: recorded, track: tracks.txt, frame_rate: 25, at: [1, 1, 0]}"
+    world = read_world(tmp_path / "w.yaml", WORLD % entry)
+    assert [person.name for person in world.people] == ["r 1", "r 7"]
+    assert {person.recorded_duration for person in world.people} == {6.0}
