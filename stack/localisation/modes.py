@@ -169,13 +169,21 @@ class ModeSet:
             before.weighed, before.news = 0.0, 1.0
         order = [best, *(i for i in np.argsort(-shares, kind="stable").tolist() if i != best)]
         kept = [i for i in order if i == best or shares[i] >= self.least_share * shares[best]]
-        # A place that no view has compared yet is not left out for those that were found before.
-        kept[1:] = sorted(kept[1:], key=lambda i: self.modes[i].is_compared)
-        self.modes = [self.modes[i] for i in kept[: self.most]]
+        self.modes = [self.modes[i] for i in self._chosen(kept)]
         top = self.modes[0].log_weight
         for mode in self.modes:
             mode.log_weight -= top
         return self.modes[0] is not before
+
+    def _chosen(self, kept: list[int]) -> list[int]:
+        """Return the modes that are not too many, of some in the order of their probabilities.
+
+        Half of the places are for those that no view has compared yet, so that they are not left
+        out for others that were found before.
+        """
+        new = [i for i in kept[1:] if not self.modes[i].is_compared][: self.most // 2]
+        others = [i for i in kept if i not in new][: self.most - len(new)]
+        return [i for i in kept if i in new or i in others]
 
     def rivals(self, moved: Pose2D) -> tuple[RivalPose, ...]:
         """Return the other modes, most probable first, moved by odometry."""

@@ -14,11 +14,11 @@ import numpy as np
 from stack.localisation.beam_model import BeamModel, weighted
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.modes import Mode, ModeSet, largest_deviation
+from stack.localisation.modes import Mode, ModeSet
 from stack.localisation.motion_models import MotionModel, MotionSince, disturb
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particles import ParticleSet, kld_bound, move, summarise
-from stack.localisation.uncertainty import LeastCovariance, observable, widened
+from stack.localisation.particles import ParticleSet, kld_bound, move
+from stack.localisation.uncertainty import LeastCovariance, observable, stretch, widened
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 _POINT_VARIANCE = 0.05**2
@@ -30,6 +30,9 @@ _WEIGHT = np.array([0.1])
 
 _WIDEST = 1.0
 """Metres; particles with a larger deviation are not one place, and are not widened."""
+
+_NEGLIGIBLE = 1e-4
+"""Metres and radians; smaller corrections of a correction are left out."""
 
 _LEAST_PARTICLES = 50
 """Particles of a rival, at least."""
@@ -129,27 +132,16 @@ class ParticleFilter:
             return
         predicted, poses = mode.pose, mode.particle_set.poses
         weights = weighted(mode, self.beams.log_likelihoods(poses, points))
-        weighed = mode.particle_set = ParticleSet(poses, weights)
+        mode.particle_set = ParticleSet(poses, weights)
         mode.summarise()
-        summary = mode.pose, mode.covariance
+        mean = mode.pose
         if mode.is_settled(limit):
             self._align(mode, points)
         self._resample(mode)
-        if mode.particle_set is not weighed:
-            summary = summarise(mode.particle_set)
-        self._observe(mode, predicted, points, summary)
+        self._observe(mode, predicted, mean, points)
 
-    def _observe(
-        self, mode: Mode, predicted: Pose2D, points: FloatArray, summary: tuple[Pose2D, FloatArray]
-    ) -> None:
-        """Undo what the measurement changed in directions that the points do not observe.
-
-        Args:
-            mode: with the particles after the measurement.
-            predicted: its pose before.
-            points: (m, 2) of the scan, base frame.
-            summary: mean and covariance of its particles.
-        """
+    def _observe(self, mode: Mode, predicted: Pose2D, mean: Pose2D, points: FloatArray) -> None:
+        """Undo what the measurement changed in directions that the points do not observe."""
         if mode.least is None:
             return
         _, found = self._search_kernels.align(
@@ -159,17 +151,20 @@ class ParticleFilter:
         share = self._parameters.trust / _POINT_VARIANCE
         information = share * observable(found[0], points.shape[0])
         least, mode.least = mode.least, mode.least.observed(information)
-        mean, covariance = summary
-        if largest_deviation(covariance) > _WIDEST:
+        if mode.position_deviation > _WIDEST:
             return
+        poses = mode.particle_set.poses
+        matrix = stretch(mode.covariance, mode.least.pose, information)
+        if matrix is not None:
+            poses = widened(poses, as_row(mean), matrix)
+            mode.covariance = matrix @ mode.covariance @ matrix.T
         turn = wrap_angle(mode.pose.heading - predicted.heading)
         by = np.array([mode.pose.x - predicted.x, mode.pose.y - predicted.y, turn])
         back = least.shift(by, information) - by
-        weights, poses = mode.particle_set.weights, mode.particle_set.poses
-        poses = widened(poses, as_row(mean), covariance, mode.least.pose) + back
-        mode.particle_set = ParticleSet(poses, weights)
-        mode.pose = as_pose(as_row(mode.pose) + back)
-        mode.covariance = summarise(mode.particle_set)[1]
+        if np.abs(back).max() > _NEGLIGIBLE:
+            poses = poses + back
+            mode.pose = as_pose(as_row(mode.pose) + back)
+        mode.particle_set = ParticleSet(poses, mode.particle_set.weights)
 
     def _align(self, mode: Mode, points: FloatArray) -> None:
         """Align the scan to the map, with the mean and covariance of the particles as prior."""

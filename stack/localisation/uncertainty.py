@@ -3,7 +3,7 @@
 A finite set of particles narrows at random: each resampling loses a share of its spread, also in a
 direction that no scan observes. Along a featureless corridor its spread then stays at some
 centimetres while the error grows without bound. This covariance grows with the motion until scans
-observe the direction; the particles are kept at least as wide (`widened`).
+observe the direction; the particles are kept at least as wide (`stretch`).
 
 The scale of odometry (wheel diameters, load) is an error that does not average out with the
 distance: its variance is constant, and it is correlated with the pose. It is considered, not
@@ -78,12 +78,20 @@ class LeastCovariance:
             by: the correction, map frame.
             information: (3, 3) of the measurement that it follows from.
         """
-        root = np.linalg.cholesky(self.pose + np.diag([1e-8, 1e-8, 1e-8]))
+        root = np.linalg.cholesky(self.pose + _TINY)
         seen, directions = np.linalg.eigh(root.T @ information @ root)
         kept = np.minimum(np.maximum(seen, 0.0) / _OBSERVED, 1.0)
         allowed: FloatArray = root @ (directions * kept) @ directions.T @ np.linalg.inv(root) @ by
         return allowed
 
+
+_TINY = np.diag([1e-8, 1e-8, 1e-8])
+
+_NARROWER = 0.05
+"""Difference of the ratio of the variances from 1 from which on the particles are changed."""
+
+_LEAST_RATIO = 0.25
+"""Least ratio of the variances after a step to those before it."""
 
 _OBSERVED = 0.1
 """Information of a measurement relative to that of the pose before, from which on it counts."""
@@ -108,28 +116,36 @@ def observable(information: FloatArray, points: int) -> FloatArray:
     return seen
 
 
-def widened(
-    poses: FloatArray, mean: FloatArray, covariance: FloatArray, least: FloatArray
-) -> FloatArray:
-    """Return particles (n, 3), stretched about their mean where they are narrower than `least`.
+def stretch(
+    covariance: FloatArray, least: FloatArray, information: FloatArray
+) -> FloatArray | None:
+    """Return the matrix (3, 3) that makes particles at least as wide as `least`; None if they are.
 
     With C = L Lᵀ and L⁻¹ P L⁻ᵀ = V D Vᵀ, the matrix L V max(1, √D) Vᵀ L⁻¹ stretches each principal
-    direction of P relative to C to at least P.
+    direction of P relative to C to at least P. In directions that the measurement does not observe
+    particles that have become wider by chance are narrowed as well.
 
     Args:
-        poses: (n, 3) near each other.
-        mean: (3,) of the particles.
-        covariance: (3, 3) C of the particles about it.
+        covariance: (3, 3) C of the particles.
         least: (3, 3) P.
+        information: (3, 3) of the measurement.
     """
-    root = np.linalg.cholesky(covariance + np.diag([1e-8, 1e-8, 1e-8]))
+    root = np.linalg.cholesky(covariance + _TINY)
     inverse = np.linalg.inv(root)
     ratios, directions = np.linalg.eigh(inverse @ least @ inverse.T)
-    if ratios[-1] <= 1.0:
-        return poses
-    factors = np.sqrt(np.maximum(ratios, 1.0))
-    stretch = root @ (directions * factors) @ directions.T @ inverse
+    axes = root @ directions
+    blind = np.einsum("ij,ik,kj->j", axes, information, axes) < _OBSERVED
+    ratios = np.where(blind, ratios, np.maximum(ratios, 1.0))
+    if np.abs(ratios - 1.0).max() <= _NARROWER:
+        return None
+    factors = np.sqrt(np.maximum(ratios, _LEAST_RATIO))
+    matrix: FloatArray = root @ (directions * factors) @ directions.T @ inverse
+    return matrix
+
+
+def widened(poses: FloatArray, mean: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Return particles (n, 3), near each other, stretched about their mean (3,) by a matrix."""
     off = poses - mean
     off[:, 2] = (off[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
-    stretched: FloatArray = mean + off @ stretch.T
+    stretched: FloatArray = mean + off @ matrix.T
     return stretched

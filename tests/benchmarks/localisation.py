@@ -19,7 +19,7 @@ from stack.localisation import health_model
 from stack.localisation.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, wrap_angle
-from tests.benchmarks.localisation_worlds import KINDS, Wanderer, place
+from tests.benchmarks.localisation_worlds import AMBIGUOUS, KINDS, Wanderer, place
 from tests.stack.localisation.drawn_office import office
 from tests.stack.navigation.toy_world import robot
 
@@ -147,7 +147,7 @@ def print_disturbances(what: str, worlds: int) -> None:
 def samples(first: int, worlds: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return features (n, k), shares (n,) and whether the pose was right (n,), twice a second."""
     rows, shares, right = [], [], []
-    for kind in KINDS:
+    for kind in (*KINDS, *AMBIGUOUS):
         for seed in range(first, first + worlds):
             for crowd in (0, 4, 8):
                 drive = Drive(kind, seed, people=3, crowd=crowd)

@@ -17,6 +17,8 @@ from tests.stack.localisation.drawn_office import Drifting, Place, drawn, mapped
 
 Rectangle = tuple[float, float, float, float]
 KINDS = ("flat", "office", "warehouse")
+AMBIGUOUS = ("hotel", "corridor")
+"""Places in which a pose cannot always be known: equal rooms, and 40 m without features."""
 PERIOD = 0.1
 """Seconds between two scans."""
 
@@ -29,8 +31,11 @@ def place(kind: str, seed: int, unmapped: float = 0.3) -> Place:
 
     The share _GONE of all pieces is on the map but gone.
     """
-    generator = np.random.default_rng([seed, KINDS.index(kind)])
-    build = {"flat": _flat, "office": _office, "warehouse": _warehouse}[kind]
+    generator = np.random.default_rng([seed, (*KINDS, *AMBIGUOUS).index(kind)])
+    build = {
+        "flat": _flat, "office": _office, "warehouse": _warehouse, "hotel": _hotel,
+        "corridor": _corridor,
+    }[kind]  # fmt: skip
     walls, rooms, width, depth = build(generator)
     pieces = [piece for room in rooms for piece in _furniture(room, kind, generator)]
     fate = generator.random(len(pieces))
@@ -115,6 +120,32 @@ def _warehouse(
             x += length + float(generator.choice([0.0, 1.5, 2.0]))
         y += float(generator.uniform(2.6, 3.4))
     return walls, [(0.0, 0.0, width, depth)], width, depth
+
+
+def _hotel(
+    generator: np.random.Generator,
+) -> tuple[list[Rectangle], list[Rectangle], float, float]:
+    """Three to five rooms with the same walls and furniture on a corridor."""
+    count, wide = int(generator.integers(3, 6)), float(generator.uniform(3.3, 4.0))
+    width, low, depth = count * wide + WALL, 1.8, 6.2
+    walls, door = _outer(width, depth), float(generator.uniform(0.4, wide - 0.5 - DOOR))
+    for n in range(count):
+        x = n * wide
+        walls += [
+            (x, low, x + door, low + WALL), (x + door + DOOR, low, x + wide, low + WALL),
+            (x + wide, low, x + wide + WALL, depth),
+            (x + 0.3, depth - 1.7, x + 2.0, depth),
+            (x + wide - 0.6, low + 1.4, x + wide, low + 2.4),
+        ]  # fmt: skip
+    return walls, [(0.0, 0.0, width, low)], width, depth
+
+
+def _corridor(
+    generator: np.random.Generator,
+) -> tuple[list[Rectangle], list[Rectangle], float, float]:
+    """40 m between walls; the lidar sees 12 m."""
+    width, depth = 40.0, float(generator.uniform(1.8, 2.4))
+    return _outer(width, round(depth, 2)), [], width, round(depth, 2)
 
 
 def _furniture(room: Rectangle, kind: str, generator: np.random.Generator) -> Iterator[Rectangle]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stack.localisation.localiser import Localiser
 from stack.localisation.motion_models import CarMotionNoise, MotionNoise, OmniMotionNoise
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.uncertainty import LeastCovariance, observable, widened
+from stack.localisation.uncertainty import LeastCovariance, observable, stretch, widened
 from stack.types import Pose2D
 from tests.stack.localisation.drawn_office import Drifting, Place, drawn, mapped
 from tests.stack.navigation.toy_world import robot
@@ -63,11 +63,12 @@ def test_particles_are_at_least_as_wide_as_they_must_be(seed, size):
     mean, covariance = poses.mean(axis=0), np.cov(poses.T, bias=True)
     root = generator.normal(0.0, 0.03 * size, (3, 3))
     least = root @ root.T
-    wide = widened(poses, mean, covariance, least)
+    matrix = stretch(covariance, least, 1e6 * np.eye(3))
+    wide = poses if matrix is None else widened(poses, mean, matrix)
     after = np.cov(wide.T, bias=True)
     assert wide.mean(axis=0) == pytest.approx(mean, abs=1e-9)
     for other in (covariance, least):
-        assert np.linalg.eigvalsh(after - other).min() > -1e-4
+        assert np.linalg.eigvalsh(after - other / 1.05).min() > -1e-5
 
 
 @pytest.mark.parametrize(
@@ -107,12 +108,13 @@ def test_along_a_corridor_the_error_is_contained_until_its_end_is_seen():
         localiser.process(odometry.move(step, 0.1), place.scan(truth, 0.1 * n, generator))
         estimate = localiser.estimate
         deviations = np.sqrt(np.diag(estimate.covariance))
+        assert estimate.health >= localiser.parameters.good_health  # no drive stops for it
         along.append(deviations[0])
         contained.append(abs(estimate.pose.x - truth.x) < 2.0 * deviations[0])
         assert deviations[1] < 0.03
         assert abs(estimate.pose.y - truth.y) < 2.0 * deviations[1]
     # After 13 m: scale 1 % 0.13 m, noise √(0.02 · 0.1 m · 13 m) = 0.16 m.
-    assert along[130] == pytest.approx(0.21, abs=0.05)
+    assert along[130] == pytest.approx(0.21, abs=0.03)
     assert np.mean(contained) > 0.95
     assert along[-1] < 0.06
     assert estimate.pose.distance_to(truth) < 0.1
