@@ -38,6 +38,13 @@ run:
   navigate_to_pose: {{goal: [2.4, 1.4, 90 deg]}}
   timeout: 20 s
 """
+PEOPLE = """\
+world: people
+format: 1
+start: [1, 1, 0]
+walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]
+people: [{name: Bo, model: social_force, waypoints: [[5, 3], [1, 3]]}]
+"""
 UNKNOWN_START = """\
 mission: warm
 robot: scout
@@ -56,6 +63,7 @@ CASES = {
     "blind behind": SHORT_DRIVE.format(planner="astar", controller="pure_pursuit").replace(
         "scout", "jackal"
     ),
+    "people": "mission: warm\nrobot: scout\nworld: ./people.yaml\nrun: {wait: 1 s}\n",
 }
 
 
@@ -87,6 +95,7 @@ def signatures() -> set[tuple[Any, ...]]:
 def test_a_run_needs_no_kernel_that_was_not_compiled_before_its_first_step(case, tmp_path):
     file = tmp_path / "warm.yaml"
     file.write_text(CASES[case], "utf-8")
+    (tmp_path / "people.yaml").write_text(PEOPLE, "utf-8")
     for module in modules():  # other tests of this process have loaded some
         for kernel in entry_points(module).values():
             kernel._reset_overloads()
