@@ -116,8 +116,9 @@ class ContactTally:
     """Contacts of a simulated robot with obstacles so far.
 
     Attributes:
-        by_robot: contacts while the robot moved.
-        against_standing: contacts while the robot stood still.
+        by_robot: contacts while the robot drove.
+        against_standing: contacts while the robot stood still, or was pushed by an event of the
+            world.
     """
 
     by_robot: int = 0

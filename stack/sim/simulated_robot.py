@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import gcd
+from math import gcd, inf
 
 from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import RobotDescription
@@ -22,10 +22,14 @@ from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import Push, World
-from stack.types import Image, Measurement, Observation, Pose2D
+from stack.types import Image, Measurement, Observation, Pose2D, Twist
 
 CLEARANCE_REACH = 1.0
 """Largest clearance that is measured, metres."""
+
+
+PUSH_ENDS = 0.2
+"""Seconds after a push in which contacts are still its own."""
 
 
 class SimulatedRobot:
@@ -82,6 +86,7 @@ class SimulatedRobot:
         self._contacts = ContactCounter()
         self.touched: set[str] = set()
         self._push: PushMotion | None = None
+        self._pushed_at = -inf
         self.physics = PhysicsRobot(physics, description, start)
         self._friction = FrictionZones(world, self.physics)
         self._wheel_motion = wheel_motion_of(description, self.physics, seed)
@@ -236,7 +241,11 @@ class SimulatedRobot:
     def _count_contacts(self, time: float, truth: GroundTruth) -> None:
         touching = self.physics.touching()
         self.touched = {name for name, _, _ in touching}
-        if self._contacts.update(time, bool(touching), truth.twist):
+        if self.is_pushed:
+            self._pushed_at = time
+        # What touches the robot while it is pushed is the push's contact, not the drive's.
+        own = Twist() if time - self._pushed_at <= PUSH_ENDS else truth.twist
+        if self._contacts.update(time, bool(touching), own):
             obstacle, x, y = touching[0]
             self.report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")
 

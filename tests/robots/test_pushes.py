@@ -69,13 +69,20 @@ def test_a_push_adds_to_the_motion_of_a_driving_robot(pushed):
     assert body.truth.twist.linear == pytest.approx(0.4, abs=0.02)
 
 
+def test_a_contact_during_a_push_is_not_one_of_the_driving_robot(pushed):
+    world = replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.0), (0.5, 2.0, 0.5)),))
+    body = pushed(Push(Pose2D(2.0, 0.0, 0.0), 1.0), world)
+    drive(body, Twist(-0.1), 1.8)
+    assert body.tally == ContactTally(by_robot=0, against_standing=1)
+
+
 def test_a_push_stops_at_an_obstacle(pushed):
     world = replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.0), (0.5, 2.0, 0.5)),))
     body = pushed(Push(Pose2D(2.0, 0.0, 0.0), 1.0), world)
     drive(body, Twist(), 3.0)
     # The box begins at x = 0.75; the rover is 0.18 m long in front of its base.
     assert body.truth.pose.x == pytest.approx(0.57, abs=0.03)
-    assert body.tally.by_robot + body.tally.against_standing == 1
+    assert body.tally == ContactTally(by_robot=0, against_standing=1)
     texts = [text for kind, text in body.take_events() if kind == "pushed"]
     assert texts[-1].startswith("the push was stopped by an obstacle; the robot moved by (0.5")
 

@@ -89,7 +89,8 @@ WITHOUT_EFFECT = ("format", "doc", "range")
 def told(data: Any) -> Any:
     """Return the data without default values and keys without effect."""
     if isinstance(data, dict):
-        said = {key: told(value) for key, value in data.items() if key not in WITHOUT_EFFECT}
+        # A key may be a time, as below a test's `at`.
+        said = {told(key): told(value) for key, value in data.items() if key not in WITHOUT_EFFECT}
         return {key: value for key, value in said.items() if DEFAULTS.get(key) != value}
     if isinstance(data, list):
         return [told(item) for item in data]
