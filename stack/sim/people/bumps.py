@@ -19,6 +19,11 @@ class Bump:
     def __init__(self) -> None:
         self._since: float | None = None
 
+    @property
+    def is_under_way(self) -> bool:
+        """Whether a touch still slows the person down."""
+        return self._since is not None
+
     def share(self, period: float, touches: bool) -> float:
         """Return the share of the wanted speed, 0 to 1, for the next `period` seconds.
 

@@ -55,7 +55,12 @@ class People:
             n: RecordedWalker(people[n], shift * people[n].recorded_duration)
             for n in of["recorded"]
         }
-        self._place()
+        for n, walker in self._loops.items():
+            self.positions[n] = (walker.x, walker.y)
+        for n, recorded in self._recorded.items():
+            self.positions[n] = _position(recorded)
+        self._place_crowd()
+        self._places: FloatArray | None = None
 
     def walk(
         self, period: float, robots: Robots, closed_doors: Mapping[str, bool] | None = None,
@@ -69,41 +74,47 @@ class People:
             closed_doors: whether each door is closed.
             touched: names of the people whom a robot touches.
         """
-        names = self._names
-        moved = [
-            walker.walk(period, robots, touches=names[n] in touched)
-            for n, walker in self._loops.items()
-        ]
-        moved += [
-            walker.walk(period, touches=names[n] in touched) for n, walker in self._recorded.items()
-        ]
+        names, nobody = self._names, not touched
+        moved = False
+        for n, walker in self._loops.items():
+            if walker.walk(period, robots, touches=not nobody and names[n] in touched):
+                self.positions[n] = (walker.x, walker.y)
+                moved = True
+        for n, recorded in self._recorded.items():
+            if recorded.walk(period, touches=not nobody and names[n] in touched):
+                self.positions[n] = _position(recorded)
+                moved = True
         if self._crowd is not None:
             touches = [names[n] in touched for n in self._by_force]
             self._crowd.walk(period, robots, closed_doors or {}, touches)
-            moved.append(True)
-        if any(moved):
-            self._place()
-        return any(moved)
+            self._place_crowd()
+            moved = True
+        if moved:
+            self._places = None
+        return moved
 
     @property
     def places(self) -> FloatArray:
         """(n, 3) x, y and radius of each person who is there, world frame, metres."""
+        if self._places is None:
+            everyone = self.all_places
+            self._places = everyone[~np.isnan(everyone[:, 0])] if self._recorded else everyone
         return self._places
 
     @property
     def all_places(self) -> FloatArray:
         """(n, 3) as `places`, of everyone in the order of the world; nan: not there."""
-        return self._all_places
+        everyone: FloatArray = np.empty((len(self.positions), 3))
+        everyone[:, :2] = self.positions or np.empty((0, 2))
+        everyone[:, 2] = self._radii
+        return everyone
 
-    def _place(self) -> None:
-        positions = self.positions
-        for n, walker in self._loops.items():
-            positions[n] = (walker.x, walker.y)
-        for n, recorded in self._recorded.items():
-            positions[n] = (recorded.x, recorded.y) if recorded.is_present else NOWHERE
+    def _place_crowd(self) -> None:
+        """Copy the positions of those who walk by social forces."""
         if self._crowd is not None:
             for n, place in zip(self._by_force, self._crowd.places.tolist(), strict=True):
-                positions[n] = (place[0], place[1])
-        rows = np.column_stack([np.array(positions).reshape(-1, 2), self._radii])
-        self._all_places: FloatArray = np.ascontiguousarray(rows, dtype=np.float64)
-        self._places: FloatArray = rows[~np.isnan(rows[:, 0])] if self._recorded else rows
+                self.positions[n] = (place[0], place[1])
+
+
+def _position(walker: RecordedWalker) -> tuple[float, float]:
+    return (walker.x, walker.y) if walker.is_present else NOWHERE

@@ -53,9 +53,11 @@ class Walker:
             robots: where they are.
             touches: whether a robot touches the person.
         """
-        share = self._bump.share(period, touches)
-        if share == 0.0:
-            return False
+        share = 1.0
+        if touches or self._bump.is_under_way:
+            share = self._bump.share(period, touches)
+            if share == 0.0:
+                return False
         if self._pause_left > 0.0:
             self._pause_left = max(0.0, self._pause_left - period)
             return False
