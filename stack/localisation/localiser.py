@@ -97,6 +97,7 @@ class Localiser(Estimator):
         self._calibration = stream(seed, "localisation calibration")
         self._recovery = RecoverySchedule(parameters)
         self._confidence = Confidence(parameters)
+        self._estimate: PoseEstimate | None = None
         self._read(grid)
         self._odometry: Pose2D | None = None
         self._travelled = 0.0
@@ -154,6 +155,7 @@ class Localiser(Estimator):
         self._recovery.parameters = p
         self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
         self._confidence.configure(p)
+        self._estimate = None
         variance = (p.cell_deviation * self._field.resolution) ** 2
         self._common_errors = np.diag([variance, variance, 0.0])
 
@@ -174,7 +176,7 @@ class Localiser(Estimator):
         """Restart with particles uniform over the free space."""
         self._filter.scatter()
         self._restart(self._filter.modes.modes)
-        self._scattered = True
+        self._scattered, self._estimate = True, None
 
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Process odometry, and a new scan at the pose of its own stamp."""
@@ -217,7 +219,7 @@ class Localiser(Estimator):
         """
         if self._odometry is None:
             self._reference = odometry
-        self._odometry = odometry
+        self._odometry, self._estimate = odometry, None
         if scan is None:
             return
         self._follow(scan, covariance, disturbed=disturbed)
@@ -247,6 +249,12 @@ class Localiser(Estimator):
 
         Until the first scan after a start the health raises no alarm; if scattered, it is 0.
         """
+        if self._estimate is None:
+            self._estimate = self._summary()
+        return self._estimate
+
+    def _summary(self) -> PoseEstimate:
+        """Return the estimate as of now."""
         p, features, modes = self.parameters, self.health_features, self._filter.modes
         if features is None:
             right = 0.0 if self._scattered else _UNTESTED_HEALTH
@@ -348,6 +356,7 @@ class Localiser(Estimator):
     def _restart(self, modes: Sequence[Mode], *, confirmed: bool = False) -> None:
         """Restart with modes at the newest odometry."""
         self._filter.modes.replace(modes)
+        self._estimate = None
         self._reference = self._odometry or Pose2D(0.0, 0.0)
         self._stated = MotionSince.none()
         self._still_scans = 0
