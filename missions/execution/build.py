@@ -19,6 +19,7 @@ from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
 from stack.components import Controller, Estimator, OdometryFusion
+from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
@@ -153,6 +154,7 @@ def build(
             tunables={
                 **_tunables_of(navigator),
                 "safety": Tunable.of(safety),
+                "evasion": Tunable.of(navigator.evasion),
                 "local_costmap": Tunable.of(local_costmap),
                 "global_costmap": Tunable.of(global_costmap),
                 "localisation": Tunable.of(estimator),
@@ -313,7 +315,8 @@ def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> 
     controller: type[Controller] = plan.choices["controller"].component
     safety: SafetyParameters = plan.choices["safety"].parameters
     navigates = controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)
-    if not navigates and not safety.predict_motion:
+    evades = plan.choices["evasion"].parameters.when != "never"
+    if not navigates and not safety.predict_motion and not evades:
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
 
@@ -351,6 +354,7 @@ def _navigator(
         goal_checker=choices["goal_checker"].create(robot),
         progress_checker=choices["progress_checker"].create(robot),
         parameters=plan.choices["navigator"].parameters,
+        evasion=Evasion(robot, choices["evasion"].parameters),
         local_costmap=costmaps[0],
         global_costmap=costmaps[1],
         emit=_emitter(telemetry, "navigation"),

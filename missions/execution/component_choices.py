@@ -14,6 +14,7 @@ from typing import Any
 
 from missions.language.reading.header import TOP_COMPONENTS
 from stack.components import Choice, Estimator, choose
+from stack.control.evasion.parameters import EvasionParameters
 from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
@@ -40,6 +41,7 @@ SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,
     "speed_limits": SpeedLimitParameters,
     "navigator": NavigationParameters,
+    "evasion": EvasionParameters,
     "safety": SafetyParameters,
     "tracker": TrackerParameters,
     "obstacle_memory": ObstacleMemoryParameters,

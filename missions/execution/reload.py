@@ -32,6 +32,7 @@ from stack.telemetry.records import MissionState
 
 TUNED = {
     "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
+    "evasion": ("evasion",),
     "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
     "tracker": (), "loop": (), "recording": (), "localisation": ("localisation",),
     "odometry": ("odometry",), "obstacle_memory": ("obstacle_memory",),

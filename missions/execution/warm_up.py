@@ -10,6 +10,7 @@ from missions.execution.component_choices import DEFAULTS
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
+from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
 from stack.navigation.navigator import Navigator
 from stack.perception.obstacle_memory import ObstacleMemory
@@ -78,7 +79,7 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
         "perception": memory,
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
-        "navigation": Navigator.kernels(),
+        "navigation": (*Navigator.kernels(), *Evasion.kernels()),
     }
     names = {leaf.behaviour.name for leaf in leaves_of(plan.mission)}
     if "explore" in names:

@@ -29,7 +29,7 @@ _SIGNS = {
     MAP: ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"),
     PARAMETERS: (
         "planner", "controller", "goal_checker", "progress_checker", "costmap", "navigator",
-        "safety", "speed_limits", "tracker", "loop", "recording", "localisation",
+        "safety", "evasion", "speed_limits", "tracker", "loop", "recording", "localisation",
     ),
     TREES: ("trees",),
 }  # fmt: skip

@@ -7,6 +7,7 @@ from math import degrees
 
 from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
+from stack.control.evasion.evasion import Evasion, Situation
 from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
@@ -16,7 +17,7 @@ from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
-from stack.navigation.following import PathDrive, Tools
+from stack.navigation.following import Drive, PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.plan_queries import PlanQueries
 from stack.navigation.planner_worker import PlannerWorker
@@ -53,6 +54,7 @@ class Navigator:
         goal_checker: decides when a drive has reached its goal.
         progress_checker: decides when a drive makes no progress.
         parameters: patience, planning and recoveries.
+        evasion: leaves the way of people who walk towards the robot.
         local_costmap: around the robot, for the controller.
         global_costmap: for planning.
         emit: called with (kind, text, level="info", **fields) for each event.
@@ -60,6 +62,7 @@ class Navigator:
         log: receives the tracebacks of planners and controllers.
 
     Attributes:
+        evasion: as given.
         localisation_monitor: decides what moves while the robot is lost.
     """
 
@@ -74,10 +77,11 @@ class Navigator:
     def __init__(  # noqa: PLR0913 - called once, by the composition root
         self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
         goal_checker: GoalChecker, progress_checker: ProgressChecker,
-        parameters: NavigationParameters, local_costmap: CostmapLike, global_costmap: CostmapLike,
-        emit: Emit, period: float, log: Callable[[str], None] = lambda _: None,
+        parameters: NavigationParameters, evasion: Evasion, local_costmap: CostmapLike,
+        global_costmap: CostmapLike, emit: Emit, period: float, log: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
+        self.evasion = evasion
         self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
             path_follower, goal_checker, progress_checker, PlannerWorker(planner, log), parameters,
@@ -168,7 +172,22 @@ class Navigator:
         self._surroundings.look(state)
         self._queries.step(state)
         self.localisation_monitor.update(state, self.parameters)
-        return self._activities.step(state, self.parameters)
+        return self._evaded(self._activities.step(state, self.parameters), state)
+
+    def _evaded(self, wanted: Twist, state: NavigationState) -> Twist:
+        """Return the wanted velocity, or one that leaves the way of somebody."""
+        when = self.evasion.parameters.when
+        drives = isinstance(self._activities.current, Drive | Disambiguation)
+        if when == "never" or (when == "driving" and not drives):
+            return wanted
+        before = self.evasion.active
+        situation = Situation(
+            state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles
+        )
+        twist = self.evasion.step(wanted, situation)
+        if self.evasion.active and not before:
+            self._emit("evasion", "leaving the way of somebody who walks towards the robot")
+        return twist
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.

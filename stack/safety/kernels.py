@@ -9,6 +9,10 @@ from numba import f8, njit
 from stack.types import FloatArray
 
 
+WALKING_SPEED = 0.2
+"""m/s from which a disc counts as one that moves."""
+
+
 @njit(cache=True, nogil=True)
 def signed_distance(corners: FloatArray, x: float, y: float) -> float:
     """Signed distance from a point to a polygon, metres; negative inside.
@@ -89,13 +93,41 @@ def time_to_contact(
 
 
 @njit(cache=True, nogil=True)
+def _meeting_time(
+    disc: FloatArray, corners: FloatArray, radius: float, limit: float,
+    linear: float, lateral: float, angular: float, longest: float,
+) -> float:  # fmt: skip
+    """Seconds until a disc (5,) is within `limit` of the footprint; inf: not before `longest`."""
+    fastest = hypot(linear, lateral) + abs(angular) * radius + hypot(disc[2], disc[3])
+    if fastest == 0.0:
+        return inf
+    smallest = 0.004 / fastest
+    time = 0.0
+    while time <= longest:
+        half = 0.5 * angular * time
+        reach = time if abs(half) < 1e-9 else time * sin(half) / half
+        px = disc[0] + time * disc[2] - reach * (linear * cos(half) - lateral * sin(half))
+        py = disc[1] + time * disc[3] - reach * (linear * sin(half) + lateral * cos(half))
+        c, s = cos(angular * time), sin(angular * time)
+        px, py = c * px + s * py, c * py - s * px
+        room = hypot(px, py) - radius - limit
+        if room <= 0.0:
+            room = signed_distance(corners, px, py) - limit
+        if room <= 0.0:
+            return time
+        time += max(room / fastest, smallest)
+    return inf
+
+
+@njit(cache=True, nogil=True)
 def time_to_meeting(
     discs: FloatArray, corners: FloatArray, radius: float, padding: float, slack: float,
-    linear: float, lateral: float, angular: float, horizon: float,
+    linear: float, lateral: float, angular: float, horizon: float, moving_padding: float,
 ) -> tuple[float, int]:  # fmt: skip
     """Time until a twist and the motion of discs bring one within `padding` of the footprint.
 
-    As `time_to_contact`, but the discs move at constant velocities.
+    As `time_to_contact`, but the discs move at constant velocities. A disc that would reach a robot
+    that stands, and no sooner one with this twist, does not count: the twist leaves its way.
 
     Args:
         discs: (k, 5) x, y, velocity x, velocity y, radius, base frame now, metres and m/s.
@@ -107,6 +139,7 @@ def time_to_meeting(
         lateral: m/s to the left.
         angular: rad/s to the left.
         horizon: seconds to look ahead.
+        moving_padding: clearance to keep to discs that move, metres.
 
     Returns:
         Seconds (inf: no meeting within the horizon), and the index of the disc (-1: none).
@@ -114,29 +147,19 @@ def time_to_meeting(
     own = hypot(linear, lateral) + abs(angular) * radius
     best, found = inf, -1
     for i in range(discs.shape[0]):
-        fastest = own + hypot(discs[i, 2], discs[i, 3])
-        if fastest == 0.0:
-            continue
-        smallest = 0.004 / fastest
         apart = signed_distance(corners, discs[i, 0], discs[i, 1]) - discs[i, 4]
-        limit = min(padding, apart - slack) + discs[i, 4]
-        time = 0.0
-        while time < best and time <= horizon:
-            half = 0.5 * angular * time
-            reach = time if abs(half) < 1e-9 else time * sin(half) / half
-            px = discs[i, 0] + time * discs[i, 2]
-            py = discs[i, 1] + time * discs[i, 3]
-            px -= reach * (linear * cos(half) - lateral * sin(half))
-            py -= reach * (linear * sin(half) + lateral * cos(half))
-            c, s = cos(angular * time), sin(angular * time)
-            px, py = c * px + s * py, c * py - s * px
-            room = hypot(px, py) - radius - limit
-            if room <= 0.0:
-                room = signed_distance(corners, px, py) - limit
-            if room <= 0.0:
-                best, found = time, i
-                break
-            time += max(room / fastest, smallest)
+        moves = hypot(discs[i, 2], discs[i, 3]) >= WALKING_SPEED
+        wide = max(padding, moving_padding) if moves else padding
+        limit = min(wide, apart - slack) + discs[i, 4]
+        longest = min(best, horizon)
+        time = _meeting_time(discs[i], corners, radius, limit, linear, lateral, angular, longest)
+        if time == inf or time >= best:
+            continue
+        if moves and own > 0.0:
+            standing = _meeting_time(discs[i], corners, radius, limit, 0.0, 0.0, 0.0, time)
+            if standing <= time:
+                continue
+        best, found = time, i
     return best, found
 
 
@@ -241,7 +264,7 @@ def share_where_unseen(
 
 CONTACT = (
     (time_to_contact, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),
-    (time_to_meeting, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),
+    (time_to_meeting, (f8[:, ::1], f8[:, ::1], *8 * (f8,))),
 )
 """Entry points, with the types that the collision monitor calls them with; then of
 the limit in unseen ground, and of zones."""

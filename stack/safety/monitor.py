@@ -48,7 +48,7 @@ class CollisionMonitor:
 
     def contact(
         self, twist: Twist, points: FloatArray, horizon: float, padding: float,
-        moving: FloatArray = NOTHING_MOVES,
+        moving: FloatArray = NOTHING_MOVES, moving_padding: float = 0.0,
     ) -> Contact:  # fmt: skip
         """Return the first contact of a twist.
 
@@ -58,6 +58,7 @@ class CollisionMonitor:
             horizon: seconds to look ahead.
             padding: distance kept free around the footprint, metres.
             moving: (k, 5) moving objects, as `moving_discs` returns them.
+            moving_padding: distance kept free to those that walk, if larger than `padding`.
         """
         time, which = self._kernels.time_to_contact(
             points, self._corners, self._radius, padding, self.SLACK,
@@ -68,7 +69,7 @@ class CollisionMonitor:
             return found
         time, which = self._kernels.time_to_meeting(
             moving, self._corners, self._radius, padding, self.SLACK,
-            twist.linear, twist.lateral, twist.angular, horizon,
+            twist.linear, twist.lateral, twist.angular, horizon, moving_padding,
         )  # fmt: skip
         return Contact(time, *moving[which, :2]) if time < found.time else found
 

@@ -39,6 +39,9 @@ class SafetyParameters:
     predict_motion: bool = parameter(
         True, help="expect tracked objects where their velocity takes them, not where they are"
     )
+    moving_padding: float = parameter(
+        0.1, "m", at_least=0.0, at_most=0.5, help="distance kept to people and things that walk"
+    )
     blind_speed: float = parameter(
         0.15,
         "m/s",

@@ -203,7 +203,8 @@ class Safety:
         return STANDSTILL
 
     def _contact(self, twist: Twist, around: _Around, horizon: float, padding: float) -> Contact:
-        return self._monitor.contact(twist, around.points, horizon, padding, around.moving)
+        beside = self.parameters.moving_padding if padding else 0.0
+        return self._monitor.contact(twist, around.points, horizon, padding, around.moving, beside)
 
     def _tight_share(self, twist: Twist, around: _Around) -> float:
         """Share of a twist's speed at which the robot may pass obstacles within the padding.

@@ -168,7 +168,7 @@ def accelerations(
     places: FloatArray, velocities: FloatArray, wanted: FloatArray, radii: FloatArray,
     groups: NDArray[np.int64], robots: FloatArray, notices: NDArray[np.bool_],
     field: NDArray[np.float32], resolution: float, origin_x: float, origin_y: float,
-    model: FloatArray,
+    model: FloatArray, wall_weights: FloatArray,
 ) -> FloatArray:  # fmt: skip
     """Accelerations of n people by the social force model (Helbing and Molnár 1995).
 
@@ -188,6 +188,7 @@ def accelerations(
             walls, weight of what is out of sight, cosine of half the field of view, pull of a
             group, metres from its centre at which it begins, and share of the repulsion against
             the wanted direction that also acts to the side.
+        wall_weights: (n,) factor on the repulsion of walls for each person.
 
     Returns:
         (n, 2) m/s².
@@ -241,6 +242,7 @@ def accelerations(
                 fy += ex * aside if left else -ex * aside
         distance, gx, gy = _distance_at(field, resolution, origin_x, origin_y, x, y)
         push = wall_strength / wall_scale * exp(-max(distance, 0.0) / wall_scale)
+        push *= wall_weights[i]
         found[i, 0] += fx + push * gx
         found[i, 1] += fy + push * gy
         if members > 0:
@@ -331,7 +333,7 @@ KERNELS = (
         accelerations,
         (
             _PLANE, _PLANE, _PLANE, _ROW, int64[::1], _PLANE, boolean[::1], _FIELD, float64,
-            float64, float64, _ROW,
+            float64, float64, _ROW, _ROW,
         ),
     ),
     (

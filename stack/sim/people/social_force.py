@@ -16,6 +16,7 @@ import numpy as np
 
 from stack.sim.people.bumps import Bump
 from stack.sim.people.floor import Floor
+from stack.sim.people.impatience import Impatience
 from stack.sim.people.loops import Robots
 from stack.sim.worlds.world import Door, Person, World
 from stack.streams import stream
@@ -86,6 +87,7 @@ class SocialForcePeople:
         numbers = [names.index(person.group) if person.group else -1 for person in people]
         self._groups = np.array(numbers, dtype=np.int64)
         self._random = stream(seed, "people by social forces")
+        self._impatience = Impatience(len(people), stream(seed, "impatience of people"))
         self._notices = np.ones(len(people), dtype=np.bool_)
         self._seen: deque[FloatArray] = deque(maxlen=1)
         self._last: list[tuple[float, float]] = []
@@ -118,6 +120,7 @@ class SocialForcePeople:
         moved = self._kernels.accelerations(
             self.places, self.velocities, wanted, self._radii, self._groups, seen, self._notices,
             floor.distance, floor.resolution, *floor.origin, self._model,
+            self._impatience.wall_weights,
         )  # fmt: skip
         moved += self._random.normal(0.0, NOISE, moved.shape)
         self.velocities += moved * period
@@ -134,6 +137,7 @@ class SocialForcePeople:
         )  # fmt: skip
         self.velocities = (self.places - before) / period
         self._limit_speeds()
+        self._impatience.update(period, wanted, self.velocities)
 
     def _plan_ways(self, people: Sequence[Person]) -> None:
         """Compute the walking times to each different waypoint."""
@@ -160,7 +164,8 @@ class SocialForcePeople:
         goes_on = (resting | begins) & (self._pause_left <= 0.0)
         self._waypoint = np.where(goes_on, self._waypoint + 1, self._waypoint) % self._counts
         stands = (near & (self._counts == 1)) | (self._pause_left > 0.0)
-        floor, numbers = self._floor, self._goal_numbers[everyone, self._waypoint]
+        towards = (self._waypoint - self._impatience.turns_back) % self._counts
+        floor, numbers = self._floor, self._goal_numbers[everyone, towards]
         wanted: FloatArray = self._kernels.directions(
             self._times, numbers, floor.resolution, *floor.origin, self._goals, self.places,
             LOOK_AHEAD,

@@ -10,6 +10,8 @@ from stack.control.checkers import (
     StoppedGoalChecker,
     StoppedGoalParameters,
 )
+from stack.control.evasion.evasion import Evasion
+from stack.control.evasion.parameters import EvasionParameters
 from stack.control.path_follower import PathFollower
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.navigation.navigator import Navigator
@@ -46,7 +48,8 @@ class ToyDrive:
         self.navigator = Navigator(
             world.robot, self.planner, self.follower,
             StoppedGoalChecker(StoppedGoalParameters(), world.robot), self.progress_checker,
-            replace(NavigationParameters(), **settings), self.local, self.globe, self.emit,
+            replace(NavigationParameters(), **settings),
+            Evasion(world.robot, EvasionParameters()), self.local, self.globe, self.emit,
             world.period,
         )  # fmt: skip
         self.safety = Safety(world.robot, SafetyParameters(), world.period)

@@ -1,0 +1,1 @@
+"""Evasion of people who walk towards the robot."""

@@ -1,0 +1,198 @@
+"""Evasion: leaves the way of people who walk towards the robot.
+
+A decision of the dynamic window kind (D. Fox, W. Burgard and S. Thrun, IEEE RAM 4(1), 1997) with
+moving obstacles: constant velocities predict people well for a few seconds (C. Schöller et al.,
+"What the constant velocity model can teach us about pedestrian motion prediction", RA-L 2020).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from stack.compilation import KernelTypes
+from stack.control.evasion.motions import motions_of
+from stack.control.evasion.parameters import EvasionParameters
+from stack.control.evasion.pushing import PushingPeople
+from stack.drivetrain.description import RobotDescription
+from stack.safety.monitor import moving_discs
+from stack.types import FloatArray, ObstaclePoints, Pose2D, TrackedObject, Twist
+
+STEP = 0.1
+"""Step of the prediction, seconds."""
+
+REACH = 3.0
+"""Points farther away than this are ignored, metres."""
+
+MOST_POINTS = 160
+"""Number of obstacle points that are used; more are thinned out."""
+
+AROUND = 0.12
+"""Points this close to a tracked object belong to it, metres."""
+
+OVERLAP = 0.08
+"""Metres by which the disc of somebody may overlap a wall: bodies are not round."""
+
+STATIC_PADDING = 0.04
+"""Distance kept to obstacle points, metres."""
+
+ARM = 0.15
+"""Metres of deviation that equal one radian."""
+
+KEPT = 0.25
+"""Cost by which another motion must be better than the one under way."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """Input of a decision.
+
+    Attributes:
+        time: seconds on the robot's clock.
+        pose: map frame.
+        twist: measured velocity.
+        tracks: moving objects at `time`, map frame.
+        obstacles: points of all range sensors, base frame.
+    """
+
+    time: float
+    pose: Pose2D
+    twist: Twist
+    tracks: Sequence[TrackedObject]
+    obstacles: ObstaclePoints
+
+
+class Evasion:
+    """Replaces a velocity that leads to a meeting with somebody by the best evasive motion.
+
+    Args:
+        robot: outline, limits and kind of drive.
+        parameters: may be replaced between steps.
+
+    Attributes:
+        active: whether the last velocity was an evasive one.
+    """
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of evasion."""
+        from stack.control.evasion import kernels
+
+        return kernels.EVASION
+
+    def __init__(self, robot: RobotDescription, parameters: EvasionParameters) -> None:
+        from stack.control.evasion import kernels
+
+        self.parameters, self.active = parameters, False
+        self._kernels, self._robot = kernels, robot
+        self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
+        self._radius = robot.footprint.circumscribed_radius
+        self._motions = motions_of(robot)
+        limits = robot.limits
+        self._limits = np.array([
+            limits.linear_acceleration, limits.linear_deceleration, limits.angular_acceleration,
+        ])  # fmt: skip
+        self._pushing = PushingPeople()
+        self._chosen, self._until = -1, -inf
+
+    def configure(self, parameters: EvasionParameters) -> None:
+        """Apply new parameters."""
+        self.parameters = parameters
+
+    def step(self, wanted: Twist, situation: Situation) -> Twist:
+        """Return the wanted velocity, or an evasive one.
+
+        Args:
+            wanted: base frame.
+            situation: of this step.
+        """
+        discs = self._discs(situation)
+        if not len(discs):
+            self.active = False
+            return wanted
+        resting = situation.time < self._until
+        chosen = self._decide(wanted, situation, discs, resting=resting)
+        self.active = chosen is not None
+        if chosen is None:
+            self._chosen = -1
+            return wanted
+        self._until = situation.time + self.parameters.rest
+        return chosen
+
+    def _discs(self, situation: Situation) -> FloatArray:
+        """(k, 6) people who may come within the horizon, base frame; empty if all stand."""
+        p = self.parameters
+        discs = moving_discs(situation.tracks, situation.pose)
+        if not len(discs):
+            self._pushing.clear()
+            return np.empty((0, 6))
+        discs = self._pushing.expected(situation.time, situation.tracks, situation.pose, discs)
+        speeds = np.hypot(discs[:, 2], discs[:, 3])
+        if not (speeds >= p.moving_speed).any():
+            return np.empty((0, 6))
+        limits = self._robot.limits
+        reach = p.horizon * (speeds + limits.linear_speed) + self._radius + discs[:, 4]
+        near = np.hypot(discs[:, 0], discs[:, 1]) <= reach
+        walking = near & (speeds >= p.moving_speed)
+        return np.ascontiguousarray(discs[near]) if walking.any() else np.empty((0, 6))
+
+    def _decide(
+        self, wanted: Twist, situation: Situation, discs: FloatArray, *, resting: bool
+    ) -> Twist | None:
+        """Return the evasive motion's first velocity; None if the wanted one meets nobody."""
+        p = self.parameters
+        points = self._points(situation.obstacles.points, discs)
+        walking = self._kernels.walking_times(discs, points, p.horizon, OVERLAP, AROUND)
+        own = np.array([(wanted.linear, wanted.lateral, wanted.angular, p.horizon, 0.0, 0.0, 0.0)])
+        _, times = self._costs(own, situation.twist, discs, walking, points, wider=resting)
+        if times[0] == inf:
+            return None
+        motions = np.concatenate([own, self._possible(situation.obstacles)])
+        costs, _ = self._costs(motions, situation.twist, discs, walking, points)
+        if 0 <= self._chosen < len(self._motions):
+            costs[self._chosen + 1] -= KEPT
+        best = int(np.argmin(costs))
+        if best == 0:
+            return None
+        self._chosen = best - 1
+        linear, lateral, angular = motions[best, :3].tolist()
+        return Twist(linear, angular, lateral)
+
+    def _possible(self, obstacles: ObstaclePoints) -> FloatArray:
+        """Return the motions, slow where no sensor sees."""
+        if not obstacles.is_blind(np.pi):
+            return self._motions
+        slow = self._motions.copy()
+        for column in (0, 4):
+            slow[:, column] = np.maximum(slow[:, column], -0.15)
+        return slow
+
+    def _costs(  # noqa: PLR0913 - arguments of the kernel
+        self, motions: FloatArray, twist: Twist, discs: FloatArray, walking: FloatArray,
+        points: FloatArray, *, wider: bool = False,
+    ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+        p = self.parameters
+        padding = p.padding + (0.05 if wider else 0.0)
+        settings = np.array([
+            p.horizon, STEP, padding, p.growth, p.margin, STATIC_PADDING, p.decay,
+            p.meeting_weight, p.closeness_weight, 1.0, ARM,
+        ])  # fmt: skip
+        now = np.array([twist.linear, twist.lateral, twist.angular])
+        costs, times = self._kernels.motion_costs(
+            motions, now, self._limits, discs, walking, points, self._corners, self._radius,
+            settings,
+        )  # fmt: skip
+        return costs, times
+
+    def _points(self, points: FloatArray, discs: FloatArray) -> FloatArray:
+        """Return the near points that belong to no disc, thinned out."""
+        near = points[np.hypot(points[:, 0], points[:, 1]) <= REACH + self._radius]
+        if not len(near):
+            return np.empty((0, 2))
+        away = np.hypot(near[:, :1] - discs[:, 0], near[:, 1:] - discs[:, 1])
+        near = near[(away > discs[:, 4] + AROUND).all(axis=1)]
+        every = -(-len(near) // MOST_POINTS) or 1
+        return np.ascontiguousarray(near[::every], dtype=np.float64)

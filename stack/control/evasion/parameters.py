@@ -1,0 +1,47 @@
+"""Parameters of evasion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.parameters import parameter
+
+
+@dataclass(frozen=True)
+class EvasionParameters:
+    """Parameters of `Evasion`."""
+
+    when: str = parameter(
+        "driving", one_of=("driving", "always", "never"),
+        help="when the robot leaves the way of somebody who walks towards it: during drives (also "
+        "while it waits for a plan or stands before an obstacle), whenever the mission runs, never",
+    )  # fmt: skip
+    horizon: float = parameter(
+        3.0, "s", above=0.0, at_most=10.0, help="how far ahead meetings are predicted"
+    )
+    padding: float = parameter(
+        0.05, "m", at_least=0.0, at_most=1.0, help="distance to a person that counts as a meeting"
+    )
+    growth: float = parameter(
+        0.05, "m/s", at_least=0.0, at_most=1.0,
+        help="increase of that distance with the time ahead: predictions become less certain",
+    )  # fmt: skip
+    margin: float = parameter(
+        0.35, "m", above=0.0, at_most=2.0, help="distance below which being close costs"
+    )
+    decay: float = parameter(
+        1.3, "s", above=0.0, help="time ahead after which a meeting weighs 1/e of one now"
+    )
+    meeting_weight: float = parameter(
+        8.0, at_least=0.0, help="cost of a meeting now, in metres of deviation"
+    )
+    closeness_weight: float = parameter(
+        1.0, at_least=0.0, help="cost of a second without any distance, in metres of deviation"
+    )
+    moving_speed: float = parameter(
+        0.2, "m/s", above=0.0, help="a slower object counts as one that stands"
+    )
+    rest: float = parameter(
+        0.5, "s", at_least=0.0,
+        help="after an evasive motion, the wanted one must be clear for this long",
+    )  # fmt: skip
