@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 from stack.types import FloatArray, Pose2D, Scan
 
 
+CONTINUES = 0.1
+"""Largest step in metres from a run to an ignored beam that continues it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Disc:
     """Circle fitted to a cluster of a scan.
@@ -65,6 +69,24 @@ def clusters(
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
+def bridged(ranges: FloatArray, jump: float) -> FloatArray:
+    """Return the ranges with single lost beams replaced by the mean of their neighbours.
+
+    A lost beam would divide what it hits into two objects.
+
+    Args:
+        ranges: (n,) metres; inf or nan: no return.
+        jump: largest difference of the neighbours, metres.
+    """
+    lost = ~np.isfinite(ranges)
+    if not lost.any():
+        return ranges
+    before, after = np.roll(ranges, 1), _shifted(ranges)
+    with np.errstate(invalid="ignore"):
+        same = lost & (np.abs(before - after) <= jump)  # inf - inf and nan compare as false
+    return np.where(same, 0.5 * (before + after), ranges)
+
+
 def _shifted(values: NDArray[Any]) -> NDArray[Any]:
     """The value of the next beam for each; a tenth of the time of np.roll."""
     following = np.empty_like(values)
@@ -72,7 +94,10 @@ def _shifted(values: NDArray[Any]) -> NDArray[Any]:
     return following
 
 
-def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc | None:
+def disc_of(
+    scan: Scan, ranges: FloatArray, pose: Pose2D, run: tuple[int, int], jump: float,
+    ignored: NDArray[np.bool_] | None = None,
+) -> Disc | None:  # fmt: skip
     """Fit a circle to a run of beams; None if it covers half a turn or more.
 
     A circle of radius R at the distance D subtends the half angle a = asin(R / D); its range at
@@ -81,9 +106,12 @@ def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc
 
     Args:
         scan: the scan of the run.
+        ranges: (n,) its ranges, `bridged`.
         pose: of the base.
         run: (first, last + 1), modulo the number of beams.
         jump: metres by which a neighbouring return must be closer to hide a side.
+        ignored: (n,) beams that were left out since they end on the map. One that continues the run
+            may be a part of the object: then the disc is not whole.
     """
     n, (first, end) = scan.ranges.size, run
     half = 0.5 * (end - first) * abs(scan.angle_increment)
@@ -96,12 +124,16 @@ def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc
     off = (inner - middle) * scan.angle_increment
     sines = np.sin(off)
     shape = np.cos(off) - np.sqrt(sin(half) ** 2 - sines * sines)
-    distance = float((scan.ranges[inner % n] / shape).sum()) / len(inner)
+    distance = float((ranges[inner % n] / shape).sum()) / len(inner)
     sensor = pose.compose(scan.mount)
     heading = sensor.heading + scan.angle_min + scan.angle_increment * middle
-    near, far = float(scan.ranges[first % n]), float(scan.ranges[(end - 1) % n])
+    near, far = float(ranges[first % n]), float(ranges[(end - 1) % n])
     sides = ((first - 1) % n, near), (end % n, far)
-    hidden = [float(scan.ranges[beam]) < edge - jump for beam, edge in sides]
+    hidden = [
+        float(ranges[beam]) < edge - jump
+        or (ignored is not None and ignored[beam] and abs(float(ranges[beam]) - edge) < CONTINUES)
+        for beam, edge in sides
+    ]
     return Disc(
         sensor.x + distance * cos(heading),
         sensor.y + distance * sin(heading),
@@ -110,9 +142,9 @@ def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc
     )
 
 
-def spread_of(scan: Scan, run: tuple[int, int]) -> float:
+def spread_of(ranges: FloatArray, increment: float, run: tuple[int, int]) -> float:
     """Return the distance between the first and the last return of a run, metres."""
-    n, (first, end) = scan.ranges.size, run
-    near, far = float(scan.ranges[first % n]), float(scan.ranges[(end - 1) % n])
-    angle = (end - 1 - first) * scan.angle_increment
+    n, (first, end) = ranges.size, run
+    near, far = float(ranges[first % n]), float(ranges[(end - 1) % n])
+    angle = (end - 1 - first) * increment
     return hypot(near - far * cos(angle), far * sin(angle))

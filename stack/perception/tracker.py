@@ -15,7 +15,7 @@ from math import atan2, ceil, floor, hypot, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.clusters import Disc, clusters, disc_of, spread_of
+from stack.perception.clusters import Disc, bridged, clusters, disc_of, spread_of
 from stack.perception.tracker_parameters import TrackerParameters
 from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, TrackedObject
 
@@ -116,7 +116,7 @@ class Tracker:
         discs = self.discs(pose, scan)
         taken = self._correct(discs)
         for index, disc in enumerate(discs):
-            if index not in taken and disc.is_whole:
+            if index not in taken and disc.is_whole and not self._is_known(disc):
                 self._begin(disc)
         oldest = time - self.parameters.forget
         self._filters = [item for item in self._filters if item.seen_at > oldest - 1e-9]
@@ -125,24 +125,28 @@ class Tracker:
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
         settings = self.parameters
-        ranges = scan.ranges.astype(np.float64)
+        ranges = bridged(scan.ranges.astype(np.float64), settings.jump)
         valid = np.isfinite(ranges) & (ranges <= settings.range)
+        ignored: NDArray[np.bool_] | None = None
         if self._static is not None:
-            valid &= ~self._on_map(pose, scan, valid)
+            ignored = valid & self._on_map(pose, scan, ranges, valid)
+            valid &= ~ignored
         found = []
         for run in clusters(ranges, scan.angle_increment, settings.jump, valid):
-            small = spread_of(scan, run) <= 2.0 * settings.largest_radius
+            small = spread_of(ranges, scan.angle_increment, run) <= 2.0 * settings.largest_radius
             if run[1] - run[0] < settings.least_beams or not small:
                 continue
-            disc = disc_of(scan, pose, run, settings.jump)
+            disc = disc_of(scan, ranges, pose, run, settings.jump, ignored)
             if disc is not None and disc.radius <= settings.largest_radius:
                 found.append(disc)
         return found
 
-    def _on_map(self, pose: Pose2D, scan: Scan, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _on_map(
+        self, pose: Pose2D, scan: Scan, ranges: FloatArray, valid: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
         """Return (n,) whether a beam ends on or near an obstacle of the map."""
         assert self._static is not None
-        ranges = np.where(valid, scan.ranges, 0.0)
+        ranges = np.where(valid, ranges, 0.0)
         sensor, resolution = pose.compose(scan.mount), self._static.resolution
         angles = scan.angles + sensor.heading
         rows, columns = self._near_map.shape
@@ -168,15 +172,20 @@ class Tracker:
             item.covariance = forward @ item.covariance @ forward.T + noise
 
     def _correct(self, discs: list[Disc]) -> set[int]:
-        """Associate discs with filters, nearest pairs first; return the indices of used discs."""
+        """Associate discs with filters; return the indices of used discs.
+
+        Confirmed tracks come before new ones, and then nearest pairs first: a new track is
+        uncertain, so that every disc is near to it.
+        """
         distances = self._mahalanobis(discs)
+        confirm = self.parameters.confirm
         pairs = sorted(
-            (float(distances[order, index]), index, order)
+            (self._filters[order].hits < confirm, float(distances[order, index]), index, order)
             for order, index in np.argwhere(distances <= self.parameters.gate).tolist()
         )
         taken: set[int] = set()
         updated: set[int] = set()
-        for _, index, order in pairs:
+        for _, _, index, order in pairs:
             if index not in taken and order not in updated:
                 taken.add(index)
                 updated.add(order)
@@ -235,6 +244,14 @@ class Tracker:
         before = list(self._views)[: len(self._views) // 2]
         return self._views[-1].sees_past(*item.began, item.radius) or any(
             view.sees_past(*front, item.radius) for view in before
+        )
+
+    def _is_known(self, disc: Disc) -> bool:
+        """Whether a disc lies inside a moving object: it is a part of it."""
+        return any(
+            item.has_moved
+            and hypot(disc.x - item.state[0], disc.y - item.state[1]) < max(item.radius, disc.radius)
+            for item in self._filters
         )
 
     def _begin(self, disc: Disc) -> None:

@@ -24,7 +24,7 @@ class TrackerParameters:
         9.21, above=0.0, help="largest squared Mahalanobis distance of a match; 9.21 covers 99 %"
     )
     acceleration: float = parameter(
-        1.0,
+        2.0,
         "m/s²",
         above=0.0,
         help="standard deviation of an object's acceleration",
