@@ -94,6 +94,7 @@ def output(help: str, *, unit: str = "", init: typing.Literal[False] = False) ->
 DRIVE_FAILURES = (
     FailureCode.NO_VALID_PATH, FailureCode.START_OCCUPIED, FailureCode.GOAL_OCCUPIED,
     FailureCode.START_OUTSIDE_MAP, FailureCode.GOAL_OUTSIDE_MAP, FailureCode.NO_PROGRESS,
+    FailureCode.BLOCKED_BY_PERSON,
     FailureCode.COLLISION_AHEAD, FailureCode.LOST, FailureCode.AMBIGUOUS, FailureCode.TIMED_OUT,
     FailureCode.UNSUPPORTED,
 )  # fmt: skip

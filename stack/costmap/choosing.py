@@ -103,7 +103,8 @@ def usual_layers(
     """Return the default layers, used when a mission does not list any.
 
     The map, one obstacle layer for each lidar, and the sonars of a robot without a lidar. Beside a
-    lidar, the wide cones of sonars would close doors; list `range` where they are wanted.
+    lidar, the wide cones of sonars would close doors; list `range` where they are wanted. Paths
+    lead past people with some distance: they cost time, and close no way.
     """
     layers: list[Any] = ["static"]
     layers += [
@@ -113,6 +114,8 @@ def usual_layers(
     ]  # fmt: skip
     if sonars and not lidars:
         layers.append("range")
+    if lidars:
+        layers.append({"use": "social", "only": "global"})
     return read_layers(layers, CostmapParameters())
 
 

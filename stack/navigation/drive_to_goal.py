@@ -17,14 +17,18 @@ from stack.navigation.following import (
     standing,
 )
 from stack.navigation.planner_worker import Plan, PlanRequest
+from stack.navigation.standoff import blocked_by, nearest
 from stack.navigation.tasks import MotionTask, NavigationState
-from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
+from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, TrackedObject, Twist
 
 PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
 """Failures that waiting cannot fix."""
 
 MOST_CORRECTIONS = 3
 """Maximum number of new plans to correct the heading of a car at the goal."""
+
+CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
+"""Failures of a plan that somebody in the way can cause."""
 
 RECEDING = 0.02
 """Increase of the distance to a via pose, in metres, after which the pose is passed."""
@@ -288,8 +292,21 @@ class GoalDrive(Drive):
         if moved or not self._failing.running:
             self._failing.start(state.time)
             self._failing_at = here
-        if self._failing.elapsed(state.time) >= self._tools.parameters.patience:
+        p, waited = self._tools.parameters, self._failing.elapsed(state.time)
+        person = self._person_near(state)
+        if person is not None and waited < p.person_patience:
+            return
+        if waited >= p.patience:
+            if person is not None and failure.code in CLOSED:
+                raise blocked_by(person, p.person_patience)
             raise NavigationError(FailureCode(failure.code), failure.sentence)
+
+    def _person_near(self, state: NavigationState) -> TrackedObject | None:
+        """Return somebody near the robot or the goal, who may be why there is no path."""
+        reach = 2.0 * self._tools.parameters.person_distance
+        return nearest(state.tracks, state.estimate.pose, reach) or nearest(
+            state.tracks, self.goal, reach
+        )
 
     def _clearly_better(self, plan: Plan, time: float) -> bool:
         """Whether a plan is so much better that it replaces the current path."""

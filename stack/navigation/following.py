@@ -13,6 +13,7 @@ from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planner_worker import PlannerWorker
+from stack.navigation.standoff import Standoff
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, Twist, wrap_angle
 
@@ -72,6 +73,7 @@ class Follower:
         progress: progress on the current path; None before the first path.
         waiting: whether the controller stands in front of an obstacle.
         idle: runs while the robot stands before the goal.
+        standoff: who is in the way.
     """
 
     def __init__(self, tools: Tools, tolerance: float | None) -> None:
@@ -79,6 +81,7 @@ class Follower:
         self._last = STANDSTILL
         self._timers = Timers()
         self.idle, self._blocked, self._waited = (self._timers.new() for _ in range(3))
+        self.standoff = Standoff(self._timers)
         self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False
@@ -182,11 +185,15 @@ class Follower:
         """Compute the velocity for this step.
 
         Raises:
-            NavigationError: NO_PROGRESS, or COLLISION_AHEAD for longer than collision_patience.
+            NavigationError: NO_PROGRESS, COLLISION_AHEAD for longer than collision_patience, or
+                BLOCKED_BY_PERSON for longer than person_patience.
         """
         self.resume(state.time)
         if self.progress is None:
             return STANDSTILL
+        self.standoff.update(state, self.progress, self._tools.parameters)
+        if self.standoff.person is not None:
+            self._tools.progress_checker.start(state.time)
         stuck = self._tools.progress_checker.stuck(self._drive_state(state, self.progress))
         if stuck:
             raise NavigationError(FailureCode.NO_PROGRESS, stuck)
@@ -227,6 +234,8 @@ class Follower:
         if not self.waiting:
             return
         self._waited.start_once(time)
+        if self.standoff.person is not None:
+            return
         if self._waited.elapsed(time) >= p.collision_patience:
             sentence = f"{error.failure.sentence}; waited {blocked:.1f} s for it to clear"
             raise NavigationError(FailureCode.COLLISION_AHEAD, sentence) from error
@@ -291,6 +300,8 @@ def drive_feedback(follower: Follower) -> str:
     """Return the progress of a drive in a few words."""
     if follower.progress is None:
         return "planning"
+    if follower.waiting and follower.standoff.person is not None:
+        return f"waiting for a person in the way; {follower.progress.remaining:.1f} m to go"
     if follower.waiting:
         return f"waiting, an obstacle is in the way; {follower.progress.remaining:.1f} m to go"
     if follower.at_position:

@@ -78,7 +78,8 @@ class Navigator:
         self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
         goal_checker: GoalChecker, progress_checker: ProgressChecker,
         parameters: NavigationParameters, evasion: Evasion, local_costmap: CostmapLike,
-        global_costmap: CostmapLike, emit: Emit, period: float, log: Callable[[str], None] = lambda _: None,
+        global_costmap: CostmapLike, emit: Emit, period: float,
+        log: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
         self.evasion = evasion

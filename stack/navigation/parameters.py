@@ -44,6 +44,13 @@ class NavigationParameters:
     collision_patience: float = parameter(
         5.0, "s", at_least=0.0, help="waits this long after that, then fails"
     )
+    person_patience: float = parameter(
+        20.0, "s", at_least=0.0,
+        help="waits this long instead while a person is in the way, then fails",
+    )  # fmt: skip
+    person_distance: float = parameter(
+        1.5, "m", at_least=0.0, help="somebody this close ahead is in the way"
+    )
     blockage_time: float = parameter(
         10.0, "s", at_least=0.0,
         help="how long a place that was found blocked is avoided; doubles each time it is again",

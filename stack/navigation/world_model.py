@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stack.costmap.costmap import Costmap
 from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
+from stack.perception.people_mask import without_objects
 from stack.perception.tracker import Tracker
 from stack.safety.monitor import moving_discs
 from stack.types import (
@@ -65,6 +66,7 @@ class WorldModel:
         self._speed_limits = speed_limits
         self.cover, self.draw = cover, draw
         self._tracks: tuple[TrackedObject, ...] = ()
+        self._walked_at: dict[int, float] = {}
         self._updated_at = 0.0
 
     def update(self, observation: Observation, frames: TransformBuffer) -> WorldView:
@@ -89,10 +91,31 @@ class WorldModel:
             self._updated_at = now
             update = LayerUpdate(pose, now, scans, readings, self._track(scans, now))
             self.local_costmap.update(update)
-            self.global_costmap.update(update)
+            self.global_costmap.update(self._without_walkers(update))
         tracks = tuple(track.at(now) for track in self._tracks)
         speed_limit = self._speed_limits.at_pose(pose, self._deceleration)
         return WorldView(tracks, moving_discs(tracks, pose), speed_limit)
+
+    def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
+        """Return the measurements without who walks: they close no way, they cost time.
+
+        Who has stood for `standing_time` is an obstacle like others until they walk on.
+        """
+        now, settings = update.time, None if self.tracker is None else self.tracker.parameters
+        if settings is None or not self._tracks:
+            return update
+        for track in self._tracks:
+            if track.speed >= settings.moving_speed or track.id not in self._walked_at:
+                self._walked_at[track.id] = now
+        known = {track.id for track in self._tracks}
+        self._walked_at = {k: time for k, time in self._walked_at.items() if k in known}
+        oldest = now - settings.standing_time
+        walkers = [track for track in self._tracks if self._walked_at[track.id] >= oldest]
+        scans = {
+            name: PosedScan(without_objects(posed.scan, posed.pose, walkers), posed.pose)
+            for name, posed in update.scans.items()
+        }
+        return replace(update, scans=scans)
 
     def _track(
         self, scans: Mapping[str, PosedScan], now: float

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from stack.types import FloatArray, Pose2D, Scan
 
-
 CONTINUES = 0.1
 """Largest step in metres from a run to an ignored beam that continues it."""
 
@@ -95,7 +94,7 @@ def _shifted(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def disc_of(
-    scan: Scan, ranges: FloatArray, pose: Pose2D, run: tuple[int, int], jump: float,
+    scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float,
     ignored: NDArray[np.bool_] | None = None,
 ) -> Disc | None:  # fmt: skip
     """Fit a circle to a run of beams; None if it covers half a turn or more.
@@ -105,15 +104,14 @@ def disc_of(
     the run's angle, so each beam gives D; the result is the mean over the inner half of the run.
 
     Args:
-        scan: the scan of the run.
-        ranges: (n,) its ranges, `bridged`.
+        scan: the scan of the run, `bridged`.
         pose: of the base.
         run: (first, last + 1), modulo the number of beams.
         jump: metres by which a neighbouring return must be closer to hide a side.
         ignored: (n,) beams that were left out since they end on the map. One that continues the run
             may be a part of the object: then the disc is not whole.
     """
-    n, (first, end) = scan.ranges.size, run
+    ranges, n, (first, end) = scan.ranges, scan.ranges.size, run
     half = 0.5 * (end - first) * abs(scan.angle_increment)
     if half >= 0.5 * pi:
         return None
@@ -142,9 +140,9 @@ def disc_of(
     )
 
 
-def spread_of(ranges: FloatArray, increment: float, run: tuple[int, int]) -> float:
+def spread_of(scan: Scan, run: tuple[int, int]) -> float:
     """Return the distance between the first and the last return of a run, metres."""
-    n, (first, end) = ranges.size, run
-    near, far = float(ranges[first % n]), float(ranges[(end - 1) % n])
-    angle = (end - 1 - first) * increment
+    n, (first, end) = scan.ranges.size, run
+    near, far = float(scan.ranges[first % n]), float(scan.ranges[(end - 1) % n])
+    angle = (end - 1 - first) * scan.angle_increment
     return hypot(near - far * cos(angle), far * sin(angle))

@@ -9,7 +9,7 @@ sections 5.2 and 6.2).
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, ceil, floor, hypot, pi
 
 import numpy as np
@@ -126,27 +126,26 @@ class Tracker:
         """Return the discs in a scan that are not on the map, map frame."""
         settings = self.parameters
         ranges = bridged(scan.ranges.astype(np.float64), settings.jump)
+        scan = replace(scan, ranges=ranges)
         valid = np.isfinite(ranges) & (ranges <= settings.range)
         ignored: NDArray[np.bool_] | None = None
         if self._static is not None:
-            ignored = valid & self._on_map(pose, scan, ranges, valid)
+            ignored = valid & self._on_map(pose, scan, valid)
             valid &= ~ignored
         found = []
         for run in clusters(ranges, scan.angle_increment, settings.jump, valid):
-            small = spread_of(ranges, scan.angle_increment, run) <= 2.0 * settings.largest_radius
+            small = spread_of(scan, run) <= 2.0 * settings.largest_radius
             if run[1] - run[0] < settings.least_beams or not small:
                 continue
-            disc = disc_of(scan, ranges, pose, run, settings.jump, ignored)
+            disc = disc_of(scan, pose, run, settings.jump, ignored)
             if disc is not None and disc.radius <= settings.largest_radius:
                 found.append(disc)
         return found
 
-    def _on_map(
-        self, pose: Pose2D, scan: Scan, ranges: FloatArray, valid: NDArray[np.bool_]
-    ) -> NDArray[np.bool_]:
+    def _on_map(self, pose: Pose2D, scan: Scan, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return (n,) whether a beam ends on or near an obstacle of the map."""
         assert self._static is not None
-        ranges = np.where(valid, ranges, 0.0)
+        ranges = np.where(valid, scan.ranges, 0.0)
         sensor, resolution = pose.compose(scan.mount), self._static.resolution
         angles = scan.angles + sensor.heading
         rows, columns = self._near_map.shape
@@ -250,9 +249,13 @@ class Tracker:
         """Whether a disc lies inside a moving object: it is a part of it."""
         return any(
             item.has_moved
-            and hypot(disc.x - item.state[0], disc.y - item.state[1]) < max(item.radius, disc.radius)
+            and hypot(disc.x - item.state[0], disc.y - item.state[1]) < self._reach(item, disc)
             for item in self._filters
         )
+
+    @staticmethod
+    def _reach(item: _ObjectFilter, disc: Disc) -> float:
+        return max(item.radius, disc.radius)
 
     def _begin(self, disc: Disc) -> None:
         settings = self.parameters

@@ -40,6 +40,10 @@ class TrackerParameters:
     moving_speed: float = parameter(
         0.25, "m/s", above=0.0, help="an object counts as moving if it has reached this speed"
     )
+    standing_time: float = parameter(
+        10.0, "s", at_least=0.0,
+        help="paths lead past people who have stood for less than this; then they are obstacles",
+    )  # fmt: skip
     moving_distance: float = parameter(
         0.3, "m", at_least=0.0, help="and if it has come this far from its first position"
     )

@@ -8,7 +8,6 @@ from numba import f8, njit
 
 from stack.types import FloatArray
 
-
 WALKING_SPEED = 0.2
 """m/s from which a disc counts as one that moves."""
 

@@ -46,7 +46,7 @@ class CollisionMonitor:
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
 
-    def contact(
+    def contact(  # noqa: PLR0913 - one motion, and what it may meet
         self, twist: Twist, points: FloatArray, horizon: float, padding: float,
         moving: FloatArray = NOTHING_MOVES, moving_padding: float = 0.0,
     ) -> Contact:  # fmt: skip

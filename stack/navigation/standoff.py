@@ -1,0 +1,98 @@
+"""Standoffs: somebody is in the way of a drive; waited for with a patience in seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot, inf
+
+import numpy as np
+
+from stack.errors import NavigationError
+from stack.geometry.path_progress import PathProgress
+from stack.lifecycle import Timers
+from stack.navigation.parameters import NavigationParameters
+from stack.navigation.tasks import NavigationState
+from stack.types import FailureCode, FloatArray, Pose2D, TrackedObject
+
+BESIDE = 0.5
+"""Metres between the surface of somebody and the path within which they are in the way."""
+
+GONE = 1.0
+"""Seconds after which somebody who is not in the way any more does not come back."""
+
+GAIN = 0.5
+"""Metres of way after which a standoff is over although there is still somebody ahead."""
+
+
+class Standoff:
+    """Whether somebody is in the way of a drive, and for how long.
+
+    Args:
+        timers: of the drive: pauses do not count.
+
+    Attributes:
+        person: who is in the way now, map frame; None: nobody.
+    """
+
+    def __init__(self, timers: Timers) -> None:
+        self._since, self._away = timers.new(), timers.new()
+        self._best = inf
+        self.person: TrackedObject | None = None
+
+    def update(
+        self, state: NavigationState, progress: PathProgress, parameters: NavigationParameters
+    ) -> None:
+        """Look who is in the way.
+
+        Args:
+            state: of this step.
+            progress: on the path of the drive.
+            parameters: distance and patience.
+
+        Raises:
+            NavigationError: BLOCKED_BY_PERSON when the patience is over.
+        """
+        reach = parameters.person_distance
+        path = progress.ahead(reach + BESIDE) if state.tracks else np.empty((0, 2))
+        near_path = [track for track in state.tracks if _is_beside(path, track)]
+        self.person = nearest(near_path, state.estimate.pose, reach)
+        now = state.time
+        if self.person is None:
+            self._away.start_once(now)
+            if self._away.elapsed(now) >= GONE:
+                self._since.reset()
+            return
+        self._away.reset()
+        if not self._since.running or progress.remaining < self._best - GAIN:
+            self._since.start(now)
+            self._best = progress.remaining
+        if self._since.elapsed(now) >= parameters.person_patience:
+            self._since.reset()
+            raise blocked_by(self.person, parameters.person_patience)
+
+
+def nearest(tracks: Sequence[TrackedObject], pose: Pose2D, reach: float) -> TrackedObject | None:
+    """Return who is nearest to a pose, if their surface is within a distance; map frame, metres."""
+
+    def away(track: TrackedObject) -> float:
+        x, y = track.position
+        return hypot(x - pose.x, y - pose.y) - track.radius
+
+    found = min(tracks, key=away, default=None)
+    return None if found is None or away(found) > reach else found
+
+
+def _is_beside(path: FloatArray, track: TrackedObject) -> bool:
+    """Whether somebody is near a path (n, 2), map frame."""
+    if not len(path):
+        return False
+    x, y = track.position
+    aside = float(np.hypot(path[:, 0] - x, path[:, 1] - y).min())
+    return aside - track.radius <= BESIDE
+
+
+def blocked_by(person: TrackedObject, seconds: float) -> NavigationError:
+    """Return the failure of a drive that somebody has blocked for some seconds."""
+    x, y = person.position
+    sentence = f"a person at ({x:.1f}, {y:.1f}) has been in the way for {seconds:.0f} s"
+    return NavigationError(FailureCode.BLOCKED_BY_PERSON, sentence)
