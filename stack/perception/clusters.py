@@ -68,7 +68,7 @@ def clusters(
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
-def bridged(ranges: FloatArray, jump: float) -> FloatArray:
+def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
     """Return the ranges with single lost beams replaced by the mean of their neighbours.
 
     A lost beam would divide what it hits into two objects.
@@ -80,10 +80,11 @@ def bridged(ranges: FloatArray, jump: float) -> FloatArray:
     lost = ~np.isfinite(ranges)
     if not lost.any():
         return ranges
-    before, after = np.roll(ranges, 1), _shifted(ranges)
+    before, after = np.roll(ranges, 1), np.roll(ranges, -1)
     with np.errstate(invalid="ignore"):
         same = lost & (np.abs(before - after) <= jump)  # inf - inf and nan compare as false
-    return np.where(same, 0.5 * (before + after), ranges)
+    means: NDArray[np.float32] = np.where(same, 0.5 * (before + after), ranges)
+    return means
 
 
 def _shifted(values: NDArray[Any]) -> NDArray[Any]:

@@ -125,8 +125,8 @@ class Tracker:
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
         settings = self.parameters
-        ranges = bridged(scan.ranges.astype(np.float64), settings.jump)
-        scan = replace(scan, ranges=ranges)
+        scan = replace(scan, ranges=bridged(scan.ranges, settings.jump))
+        ranges = scan.ranges.astype(np.float64)
         valid = np.isfinite(ranges) & (ranges <= settings.range)
         ignored: NDArray[np.bool_] | None = None
         if self._static is not None:
@@ -247,15 +247,11 @@ class Tracker:
 
     def _is_known(self, disc: Disc) -> bool:
         """Whether a disc lies inside a moving object: it is a part of it."""
+        moving = (item for item in self._filters if item.has_moved)
         return any(
-            item.has_moved
-            and hypot(disc.x - item.state[0], disc.y - item.state[1]) < self._reach(item, disc)
-            for item in self._filters
+            hypot(disc.x - item.state[0], disc.y - item.state[1]) < max(item.radius, disc.radius)
+            for item in moving
         )
-
-    @staticmethod
-    def _reach(item: _ObjectFilter, disc: Disc) -> float:
-        return max(item.radius, disc.radius)
 
     def _begin(self, disc: Disc) -> None:
         settings = self.parameters
