@@ -16,6 +16,7 @@ from stack.navigation.following import (
     drive_feedback,
     standing,
 )
+from stack.navigation.give_way import Courtesy
 from stack.navigation.planner_worker import Plan, PlanRequest
 from stack.navigation.standoff import blocked_by, nearest
 from stack.navigation.tasks import MotionTask, NavigationState
@@ -90,9 +91,13 @@ class GoalDrive(Drive):
         self._blockages = Blockages(p.blockage_radius, p.blockage_time)
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections = 0
+        self._courtesy: Courtesy | None = Courtesy(tools, self._drive_aside, self.timers)
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
+        aside = self._give_way(state)
+        if aside is not None:
+            return aside
         try:
             self._use_plan(state)
             self._pass_goals(state.estimate.pose)
@@ -113,6 +118,45 @@ class GoalDrive(Drive):
                 self._arrive(state.estimate.pose)
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
+
+    def pause(self, now: float) -> None:
+        """Hold the drive."""
+        super().pause(now)
+        if self._courtesy is not None:
+            self._courtesy.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue from where the robot stands."""
+        super().resume(now)
+        if self._courtesy is not None:
+            self._courtesy.resume(now)
+
+    def stop(self, now: float) -> None:
+        """Release the controller."""
+        if self._courtesy is not None:
+            self._courtesy.stop(now)
+        super().stop(now)
+
+    def _give_way(self, state: NavigationState) -> Twist | None:
+        """Return the velocity of a robot that leaves somebody's way; None when it does not."""
+        if self._courtesy is None:
+            return None
+        left_way = self._courtesy.leaves_way
+        twist = self._courtesy.step(state, self._follower.standoff)
+        if twist is not None:
+            self.task.report("giving way to a person", 0.0)
+        elif left_way:
+            self._requested_at, self._blocked_at = -inf, None
+            if self.path is not None:
+                self._follower.set_path(self.path, state.time)
+        return twist
+
+    def _drive_aside(self, place: Pose2D) -> GoalDrive:
+        """Return the drive to a passing place, which gives way to nobody."""
+        task = MotionTask(f"drive to ({place.x:.1f}, {place.y:.1f})", lambda _: None)
+        drive = GoalDrive(task, self._tools, [place], None)
+        drive._courtesy = None
+        return drive
 
     @property
     def _near_partial_end(self) -> bool:

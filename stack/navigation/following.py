@@ -11,6 +11,7 @@ from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.passing_place import Bodies
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planner_worker import PlannerWorker
 from stack.navigation.standoff import Standoff
@@ -32,6 +33,7 @@ class Tools:
         clear_of: radius around the robot, metres, in which a blocked path is ignored.
         deceleration: of the robot, m/s², for braking before a path's speed limit.
         turns_in_place: whether the robot can turn in place; a car cannot.
+        bodies: radii of the robot.
         counters: plans, replans, recoveries and distance, for the snapshot.
         steered_by: the drive whose path is followed.
     """
@@ -45,6 +47,7 @@ class Tools:
     global_costmap: CostmapLike
     emit: Emit
     clear_of: float
+    bodies: Bodies
     deceleration: float = 1.0
     turns_in_place: bool = True
     counters: dict[str, float] = field(default_factory=dict)

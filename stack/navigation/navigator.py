@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import degrees
+from math import degrees, inf
 
 from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
@@ -19,6 +19,7 @@ from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import Drive, PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.passing_place import Bodies
 from stack.navigation.plan_queries import PlanQueries
 from stack.navigation.planner_worker import PlannerWorker
 from stack.navigation.recoveries import (
@@ -33,6 +34,9 @@ from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
+
+NEW_EVASION = 3.0
+"""Seconds without evasion after which the next one is an event of its own."""
 
 First = Callable[[GoalDrive], MotionExecutor]
 
@@ -70,9 +74,10 @@ class Navigator:
     def kernels() -> KernelTypes:
         """Return the kernels of the navigator's own parts."""
         from stack.geometry.kernels import PATHS
+        from stack.mapping.exploration.kernels import TRAVEL
         from stack.navigation.escape.kernels import ESCAPE
 
-        return (*PATHS, *ESCAPE)
+        return (*PATHS, *ESCAPE, *TRAVEL)
 
     def __init__(  # noqa: PLR0913 - called once, by the composition root
         self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
@@ -82,7 +87,7 @@ class Navigator:
         log: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
-        self.evasion = evasion
+        self.evasion, self._evaded_at = evasion, -inf
         self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
             path_follower, goal_checker, progress_checker, PlannerWorker(planner, log), parameters,
@@ -90,6 +95,9 @@ class Navigator:
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
             turns_in_place=robot.drivetrain.turns_in_place,
+            bodies=Bodies(
+                robot.footprint.inscribed_radius, robot.footprint.circumscribed_radius
+            ),
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._surroundings = Surroundings()
@@ -181,13 +189,14 @@ class Navigator:
         drives = isinstance(self._activities.current, Drive | Disambiguation)
         if when == "never" or (when == "driving" and not drives):
             return wanted
-        before = self.evasion.active
         situation = Situation(
             state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles
         )
         twist = self.evasion.step(wanted, situation)
-        if self.evasion.active and not before:
-            self._emit("evasion", "leaving the way of somebody who walks towards the robot")
+        if self.evasion.active:
+            if state.time >= self._evaded_at + NEW_EVASION:
+                self._emit("evasion", "leaving the way of somebody who walks towards the robot")
+            self._evaded_at = state.time
         return twist
 
     def await_plans(self, now: float, longest: float) -> bool:

@@ -51,6 +51,16 @@ class NavigationParameters:
     person_distance: float = parameter(
         1.5, "m", at_least=0.0, help="somebody this close ahead is in the way"
     )
+    give_way_after: float = parameter(
+        4.0, "s", at_least=0.0,
+        help="a drive that faces a person this long leaves the way for them to pass",
+    )  # fmt: skip
+    give_way_time: float = parameter(
+        15.0, "s", at_least=0.0, help="longest time that leaving the way and waiting there takes"
+    )
+    give_way_attempts: int = parameter(
+        3, at_least=0, at_most=100, help="how often a drive does so before it only waits; 0: never"
+    )
     blockage_time: float = parameter(
         10.0, "s", at_least=0.0,
         help="how long a place that was found blocked is avoided; doubles each time it is again",

@@ -39,6 +39,16 @@ class Standoff:
         self._best = inf
         self.person: TrackedObject | None = None
 
+    def lasts(self, now: float) -> float:
+        """Return the seconds for which somebody has been in the way."""
+        return 0.0 if self.person is None else self._since.elapsed(now)
+
+    def end(self) -> None:
+        """Forget it: the robot has left the way meanwhile."""
+        self._since.reset()
+        self._away.reset()
+        self.person = None
+
     def update(
         self, state: NavigationState, progress: PathProgress, parameters: NavigationParameters
     ) -> None:

@@ -128,8 +128,9 @@ def unknown_in_view(
     return found
 
 
+TRAVEL = ((travel_distances, (u1[:, ::1], i8, i8)),)
 EXPLORATION = (
-    (travel_distances, (u1[:, ::1], i8, i8)),
+    *TRAVEL,
     (unknown_in_view, (i1[:, ::1], i8[::1], i8[::1], f8, f8, i8)),
 )
 """Entry points with the types that the stack calls them with."""

@@ -1,0 +1,150 @@
+"""Giving way: the robot leaves the way of somebody whom it faces, and waits until they passed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import hypot, inf
+
+import numpy as np
+
+from stack.lifecycle import Timers
+from stack.navigation.following import Drive, Tools
+from stack.navigation.passing_place import REACH, find_passing_place, way_of
+from stack.navigation.standoff import Standoff, nearest
+from stack.navigation.tasks import NavigationState
+from stack.types import STANDSTILL, FloatArray, Pose2D, Twist
+
+TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
+"""Metres between the positions of a trail, and its length."""
+
+ARRIVED = 0.15
+"""Metres to the passing place at which the robot is there."""
+
+NEAR_WAY = 0.7
+"""Metres to the way within which somebody has not passed yet."""
+
+PASSED = 1.0
+"""Seconds without anybody near the way after which they have passed."""
+
+
+class Trail:
+    """Positions of the robot in the last metres, map frame."""
+
+    def __init__(self) -> None:
+        self._points: list[tuple[float, float]] = []
+
+    @property
+    def points(self) -> FloatArray:
+        """(n, 2) oldest first."""
+        found: FloatArray = np.array(self._points, dtype=np.float64).reshape(-1, 2)
+        return found
+
+    def add(self, pose: Pose2D) -> None:
+        """Add the current position."""
+        if self._points:
+            x, y = self._points[-1]
+            if hypot(pose.x - x, pose.y - y) < TRAIL_STEP:
+                return
+        self._points.append((pose.x, pose.y))
+        del self._points[: -round(TRAIL_LENGTH / TRAIL_STEP)]
+
+
+class Courtesy:
+    """Decides when a drive leaves somebody's way, drives to a passing place and waits there.
+
+    Args:
+        tools: of the drive.
+        make_drive: returns the drive to a passing place, map frame.
+        timers: of the drive: pauses do not count.
+    """
+
+    def __init__(self, tools: Tools, make_drive: Callable[[Pose2D], Drive], timers: Timers) -> None:
+        self._tools, self._make_drive = tools, make_drive
+        self._waits, self._clear = timers.new(), timers.new()
+        self._trail, self._given, self._looked_at = Trail(), 0, -inf
+        self._way: FloatArray = np.empty((0, 2))
+        self._place = Pose2D(0.0, 0.0)
+        self._drive: Drive | None = None
+        self._arrived = False
+
+    @property
+    def leaves_way(self) -> bool:
+        """Whether the robot is on its way to a passing place, or waits there."""
+        return self._drive is not None
+
+    def step(self, state: NavigationState, standoff: Standoff) -> Twist | None:
+        """Return the velocity for this step; None while the robot does not give way.
+
+        Args:
+            state: of this step.
+            standoff: who is in the way of the drive, and for how long.
+        """
+        if self._drive is None:
+            self._trail.add(state.estimate.pose)
+            self._begin(state, standoff)
+        if self._drive is None:
+            return None
+        twist = self._aside(self._drive, state)
+        if twist is None:
+            self.stop(state.time)
+            standoff.end()
+        return twist
+
+    def pause(self, now: float) -> None:
+        """Hold the drive to a passing place."""
+        if self._drive is not None:
+            self._drive.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue it."""
+        if self._drive is not None:
+            self._drive.resume(now)
+
+    def stop(self, now: float) -> None:
+        """End it."""
+        if self._drive is not None:
+            self._drive.task.cancel("the way is free")
+            self._drive.stop(now)
+            self._drive = None
+
+    def _begin(self, state: NavigationState, standoff: Standoff) -> None:
+        """Leave the way of somebody whom the robot has faced for long enough."""
+        p, person, now = self._tools.parameters, standoff.person, state.time
+        if person is None or standoff.lasts(now) < p.give_way_after:
+            return
+        if self._given >= p.give_way_attempts or now < self._looked_at + p.give_way_after:
+            return
+        self._looked_at, pose = now, state.estimate.pose
+        self._way = way_of(person, pose, self._trail.points)
+        near = [track for track in state.tracks if nearest([track], pose, REACH) is not None]
+        costs = self._tools.global_costmap.view
+        place = find_passing_place(costs, pose, self._way, near, self._tools.bodies)
+        if place is None:
+            return
+        self._given, self._place, self._arrived = self._given + 1, place, False
+        self._waits.start(now)
+        self._clear.reset()
+        where = f"({place.x:.1f}, {place.y:.1f})"
+        self._tools.emit("give_way", f"giving way to a person: waiting at {where}")
+        self._drive = self._make_drive(place)
+        self._drive.start(now)
+
+    def _aside(self, drive: Drive, state: NavigationState) -> Twist | None:
+        """Drive to the passing place and wait there; None when it is over."""
+        now = state.time
+        if self._waits.elapsed(now) >= self._tools.parameters.give_way_time:
+            return None
+        if not self._arrived:
+            self._arrived = state.estimate.pose.distance_to(self._place) <= ARRIVED
+            if not self._arrived:
+                return drive.step(state) if drive.task.running else None
+            drive.stop(now)
+        if any(self._is_on_way(track.position) for track in state.tracks):
+            self._clear.start(now)
+        else:
+            self._clear.start_once(now)
+        return None if self._clear.elapsed(now) >= PASSED else STANDSTILL
+
+    def _is_on_way(self, at: tuple[float, float]) -> bool:
+        away = np.hypot(self._way[:, 0] - at[0], self._way[:, 1] - at[1])
+        return bool(away.min() <= NEAR_WAY)

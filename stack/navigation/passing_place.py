@@ -1,0 +1,109 @@
+"""Search for a place beside a way, where the robot lets somebody pass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan2, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Pose2D, TrackedObject
+
+REACH = 6.0
+"""Half the side of the square that is searched, metres."""
+
+FARTHEST = 8.0
+"""Length of the longest way to a place, metres."""
+
+ROOM = 0.15
+"""Metres between the robot and who passes, besides their radii."""
+
+BODY = 0.25
+"""Least radius that is expected of somebody, metres."""
+
+BEYOND = 2.0
+"""Metres for which the way of somebody is continued if it is not known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bodies:
+    """Radii of the robot in metres: of its inscribed and of its circumscribed circle."""
+
+    inscribed: float
+    circumscribed: float
+
+
+def way_of(person: TrackedObject, pose: Pose2D, trail: FloatArray) -> FloatArray:
+    """Return the way that somebody who faces the robot is expected to want, (n, 2), map frame.
+
+    It leads to the robot and then where the robot came from.
+
+    Args:
+        person: who is in the way.
+        pose: of the robot.
+        trail: (k, 2) positions of the robot, oldest first.
+    """
+    here, there = np.array([pose.x, pose.y]), np.array(person.position)
+    back = trail[::-1]
+    length = float(np.hypot(*np.diff(back, axis=0).T).sum()) if len(back) > 1 else 0.0
+    if length < BEYOND:
+        away = (here - there) / max(hypot(*(here - there)), 1e-6)
+        back = np.concatenate([back, [here + BEYOND * away]])
+    return np.concatenate([[there, here], back])
+
+
+def find_passing_place(
+    costs: CostGrid, pose: Pose2D, way: FloatArray, people: Sequence[TrackedObject], robot: Bodies
+) -> Pose2D | None:
+    """Return the nearest place at which the robot leaves a way free; None without one.
+
+    Args:
+        costs: costmap, map frame.
+        pose: of the robot.
+        way: (n, 2) to leave free.
+        people: whom the robot must not meet on its way.
+        robot: its radii.
+    """
+    import cv2
+
+    from stack.mapping.exploration.kernels import travel_distances
+
+    step = costs.resolution
+    row, column = costs.cell_at(pose.x, pose.y)
+    half = round(REACH / step)
+    top, left = max(row - half, 0), max(column - half, 0)
+    cells = costs.cells[top : row + half + 1, left : column + half + 1]
+    corner = np.array(costs.origin) + step * np.array([left, top])
+    passable = (cells < INSCRIBED_COST).astype(np.uint8)
+    radius = max([BODY, *(person.radius for person in people)])
+    for person in people:
+        _fill(passable, person.position, corner, step, person.radius + robot.inscribed)
+    row, column = row - top, column - left
+    if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]):
+        return None
+    passable[row, column] = 1
+    travel: NDArray[np.int32] = travel_distances(passable, row, column)
+    canvas = np.full(cells.shape, 255, np.uint8)
+    pixels = np.rint((way - corner) / step - 0.5).astype(np.int32)
+    cv2.polylines(canvas, [pixels], False, 0)
+    beside = np.asarray(cv2.distanceTransform(canvas, cv2.DIST_L2, 5)) * step
+    enough = beside >= radius + robot.circumscribed + ROOM
+    fits = enough & (travel >= 0) & (travel <= round(10.0 * FARTHEST / step))
+    if not fits.any():
+        return None
+    price = np.where(fits, travel + 20 * (cells > 0), np.iinfo(np.int32).max)
+    best = np.unravel_index(int(np.argmin(price)), price.shape)
+    x, y = (corner + step * (np.array([best[1], best[0]]) + 0.5)).tolist()
+    return Pose2D(x, y, atan2(y - pose.y, x - pose.x))
+
+
+def _fill(
+    passable: NDArray[np.uint8], at: tuple[float, float], corner: FloatArray, step: float,
+    radius: float,
+) -> None:  # fmt: skip
+    import cv2
+
+    column, row = np.rint((np.array(at) - corner) / step - 0.5).astype(int).tolist()
+    cv2.circle(passable, (column, row), round(radius / step), 0, -1)
