@@ -16,9 +16,9 @@ from stack.navigation.following import (
     drive_feedback,
     standing,
 )
-from stack.navigation.give_way import Courtesy
+from stack.navigation.people.give_way import Courtesy
+from stack.navigation.people.standoff import blocked_by, nearest
 from stack.navigation.planner_worker import Plan, PlanRequest
-from stack.navigation.standoff import blocked_by, nearest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, TrackedObject, Twist
 
@@ -218,10 +218,7 @@ class GoalDrive(Drive):
         """Request a plan when there is a reason, at most once per replan_interval."""
         p = self._tools.parameters
         self._check_path_ahead(state.estimate.pose)
-        if (
-            self.task.future is not None
-            or state.time < self._requested_at + p.replan_interval - 1e-9
-        ):
+        if self.task.future is not None or state.time < self._requested_at + self._interval - 1e-9:
             return
         reason = self._replan_reason(state)
         if reason is None:
@@ -237,6 +234,12 @@ class GoalDrive(Drive):
         )
         self._reason, self._requested_at = reason, state.time
         self._requested_from = self._tools.planner_worker.planner
+
+    @property
+    def _interval(self) -> float:
+        """Seconds between two plans: before somebody in the way a new one rarely differs."""
+        p, person = self._tools.parameters, self._follower.standoff.person
+        return p.replan_interval if person is None else p.replan_period
 
     def _check_path_ahead(self, pose: Pose2D) -> None:
         """Check whether the next metres of the path are blocked, when the costs have changed."""

@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import degrees, hypot, inf
 
+import numpy as np
+
 from stack.components import ControlState, DriveState, GoalChecker, ProgressChecker
 from stack.control.path_follower import PathFollower
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.passing_place import Bodies
 from stack.navigation.path_speeds import PathSpeeds, slower
+from stack.navigation.people.passing_place import Bodies
+from stack.navigation.people.standoff import Standoff
 from stack.navigation.planner_worker import PlannerWorker
-from stack.navigation.standoff import Standoff
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, Twist, wrap_angle
 
@@ -208,6 +210,8 @@ class Follower:
         return self._last
 
     def _command(self, state: NavigationState) -> Twist:
+        if self._keeps_distance(state):
+            return STANDSTILL
         control_state = ControlState(
             state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
             state.tracks,
@@ -226,6 +230,23 @@ class Follower:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
 
+    def _keeps_distance(self, state: NavigationState) -> bool:
+        """Whether the robot stands before somebody on its path, far enough away to turn."""
+        tools, person, progress = self._tools, self.standoff.person, self.progress
+        if person is None or progress is None:
+            return False
+        bodies, keep = tools.bodies, tools.parameters.person_clearance
+        pose, (x, y) = state.estimate.pose, person.position
+        path = progress.ahead(bodies.circumscribed + keep + 2.0 * person.radius)
+        aside = float(np.hypot(path[:, 0] - x, path[:, 1] - y).min()) if len(path) else inf
+        room = hypot(x - pose.x, y - pose.y) - person.radius - bodies.circumscribed
+        holds = room <= keep and aside <= person.radius + bodies.inscribed and not self.at_position
+        if holds:
+            self._blocked.start_once(state.time)
+            waited = self._blocked.elapsed(state.time)
+            self.waiting = waited >= tools.parameters.replan_patience
+        return holds
+
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand in front of an obstacle; raise the error when patience is over."""
         if error.failure.code != FailureCode.COLLISION_AHEAD:
@@ -236,9 +257,10 @@ class Follower:
         self.waiting = blocked >= p.replan_patience
         if not self.waiting:
             return
-        self._waited.start_once(time)
         if self.standoff.person is not None:
+            self._waited.reset()
             return
+        self._waited.start_once(time)
         if self._waited.elapsed(time) >= p.collision_patience:
             sentence = f"{error.failure.sentence}; waited {blocked:.1f} s for it to clear"
             raise NavigationError(FailureCode.COLLISION_AHEAD, sentence) from error

@@ -19,7 +19,7 @@ from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import Drive, PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.passing_place import Bodies
+from stack.navigation.people.passing_place import Bodies
 from stack.navigation.plan_queries import PlanQueries
 from stack.navigation.planner_worker import PlannerWorker
 from stack.navigation.recoveries import (

@@ -51,6 +51,10 @@ class NavigationParameters:
     person_distance: float = parameter(
         1.5, "m", at_least=0.0, help="somebody this close ahead is in the way"
     )
+    person_clearance: float = parameter(
+        0.3, "m", at_least=0.0,
+        help="distance at which the robot stands before somebody on its path: it can still turn",
+    )  # fmt: skip
     give_way_after: float = parameter(
         4.0, "s", at_least=0.0,
         help="a drive that faces a person this long leaves the way for them to pass",

@@ -23,6 +23,8 @@ _HIDDEN_NOISE = 4.0
 """Factor on the position deviation of a partly hidden disc."""
 VIEWS = 10
 """Number of newest scans that tell which ground was free."""
+PART = 1.25
+"""Radii from the centre of a moving object within which a disc is a part of it."""
 _RADIUS_SHARE = 0.2
 """Gain of the radius's exponential mean."""
 
@@ -249,7 +251,8 @@ class Tracker:
         """Whether a disc lies inside a moving object: it is a part of it."""
         moving = (item for item in self._filters if item.has_moved)
         return any(
-            hypot(disc.x - item.state[0], disc.y - item.state[1]) < max(item.radius, disc.radius)
+            hypot(disc.x - item.state[0], disc.y - item.state[1])
+            < PART * max(item.radius, disc.radius)
             for item in moving
         )
 

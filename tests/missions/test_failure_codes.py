@@ -65,6 +65,10 @@ CASES: dict[FailureCode, tuple[str, str]] = {
         "twin_rooms", "localisation: {use: mcl, recover: false}\n"
         "initial_pose: [4.0, 3.0, 90 deg]\nrun: {navigate_to_pose: {goal: [1, 1]}}",
     ),
+    FailureCode.BLOCKED_BY_PERSON: (
+        "passage.yaml", "navigation: {navigator: {person_patience: 4 s}}\n"
+        "run: {navigate_to_pose: {goal: [11, 0.45]}}",
+    ),
     FailureCode.TIMED_OUT: (
         "small_room", "run: {navigate_to_pose: {goal: $window}, timeout: 1 s}",
     ),
@@ -83,6 +87,9 @@ CASES: dict[FailureCode, tuple[str, str]] = {
 WORLDS = {
     "hall.yaml": "world: hall\nbounds: [-1, -1, 31, 31]\nstart: [15.0, 15.0, 0 deg]\n"
     "walls: [{points: [[0, 0], [30, 0], [30, 30], [0, 30]], closed: true}]\n",
+    "passage.yaml": "world: passage\nbounds: [-1, -1, 13, 2]\nstart: [1, 0.45, 0 deg]\n"
+    "walls: [{points: [[0, 0], [12, 0], [12, 0.9], [0, 0.9]], closed: true}]\n"
+    "people: [{name: Ada, waypoints: [[9, 0.45], [0.5, 0.45]], speed: 0.7 m/s}]\n",
 }
 
 

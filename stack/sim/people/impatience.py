@@ -16,6 +16,9 @@ from stack.types import FloatArray
 STUCK_SHARE = 0.15
 """Share of the wanted speed, in the wanted direction, below which somebody is stuck."""
 
+MEAN_TIME = 1.0
+"""Seconds over which that speed is averaged."""
+
 SQUEEZE_AFTER, SQUEEZE_TIME = 0.8, 3.0
 """Seconds of being stuck after which somebody goes close to walls, and for how long."""
 
@@ -35,6 +38,7 @@ class Impatience:
 
     def __init__(self, count: int, random: Generator) -> None:
         self._random = random
+        self._onward: FloatArray = np.zeros(count)
         self._stuck: FloatArray = np.zeros(count)
         self._squeeze_left: FloatArray = np.zeros(count)
         self._back_left: FloatArray = np.zeros(count)
@@ -56,7 +60,9 @@ class Impatience:
         """
         speeds = np.hypot(*wanted.T)
         onward = (wanted * velocities).sum(axis=1) / np.maximum(speeds, 1e-9)
-        stuck = (speeds > 0.0) & (onward < STUCK_SHARE * speeds)
+        # A mean: people who press against each other move to and fro.
+        self._onward += min(1.0, period / MEAN_TIME) * (onward - self._onward)
+        stuck = (speeds > 0.0) & (self._onward < STUCK_SHARE * speeds)
         self._stuck = np.where(stuck, self._stuck + period, 0.0)
         self._squeeze_left = np.maximum(self._squeeze_left - period, 0.0)
         self._squeeze_left[self._stuck >= SQUEEZE_AFTER] = SQUEEZE_TIME

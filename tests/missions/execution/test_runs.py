@@ -75,7 +75,7 @@ def test_every_shipped_mission_succeeds_without_a_collision(name):
     assert report.localisation_error is not None
     # Off by metres until it notices, or until it knows where it started.
     by = {
-        "05_kidnapped": "marker", "07_shelf_patrol": "marker", "21_hotel_corridor": "lidar",
+        "05_kidnapped": "marker", "07_shelf_patrol": "lidar", "21_hotel_corridor": "lidar",
         "26_use_the_map": "lidar",
     }  # fmt: skip
     if name not in by:

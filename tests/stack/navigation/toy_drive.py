@@ -36,6 +36,7 @@ class ToyDrive:
     ) -> None:
         self.world, self.health, self.follow_changes = world, 0.9, True
         self.obscured, self.rivals = False, ()
+        self.tracks = list  # returns the moving objects now
         self.events: list[tuple[str, str, dict]] = []
         self.planner = planner or ToyPlanner()
         self.local, self.globe = ToyCostmap(world), ToyCostmap(world)
@@ -69,7 +70,9 @@ class ToyDrive:
         estimate = replace(
             world.estimate, health=self.health, obscured=self.obscured, rivals=self.rivals
         )
-        state = NavigationState(world.time, estimate, world.odometry, (), world.obstacles)
+        state = NavigationState(
+            world.time, estimate, world.odometry, tuple(self.tracks()), world.obstacles
+        )
         twist = self.navigator.step(state)
         self.commands.append(twist)
         world.drive(self.safety.limit(twist, world.odometry, world.obstacles))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.perception.clusters import clusters
+from stack.perception.clusters import bridged, clusters
 from stack.perception.tracker import Tracker
 from stack.perception.tracker_parameters import TrackerParameters
 from stack.types import FREE, OCCUPIED, OccupancyGrid, Pose2D, Scan
@@ -199,3 +199,54 @@ def test_the_same_scans_give_the_same_tracks():
 
     for one, other in zip(run(), run(), strict=True):
         assert (one.id, one.position, one.velocity) == (other.id, other.position, other.velocity)
+
+
+def test_a_lost_beam_divides_nobody():
+    """0.5 m away a circle of 0.2 m spans 47 of 720 beams; without the middle one it was two."""
+    here = Pose2D(0.0, 0.0)
+    scan = seen(here, [(0.7, 0.0, 0.2)])
+    middle = int(np.argmin(scan.ranges))
+    for lost in (inf, np.nan):
+        scan.ranges[middle] = lost
+        (disc,) = Tracker(TrackerParameters()).discs(here, scan)
+        assert (disc.x, disc.y) == pytest.approx((0.7, 0.0), abs=0.02)
+        assert disc.radius == pytest.approx(0.2, abs=0.02)
+    scan.ranges[middle - 2 : middle + 3] = inf  # a real gap
+    assert len(Tracker(TrackerParameters()).discs(here, scan)) == 2
+
+
+def test_bridges_do_not_join_what_is_apart():
+    ranges = np.array([1.0, inf, 1.1, np.nan, 3.0, inf, inf, 3.0], dtype=np.float32)
+    found = bridged(ranges, 0.3)
+    assert found[1] == pytest.approx(1.05)
+    assert np.isnan(found[3])
+    assert found[5:7].tolist() == [inf, inf]
+    assert bridged(found[:3], 0.3)[1] == pytest.approx(1.05)
+
+
+def test_a_part_of_a_walker_begins_no_track():
+    """A cane beside a walker: within the walker's circle it is the walker."""
+    tracker = Tracker(TrackerParameters())
+
+    def walks(time):
+        return [(1.0 + 0.8 * time, 0.6, 0.2)]
+
+    follow(tracker, walks, 2.0)
+    (x, y, _), now = walks(2.1)[0], 2.1
+    here = Pose2D(0.0, 0.0)
+    scan = seen(here, [(x, y, 0.2)])
+    hits = np.flatnonzero(np.isfinite(scan.ranges))
+    scan.ranges[hits[len(hits) // 3 : len(hits) // 3 + 2]] = inf
+    tracks = tracker.update(here, scan, now)
+    assert len(tracks) == 1
+    assert len(tracker._filters) == 1
+
+
+def test_somebody_near_a_mapped_wall_is_not_whole():
+    """The beams at the wall are left out; what is left shows a part of the person."""
+    cells = np.full((80, 80), FREE, np.int8)
+    cells[53:55] = OCCUPIED  # y from 0.65 to 0.75 m: returns above y = 0.5 m belong to the wall
+    grid, here = OccupancyGrid(cells, 0.05, (-2.0, -2.0)), Pose2D(0.0, 0.0)
+    scan = seen(here, [(1.0, 0.45, 0.2)], walls=(0.65,))
+    near = [disc for disc in Tracker(TrackerParameters(), grid).discs(here, scan) if disc.x < 2.0]
+    assert [disc.is_whole for disc in near] == [False]

@@ -75,3 +75,36 @@ def test_tracks_are_seen_from_the_base():
     disc = moving_discs([track], Pose2D(1.0, 0.0, pi / 2))
     assert disc == pytest.approx(np.array([[2.0, 0.0, 0.0, -0.5, 0.3]]), abs=1e-12)
     assert moving_discs([], Pose2D(0.0, 0.0)) is NOTHING_MOVES
+
+
+def test_a_robot_may_leave_the_way_of_somebody_also_slowly():
+    """Somebody comes from ahead at 1 m/s: backing up at 0.3 m/s, they meet later than standing."""
+    walker = (1.5, 0.0, -1.0, 0.0, 0.3)
+    assert time_of(Twist(), walker) == pytest.approx(0.95, abs=0.005)
+    assert time_of(Twist(-0.3), walker) == inf
+    assert time_of(Twist(0.3), walker) < 0.95
+    # somebody who stands is an obstacle as before
+    assert time_of(Twist(-0.3), (-1.0, 0.0, 0.0, 0.0, 0.3)) == pytest.approx(1.5, abs=0.02)
+
+
+def test_more_distance_is_kept_to_who_walks():
+    """Sideways 0.2 m from the robot's side: clear of a padding of 3 cm, not of one of 25 cm."""
+    monitor, beside = CollisionMonitor(robot()), [1.0, 0.7, -0.5, 0.0, 0.3]
+    passing = np.array([beside])
+    standing = np.array([[*beside[:2], 0.0, 0.0, 0.3]])
+
+    def time(discs, wide):
+        return monitor.contact(Twist(0.5), NO_POINTS, 3.0, 0.03, discs, wide).time
+
+    assert time(passing, 0.0) == time(standing, 0.0) == time(standing, 0.25) == inf
+    # standing, the robot would be passed at that distance too, so the walker comes no nearer by it
+    assert time(passing, 0.25) in (inf, pytest.approx(1.0, abs=0.7))
+
+
+def test_who_walks_away_is_followed_no_closer_than_the_wide_padding():
+    """Somebody crosses ahead: standing, the robot meets nobody; driving on, it comes within 1 m."""
+    monitor, crossing = CollisionMonitor(robot()), np.array([[1.2, -0.6, 0.0, 0.8, 0.3]])
+    close = monitor.contact(Twist(0.6), NO_POINTS, 3.0, 0.03, crossing, 0.0).time
+    wide = monitor.contact(Twist(0.6), NO_POINTS, 3.0, 0.03, crossing, 0.3).time
+    assert wide < close
+    assert monitor.contact(Twist(), NO_POINTS, 3.0, 0.03, crossing, 0.3).time == inf

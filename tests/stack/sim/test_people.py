@@ -11,6 +11,12 @@ from robots.simulated import SimulatedBody
 from stack.errors import InputError
 from stack.sim.people import People
 from stack.sim.people.bumps import Bump
+from stack.sim.people.impatience import (
+    BACK_AFTER,
+    SQUEEZE_AFTER,
+    SQUEEZE_WEIGHT,
+    Impatience,
+)
 from stack.sim.worlds.people import read_tracks
 from stack.sim.worlds.world import Door, Person, Wall, World
 from stack.sim.worlds.world_file import read_world
@@ -213,3 +219,46 @@ def test_a_recording_in_a_world_file_is_all_its_people(tmp_path):
     world = read_world(tmp_path / "w.yaml", WORLD % entry)
     assert [person.name for person in world.people] == ["r 1", "r 7"]
     assert {person.recorded_duration for person in world.people} == {6.0}
+
+
+def corridor(width: float, *people: Person) -> World:
+    outline = np.array([[0, 0], [16, 0], [16, width], [0, width], [0, 0]], dtype=np.float64)
+    return World("corridor", (-0.5, -0.5, 16.5, width + 0.5), (Wall(outline),), people=people)
+
+
+@pytest.mark.parametrize("width", [1.4, 1.6, 2.0])
+def test_one_passes_a_robot_that_stands_in_the_middle_of_a_corridor(width):
+    """1.4 m: 0.7 m less 0.22 m of robot leave 0.48 m at each side for 0.4 m of person."""
+    people = People(corridor(width, walker("a", (1, width / 2), (15, width / 2))), 0)
+    trail = walk(people, 12.0, [(Pose2D(8.0, width / 2), 0.22)])
+    assert trail[:, 0, 0].max() > 10.0
+
+
+def test_who_is_stuck_goes_close_to_walls_and_in_the_end_turns_back():
+    impatience = Impatience(2, np.random.default_rng(0))
+    wanted = np.array([[1.0, 0.0], [1.0, 0.0]])
+    velocities = np.array([[0.0, 0.1], [0.9, 0.0]])
+    for _ in range(round(SQUEEZE_AFTER / PERIOD) + 1):
+        impatience.update(PERIOD, wanted, velocities)
+    assert impatience.wall_weights.tolist() == [SQUEEZE_WEIGHT, 1.0]
+    turned = 0.0
+    while not impatience.turns_back[0]:
+        impatience.update(PERIOD, wanted, velocities)
+        turned += PERIOD
+        assert turned < BACK_AFTER[1]
+    assert turned + SQUEEZE_AFTER >= BACK_AFTER[0] - 2 * PERIOD
+    assert not impatience.turns_back[1]
+
+
+def test_four_people_and_a_robot_do_not_stand_in_a_corridor_for_ever():
+    ways = [
+        ((1, 0.7), (15, 0.7)),
+        ((2, 0.7), (15, 0.7)),
+        ((15, 0.7), (1, 0.7)),
+        ((14, 0.7), (1, 0.7)),
+    ]
+    people = People(corridor(1.4, *(walker(f"p{n}", *way) for n, way in enumerate(ways))), 1)
+    trail = walk(people, 60.0, [(Pose2D(8.0, 0.7), 0.3)])
+    for still in range(10, 60, 10):
+        part = trail[still * 100 : still * 100 + 1000]
+        assert np.ptp(part, axis=0).max() > 0.5

@@ -9,8 +9,8 @@ import numpy as np
 
 from stack.lifecycle import Timers
 from stack.navigation.following import Drive, Tools
-from stack.navigation.passing_place import REACH, find_passing_place, way_of
-from stack.navigation.standoff import Standoff, nearest
+from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
+from stack.navigation.people.standoff import Standoff, nearest
 from stack.navigation.tasks import NavigationState
 from stack.types import STANDSTILL, FloatArray, Pose2D, Twist
 

@@ -1,0 +1,1 @@
+"""Meetings with people: standoffs, and giving way."""

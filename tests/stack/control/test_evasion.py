@@ -1,0 +1,177 @@
+"""Evasion: predicted meetings in closed form, and a robot that leaves people's ways."""
+
+from __future__ import annotations
+
+from math import hypot, inf, pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.control.evasion import kernels
+from stack.control.evasion.evasion import Evasion, Situation
+from stack.control.evasion.motions import motions_of
+from stack.control.evasion.parameters import EvasionParameters
+from stack.control.evasion.pushing import SETS_OFF, PushingPeople
+from stack.safety.kernels import signed_distance
+from stack.safety.monitor import moving_discs
+from stack.types import STANDSTILL, ObstaclePoints, Pose2D, TrackedObject, Twist
+from tests.stack.navigation.toy_world import RECTANGLE, moving
+
+KINDS = ("differential", "omni", "ackermann")
+CORNERS = np.ascontiguousarray(RECTANGLE.points)
+
+
+def track(x, y, vx=0.0, vy=0.0, radius=0.2, number=1, stamp=0.0) -> TrackedObject:
+    return TrackedObject(number, stamp, (x, y), (vx, vy), radius, 0.01 * np.eye(4))
+
+
+def made(kind="differential", **changes) -> Evasion:
+    return Evasion(moving(kind), EvasionParameters(**changes))
+
+
+def corridor(width: float) -> np.ndarray:
+    """Points on two walls along x, every 5 cm."""
+    x = np.arange(-3.0, 3.0, 0.05)
+    return np.concatenate([np.column_stack([x, np.full_like(x, side * width / 2)])
+                           for side in (-1.0, 1.0)])  # fmt: skip
+
+
+NOTHING = np.empty((0, 2))
+
+
+def simulate(evasion, wanted, people, points=NOTHING, seconds=4.0):
+    """Drive and walk at constant velocities; return the least gap to anybody, and the last pose."""
+    pose, twist, period, least = Pose2D(0.0, 0.0), STANDSTILL, 0.05, inf
+    limits = moving("differential").limits
+    for step in range(round(seconds / period)):
+        time = step * period
+        tracks = [track(x + time * vx, y + time * vy, vx, vy, radius, n, time)
+                  for n, (x, y, vx, vy, radius) in enumerate(people)]  # fmt: skip
+        around = ObstaclePoints(time, pose.inverse().transform(points))
+        asked = evasion.step(wanted, Situation(time, pose, twist, tracks, around))
+        twist = Twist(
+            limits.limit_linear(twist.linear, asked.linear, period),
+            limits.limit_angular(twist.angular, asked.angular, period),
+            limits.limit_linear(twist.lateral, asked.lateral, period),
+        )
+        turn = twist.angular * period
+        pose = pose.compose(Pose2D(twist.linear * period, twist.lateral * period, turn))
+        for item in tracks:
+            there = Pose2D(*item.position).relative_to(pose)
+            least = min(least, signed_distance(CORNERS, there.x, there.y) - item.radius)
+    return least, pose
+
+
+def test_a_velocity_that_meets_nobody_is_not_changed():
+    evasion, wanted = made(), Twist(0.5, 0.3)
+    beside = [track(2.0, 1.9, -0.8, 0.0), track(-2.0, 0.0, -0.5, 0.0, number=2)]
+    for tracks in ([], beside):
+        now = Situation(0.0, Pose2D(0, 0), wanted, tracks, ObstaclePoints())
+        assert evasion.step(wanted, now) == wanted
+        assert not evasion.active
+
+
+@pytest.mark.parametrize("kind", KINDS[:2])
+@pytest.mark.parametrize("bearing", [0.0, 0.5 * pi, pi, -2.0])
+def test_a_standing_robot_leaves_the_way_of_somebody_who_walks_into_it(kind, bearing):
+    """1 m/s from 2.5 m away: standing still it is met after 2.5 - 0.25 - 0.2 m, about 2 s."""
+    person = (2.5 * np.cos(bearing), 2.5 * np.sin(bearing), -np.cos(bearing), -np.sin(bearing), 0.2)
+    standing, _ = simulate(made(kind, meeting_weight=0.0), STANDSTILL, [person])
+    least, _ = simulate(made(kind), STANDSTILL, [person])
+    assert standing < 0.0 < least
+
+
+def test_in_a_wide_corridor_it_passes_and_goes_on():
+    """2.4 m: 0.4 m of robot and 0.4 m of person leave 1.6 m."""
+    least, pose = simulate(
+        made(), Twist(0.6), [(4.0, 0.0, -1.0, 0.0, 0.2)], corridor(2.4), seconds=5.0
+    )
+    assert least > 0.0
+    assert pose.x > 0.5
+
+
+def test_somebody_walks_until_a_wall_and_not_through_it():
+    disc = np.array([[3.0, 0.0, -1.0, 0.0, 0.2, 0.0]])
+    wall = np.array([[1.0, 0.0]])
+    # 2 m to the wall, less the radius without the overlap of 0.1 m
+    assert kernels.walking_times(disc, wall, 3.0, 0.1, 0.1) == pytest.approx([1.9])
+    aside = np.array([[1.0, 0.15]])
+    assert kernels.walking_times(disc, aside, 3.0, 0.1, 0.1) == pytest.approx([3.0])
+    least, _ = simulate(made(), STANDSTILL, [])
+    assert least == inf
+    evasion = made()
+    around = ObstaclePoints(0.0, np.array([[1.0, y] for y in np.arange(-1.0, 1.0, 0.05)]))
+    now = Situation(0.0, Pose2D(0, 0), STANDSTILL, [track(3.0, 0.0, -1.0)], around)
+    assert evasion.step(STANDSTILL, now) == STANDSTILL
+
+
+@given(
+    st.floats(-0.6, 0.8), st.floats(-1.2, 1.2), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0),
+    st.floats(-1.2, 1.2), st.floats(-1.2, 1.2),
+)  # fmt: skip
+@settings(deadline=None, max_examples=60)
+def test_a_predicted_meeting_is_that_of_small_steps(linear, angular, x, y, vx, vy):
+    """Both already move at the motion's velocity, so that nothing accelerates."""
+    radius, padding = 0.2, 0.05
+    gap = signed_distance(CORNERS, x, y) - radius
+    if gap < padding + 0.05:
+        return
+    motion = np.array([[linear, 0.0, angular, 9.0, linear, 0.0, angular]])
+    options = np.array([3.0, 0.1, padding, 0.0, 0.3, 0.04, 1.0, 1.0, 1.0, 1.0, 0.15])
+    _, times = kernels.motion_costs(
+        motion, np.array([linear, 0.0, angular]), np.array([1.0, 1.5, 3.2]),
+        np.array([[x, y, vx, vy, radius, 0.0]]), np.array([9.0]), np.empty((0, 2)), CORNERS,
+        RECTANGLE.circumscribed_radius, options,
+    )  # fmt: skip
+    pose, least = Pose2D(0.0, 0.0), inf
+    for step in range(1, 31):
+        turn = 0.5 * angular * 0.1
+        way = 0.1 * linear
+        pose = pose.compose(Pose2D(way * np.cos(turn), way * np.sin(turn), 2 * turn))
+        time = 0.1 * step
+        there = Pose2D(x + time * vx, y + time * vy).relative_to(pose)
+        least = min(least, signed_distance(CORNERS, there.x, there.y) - radius)
+        if least < padding - 1e-6:
+            assert times[0] == pytest.approx(time, abs=0.101)
+            return
+    assert times[0] == inf or least < padding + 1e-6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_motions_are_feasible(kind):
+    made_robot = moving(kind)
+    for row in motions_of(made_robot):
+        for linear, lateral, angular in (row[:3], row[4:]):
+            twist = Twist(linear, angular, lateral)
+            found = made_robot.drivetrain.feasible(twist)
+            assert (found.linear, found.angular, found.lateral) == pytest.approx(
+                (linear, angular, lateral)
+            )
+            assert made_robot.limits.clipped(twist) == twist
+
+
+def test_the_blind_side_is_entered_slowly():
+    evasion = made()
+    blind = ObstaclePoints(blind_sectors=np.array([[pi - 0.7, 1.4]]))
+    twist, now = STANDSTILL, [track(1.2, 0.0, -1.0)]
+    asked = evasion.step(STANDSTILL, Situation(0.0, Pose2D(0, 0), twist, now, blind))
+    assert asked.linear >= -0.15
+
+
+def test_who_ran_into_the_robot_and_stands_is_expected_to_go_on():
+    pushing, here = PushingPeople(), Pose2D(1.0, 0.0, pi / 2)
+    walks, stands = track(1.0, 0.8, 0.0, -1.0), track(1.0, 0.5)
+    pushing.expected(0.0, [walks], here, moving_discs([walks], here))
+    (disc,) = pushing.expected(0.4, [stands], here, moving_discs([stands], here))
+    # base frame: ahead of the robot, towards it at 1 m/s, 0.6 s from now
+    assert disc == pytest.approx([0.5, 0.0, -1.0, 0.0, 0.2, SETS_OFF - 0.4], abs=1e-9)
+    (late,) = pushing.expected(20.0, [stands], here, moving_discs([stands], here))
+    assert hypot(late[2], late[3]) == 0.0
+
+
+def test_the_same_situation_gives_the_same_motion():
+    now = Situation(0.0, Pose2D(0, 0), Twist(0.4), [track(1.5, 0.1, -1.0)],
+                    ObstaclePoints(0.0, corridor(1.8)))  # fmt: skip
+    assert made().step(Twist(0.4), now) == made().step(Twist(0.4), now)

@@ -1,0 +1,138 @@
+"""Meetings with people who stand in the way: patience, passing places, and giving way."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import hypot
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.navigation.people.passing_place import BODY, ROOM, Bodies, find_passing_place, way_of
+from stack.types import CostGrid, FailureCode, Pose2D, TaskStatus, TrackedObject
+from tests.stack.navigation.toy_drive import ToyDrive
+from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, robot, room
+
+SCOUT = Bodies(0.2, 0.33)
+
+
+def person(x, y, time=0.0, velocity=(0.0, 0.0)) -> TrackedObject:
+    return TrackedObject(7, time, (x, y), velocity, 0.25, 0.01 * np.eye(4))
+
+
+def corridor_with_niche(niche_at: float | None) -> CostGrid:
+    """A corridor of 1 m along x from 0 to 10 m, 5 cm cells, with a niche 1.4 m deep and wide."""
+    cells = np.full((80, 200), 254, np.uint8)
+    cells[20:40] = 0  # y from 1 to 2 m
+    cells[20:24] = cells[36:40] = 253  # nearer than 0.2 m to a wall
+    if niche_at is not None:
+        left = round((niche_at - 0.7) / 0.05)
+        cells[36:68, left : left + 28] = 253
+        cells[36:64, left + 4 : left + 24] = 0
+    return CostGrid(cells, 0.05, (0.0, 0.0))
+
+
+def test_the_nearest_niche_behind_the_robot_is_the_passing_place():
+    trail = np.column_stack([np.arange(0.5, 7.0, 0.15), np.full(44, 1.5)])
+    here, faced = Pose2D(7.0, 1.5), person(8.0, 1.5)
+    way = way_of(faced, here, trail)
+    assert way[0].tolist() == [8.0, 1.5]
+    assert way[-1].tolist() == pytest.approx([0.5, 1.5])
+    place = find_passing_place(corridor_with_niche(4.0), here, way, [faced], SCOUT)
+    assert place is not None
+    assert abs(place.x - 4.0) < 0.7
+    # 0.25 m of a person, 0.33 m of the robot and 0.15 m between them
+    assert place.y - 1.5 >= BODY + SCOUT.circumscribed + ROOM - 0.05
+    assert find_passing_place(corridor_with_niche(None), here, way, [faced], SCOUT) is None
+    beyond = find_passing_place(corridor_with_niche(9.3), here, way, [faced], SCOUT)
+    assert beyond is None  # the person is in between
+
+
+def test_without_a_trail_the_way_leads_straight_past_the_robot():
+    way = way_of(person(2.0, 0.0), Pose2D(1.0, 0.0), np.empty((0, 2)))
+    assert way == pytest.approx(np.array([[2.0, 0.0], [1.0, 0.0], [-1.0, 0.0]]))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.6, 3.4), st.floats(0.6, 3.4), st.floats(0.6, 3.4), st.floats(0.6, 3.4))
+def test_a_passing_place_is_free_reachable_and_off_the_way(x, y, px, py):
+    if hypot(px - x, py - y) < 0.8:
+        return
+    cells = np.zeros((80, 80), np.uint8)
+    cells[:10] = cells[-10:] = 254
+    cells[:, :10] = cells[:, -10:] = 254
+    costs, here, faced = CostGrid(cells, 0.05, (0.0, 0.0)), Pose2D(x, y), person(px, py)
+    way = way_of(faced, here, np.empty((0, 2)))
+    place = find_passing_place(costs, here, way, [faced], SCOUT)
+    if place is None:
+        return
+    assert cells[costs.cell_at(place.x, place.y)] == 0
+    along = np.linspace(0.0, 1.0, 200)[:, None]
+    points = np.concatenate([a + along * (b - a) for a, b in pairwise(way)])
+    off = np.hypot(points[:, 0] - place.x, points[:, 1] - place.y).min()
+    assert off >= BODY + SCOUT.circumscribed + ROOM - 0.06
+    assert hypot(place.x - px, place.y - py) >= faced.radius + SCOUT.inscribed - 0.06
+
+
+NICHE = [
+    (0, 0, 10, 0), (10, 0, 10, 1), (10, 1, 3.5, 1), (3.5, 1, 3.5, 3), (3.5, 3, 1.5, 3),
+    (1.5, 3, 1.5, 1), (1.5, 1, 0, 1), (0, 1, 0, 0),
+]  # fmt: skip
+"""A corridor of 1 m along x, with a room beside it from x = 1.5 to 3.5 m."""
+
+
+def facing_somebody(walls, **settings) -> ToyDrive:
+    """Somebody stands in a corridor at x = 5 m; the global costmap does not show them."""
+    world = ToyWorld(walls, robot(), Pose2D(1.0, 0.5), [(5.0, 0.5, 0.25)])
+    toy = ToyDrive(world, **settings)
+    toy.globe = toy.navigator._tools.global_costmap = ToyCostmap(ToyWorld(walls, robot()))
+    toy.tracks = lambda: [person(5.0, 0.5, world.time)] if world.circles else []
+    return toy
+
+
+def test_somebody_who_stands_in_the_way_is_waited_for_and_then_named():
+    toy = facing_somebody(room(10.0, 1.0), person_patience=6.0, give_way_attempts=0)
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    assert toy.finish(task) is TaskStatus.FAILED
+    assert task.failure.code == FailureCode.BLOCKED_BY_PERSON
+    assert "a person at (5.0, 0.5) has been in the way for 6 s" in task.failure.sentence
+    # 4 m at 0.5 m/s and more, 6 s of patience: without it the drive fails after 1 + 5 s of waiting
+    assert toy.world.time > 10.0
+
+
+def test_the_drive_goes_on_when_they_leave():
+    toy = facing_somebody(room(10.0, 1.0), person_patience=20.0, give_way_attempts=0)
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(17.0)
+    assert task.running
+    toy.world.circles.clear()
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+
+
+def test_the_robot_waits_in_a_passing_place_and_goes_on():
+    toy = facing_somebody(NICHE, person_patience=60.0)
+    world = toy.world
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(40.0, lambda: world.pose.y > 1.2)
+    assert "give_way" in toy.kinds()
+    assert world.pose.y > 1.2
+    assert task.feedback == "giving way to a person"
+    world.circles.clear()  # they have passed
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+    assert world.pose.distance_to(Pose2D(9.0, 0.5)) < 0.3
+
+
+def test_a_pause_holds_the_drive_to_a_passing_place_too():
+    toy = facing_somebody(NICHE, person_patience=60.0)
+    world = toy.world
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(40.0, lambda: "give_way" in toy.kinds())
+    toy.navigator.pause(world.time)
+    toy.run(20.0)  # longer than give_way_time
+    toy.navigator.resume(world.time)
+    toy.run(15.0, lambda: world.pose.y > 1.2)
+    assert world.pose.y > 1.2
+    toy.navigator.cancel_all()
+    assert task.status is TaskStatus.CANCELLED
