@@ -205,6 +205,42 @@ def localisation(  # noqa: PLR0913 - each is an option of the command
     _print(report(measured(entries, given, TableOptions(out, jobs), _tell)))
 
 
+@bench_app.command("flats")
+def flats(  # noqa: PLR0913 - each is an option of the command
+    worlds: Annotated[int, typer.Option(min=1, help="number of worlds")] = 10,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the first world")] = 0,
+    robots: Annotated[
+        str,
+        typer.Option(
+            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
+        ),
+    ] = "scout",
+    people: Annotated[
+        str, typer.Option(metavar="KINDS", help="any of none, social_force, polite, unaware")
+    ] = "none,social_force,unaware",
+    jobs: Jobs = 1,
+    out: Out = Path("bench/flats"),
+    keep: Annotated[
+        Path | None, typer.Option(help="folder for the records of each run [default: none]")
+    ] = None,
+    parameter: Parameter = None,
+) -> None:
+    """Drive to four goals in random flats and offices with people.
+
+    A fifth of the furniture is not on the map. People walk by social forces, on loops with a stop
+    for robots ahead (polite), or on loops and react to nobody (unaware). Parameters are the
+    defaults. A run passes when all goals are reached. Contacts are counted by who moved into whom;
+    time and way are compared with the runs without people, if there are any.
+    """
+    from missions.bench.people.flat_table import flat_entries, measured, report
+    from missions.bench.resumable import TableOptions
+
+    given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
+    seeds = range(seed, seed + worlds)
+    entries = flat_entries(named(robots), named(people), seeds, out / "worlds", given, keep)
+    _print(report(measured(entries, TableOptions(out, jobs), _tell)))
+
+
 @bench_app.command("world")
 def world(  # noqa: PLR0913 - each is an option of the command
     kind: Annotated[str, typer.Argument(help="flat, office, warehouse, hotel, twin, corridor")],

@@ -168,7 +168,11 @@ def build(
     debugger = TreeDebugger(tree)
     announce_tree(telemetry, tree)
     simulation = body if isinstance(body, SimulatedWorld) else None
-    scorer = None if simulation is None else SimulationScorer(simulation, plan.world)
+    scorer = (
+        None
+        if simulation is None
+        else SimulationScorer(simulation, plan.world, robot.footprint, lambda: body.time)
+    )
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,

@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from missions.execution.people_measures import PeopleMeasures
 from missions.execution.world_shapes import scene_of
 from stack.body import SimulatedWorld
 from stack.sim.worlds.world import World
 from stack.telemetry.records import Layer
-from stack.types import FloatArray, Pose2D, PoseEstimate
+from stack.types import FloatArray, Footprint, Pose2D, PoseEstimate
 
 
 class SimulationScorer:
-    """Ground-truth scorer of a simulated body: localisation error, contacts, clearance, scene."""
+    """Ground-truth scorer of a simulated body: localisation error, contacts, clearance, scene.
 
-    def __init__(self, simulation: SimulatedWorld, world: World) -> None:
-        self._simulation, self._world = simulation, world
+    Args:
+        simulation: with the truth.
+        world: that it simulates.
+        footprint: of the robot.
+        clock: returns the time of the truth, seconds.
+
+    Attributes:
+        among_people: measures of the drive among people.
+    """
+
+    def __init__(
+        self, simulation: SimulatedWorld, world: World, footprint: Footprint,
+        clock: Callable[[], float],
+    ) -> None:  # fmt: skip
+        self._simulation, self._world, self._clock = simulation, world, clock
+        self.among_people = PeopleMeasures(footprint)
         self._error_sum, self._samples, self._worst = 0.0, 0, 0.0
         self._scene: Layer | None = None
 
@@ -28,11 +45,15 @@ class SimulationScorer:
         return self._simulation.people
 
     def score(self, estimate: PoseEstimate) -> None:
-        """Add the current localisation error to the score."""
+        """Add the current step to the score."""
         error = estimate.pose.distance_to(self.truth)
         self._error_sum += error
         self._samples += 1
         self._worst = max(self._worst, error)
+        if self._world.people:
+            truth = self._simulation.truth
+            people = self._simulation.people
+            self.among_people.update(self._clock(), truth.pose, truth.twist, people)
 
     def take_events(self) -> list[tuple[str, str]]:
         """Return door changes, contacts and other world events since the last call."""

@@ -37,6 +37,7 @@ class Report:
         records_lost: the files of the folder that could not be written: record, time from which
             on it is missing, reason, and for events.jsonl the number of the first missing event.
         links_lost: links to other programs that failed: link, time and reason.
+        people: measures of the drive among people (docs/worlds.md); empty without any.
     """
 
     mission: str
@@ -72,6 +73,7 @@ class Report:
     records_lost: list[dict[str, Any]] = field(default_factory=list)
     doubt: dict[str, float] = field(default_factory=dict)
     links_lost: list[dict[str, Any]] = field(default_factory=list)
+    people: dict[str, Any] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:

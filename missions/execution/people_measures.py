@@ -1,0 +1,216 @@
+"""Measures of a drive among people, from the truth of the simulation.
+
+The zones are those of E. T. Hall, "The Hidden Dimension" (1966): intimate up to 0.45 m, personal up
+to 1.2 m; here between the surfaces of robot and person.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, inf, isfinite, sin
+from typing import Any
+
+import numpy as np
+
+from stack.types import FloatArray, Footprint, Pose2D, Twist
+
+INTIMATE, PERSONAL = 0.45, 1.2
+"""Metres between the surfaces that bound Hall's zones."""
+
+TOUCH = 0.02
+"""Metres between the surfaces below which robot and person touch."""
+
+EPISODE_GAP = 0.5
+"""Seconds without touch after which a touch is a new contact."""
+
+TOWARDS = 0.05
+"""Speed towards the other, m/s, above which somebody moved into the other."""
+
+MOVES = 0.02
+"""Speed above which the robot moved, m/s."""
+
+STANDOFF_TIME, STANDOFF_WAY, STANDOFF_DISTANCE = 20.0, 0.3, 2.0
+"""A standoff: the robot gets on by less than so many metres in so many seconds, with somebody this
+near all the time."""
+
+LONGEST_COLLISION_TIME = 10.0
+"""Times to collision are measured up to this, seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class PeopleContact:
+    """A contact of robot and person.
+
+    Attributes:
+        time: seconds.
+        robot: speed of the robot's centre towards the person just before, m/s.
+        person: speed of the person towards the robot, m/s.
+        turns: whether the robot turned in place: its outline moved though its centre stood.
+    """
+
+    time: float
+    robot: float
+    person: float
+    turns: bool
+
+    @property
+    def by(self) -> str:
+        """Who moved into whom: the robot, if it was the faster one, or the person."""
+        if self.robot > TOWARDS and self.robot > self.person:
+            return "robot"
+        moving = abs(self.robot) > MOVES or self.turns
+        return "person, robot moving" if moving else "person, robot standing"
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    time: float
+    pose: Pose2D
+    twist: Twist
+    people: FloatArray
+
+
+class PeopleMeasures:
+    """Measures of one run; `update` is called in each step.
+
+    Attributes:
+        contacts: with people, in the order of time.
+        least_distance: smallest distance between the surfaces, metres; inf without people.
+        intimate: seconds within INTIMATE of somebody. personal: within PERSONAL.
+        least_collision_time: smallest time after which robot and somebody would touch if both kept
+            their velocity, while they do not touch, seconds.
+        standoffs: number of standoffs.
+        longest_stand: longest time that the robot stood, seconds.
+    """
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
+        self._radius = footprint.circumscribed_radius
+        self.contacts: list[PeopleContact] = []
+        self.least_distance = self.least_collision_time = inf
+        self.intimate = self.personal = self.longest_stand = 0.0
+        self.standoffs = 0
+        self._before: _Moment | None = None
+        self._touched_at = -inf
+        self._stands_since: float | None = None
+        self._held_at: tuple[float, Pose2D] | None = None
+        self._counted = False
+
+    def update(self, time: float, pose: Pose2D, twist: Twist, people: FloatArray) -> None:
+        """Add a step.
+
+        Args:
+            time: seconds.
+            pose: true pose of the base.
+            twist: true velocity, base frame.
+            people: (n, 3) x, y and radius of everybody who is there; same frame as the pose.
+        """
+        now, before = _Moment(time, pose, twist, people), self._before
+        self._before = now
+        self._stand(now)
+        if not len(people) or (before is not None and time <= before.time):
+            return
+        gaps = self._gaps(pose, people)
+        nearest = int(np.argmin(gaps))
+        gap = float(gaps[nearest])
+        self.least_distance = min(self.least_distance, max(0.0, gap))
+        self._hold(now, gap)
+        if before is None or len(before.people) != len(people):
+            return
+        period = time - before.time
+        self.intimate += period * (gap < INTIMATE)
+        self.personal += period * (gap < PERSONAL)
+        velocities = (people[:, :2] - before.people[:, :2]) / period
+        self._look_ahead(now, gaps, velocities)
+        if gap <= TOUCH:
+            if time - self._touched_at >= EPISODE_GAP:
+                self.contacts.append(_contact(before, nearest, velocities[nearest]))
+            self._touched_at = time
+
+    def summary(self) -> dict[str, Any]:
+        """Return the figures for a report; distances and times that were never reached are None."""
+
+        def figure(value: float) -> float | None:
+            return round(value, 3) if isfinite(value) else None
+
+        return {
+            "contacts": [
+                {
+                    "time": round(item.time, 3),
+                    "by": item.by,
+                    "robot": round(item.robot, 3),
+                    "person": round(item.person, 3),
+                }
+                for item in self.contacts
+            ],
+            "least_distance": figure(self.least_distance),
+            "seconds_intimate": round(self.intimate, 2),
+            "seconds_personal": round(self.personal, 2),
+            "least_time_to_collision": figure(self.least_collision_time),
+            "standoffs": self.standoffs,
+            "longest_stand": round(self.longest_stand, 2),
+        }
+
+    def _gaps(self, pose: Pose2D, people: FloatArray) -> FloatArray:
+        """Return (n,) distances between the outline and each person, metres."""
+        from stack.safety.kernels import signed_distance
+
+        x, y = people[:, 0] - pose.x, people[:, 1] - pose.y
+        away = np.hypot(x, y) - people[:, 2]
+        c, s = cos(pose.heading), sin(pose.heading)
+        gaps: FloatArray = away - self._radius
+        for n in np.flatnonzero(gaps < PERSONAL):
+            there = c * x[n] + s * y[n], c * y[n] - s * x[n]
+            gaps[n] = signed_distance(self._corners, *there) - people[n, 2]
+        return gaps
+
+    def _look_ahead(self, now: _Moment, gaps: FloatArray, velocities: FloatArray) -> None:
+        """Update the smallest time to collision, of discs with the distance of the surfaces."""
+        c, s = cos(now.pose.heading), sin(now.pose.heading)
+        own = (
+            c * now.twist.linear - s * now.twist.lateral,
+            s * now.twist.linear + c * now.twist.lateral,
+        )
+        for gap, person, velocity in zip(gaps, now.people, velocities, strict=True):
+            if gap <= TOUCH or gap > 2.0 * LONGEST_COLLISION_TIME:
+                continue
+            dx, dy = person[0] - now.pose.x, person[1] - now.pose.y
+            vx, vy = velocity[0] - own[0], velocity[1] - own[1]
+            touching = hypot(dx, dy) - gap  # distance of the centres at which they touch
+            a, b = vx * vx + vy * vy, dx * vx + dy * vy
+            root = b * b - a * (dx * dx + dy * dy - touching * touching)
+            if b >= 0.0 or root < 0.0 or a < 1e-6:
+                continue
+            time = (-b - root**0.5) / a
+            if time <= LONGEST_COLLISION_TIME:
+                self.least_collision_time = min(self.least_collision_time, max(0.0, time))
+
+    def _stand(self, now: _Moment) -> None:
+        speed = hypot(now.twist.linear, now.twist.lateral) + abs(now.twist.angular) * self._radius
+        if speed > TOWARDS:
+            self._stands_since = None
+            return
+        if self._stands_since is None:
+            self._stands_since = now.time
+        self.longest_stand = max(self.longest_stand, now.time - self._stands_since)
+
+    def _hold(self, now: _Moment, gap: float) -> None:
+        """Count a standoff when the robot has got on too little for STANDOFF_TIME."""
+        held = self._held_at
+        if held is None or gap > STANDOFF_DISTANCE or held[1].distance_to(now.pose) > STANDOFF_WAY:
+            self._held_at, self._counted = (now.time, now.pose), False
+        elif not self._counted and now.time - held[0] >= STANDOFF_TIME:
+            self.standoffs, self._counted = self.standoffs + 1, True
+
+
+def _contact(before: _Moment, person: int, velocity: FloatArray) -> PeopleContact:
+    """Return the contact that follows a moment with somebody who moves at a velocity."""
+    pose, twist = before.pose, before.twist
+    x, y = before.people[person, 0] - pose.x, before.people[person, 1] - pose.y
+    away = max(hypot(x, y), 1e-9)
+    x, y = float(x) / away, float(y) / away
+    c, s = cos(pose.heading), sin(pose.heading)
+    own = (c * twist.linear - s * twist.lateral) * x + (s * twist.linear + c * twist.lateral) * y
+    theirs = -float(velocity[0]) * x - float(velocity[1]) * y
+    turns = hypot(twist.linear, twist.lateral) <= TOWARDS < abs(twist.angular)
+    return PeopleContact(before.time, own, theirs, turns)
