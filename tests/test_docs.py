@@ -72,6 +72,7 @@ OPTIONS = {
     "bench missions": [SHORT, "--seeds", "1"],
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
     "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
+    "bench flats": ["--worlds", "1", "--seed", "2", "--people", "none"],
     "bench localisation": ["pushed", "--seeds", "1"],
 }
 """What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT

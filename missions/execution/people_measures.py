@@ -152,7 +152,10 @@ class PeopleMeasures:
         }
 
     def _gaps(self, pose: Pose2D, people: FloatArray) -> FloatArray:
-        """Return (n,) distances between the outline and each person, metres."""
+        """Return (n,) distances between the outline and each person, metres.
+
+        Farther away than PERSONAL the outline counts as its circumscribed circle.
+        """
         from stack.safety.kernels import signed_distance
 
         x, y = people[:, 0] - pose.x, people[:, 1] - pose.y

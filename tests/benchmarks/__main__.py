@@ -135,6 +135,11 @@ DRIVING = {
         lambda given: driving.dyna_table(given.worlds, CONTROLLERS, given.table("dyna")),
         ("worlds",), {**OFF, "trials": 1},
     ),
+    "flats": Benchmark(
+        "Random flats with people",
+        lambda given: driving.flat_table(given.worlds, given.table("flats")), ("worlds",),
+        {**OFF, "first seed": driving.FLATS_HELD_OUT},
+    ),
     "barn": Benchmark(
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
         ("barn",), {**OFF, "trials": 1},

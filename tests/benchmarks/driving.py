@@ -12,11 +12,16 @@ from missions.bench.barn import barn_entries
 from missions.bench.barn_score import K_BEFORE, K_SINCE_2024, RULES, score_of
 from missions.bench.course_bench import CourseOptions, course_entries
 from missions.bench.dyna_bench import dyna_entries, dyna_setups
+from missions.bench.people.flat_table import flat_entries, measured, rows_of
+from missions.bench.people.flats import MODELS
 from missions.bench.runs import Entry, Setup, TrialRow
 from missions.bench.table import TableOptions, fill_table
 from missions.execution.resources import MISSIONS
 from tests.benchmarks.table import Rows
 
+FLATS_HELD_OUT = 9100
+"""First seed of the flats that are not used for development."""
+FLAT_ROBOTS = ("scout", "jackal", "glide")
 FAILURES = ("contact", "struck", "timeout", "gave_up")
 
 
@@ -37,6 +42,14 @@ def dyna_table(worlds: int, controllers: Sequence[str], options: TableOptions) -
     """A row for each controller."""
     entries = dyna_entries(dyna_setups(controllers), worlds, 1, options.out / "worlds")
     return _by_controller(_driven(entries, options))
+
+
+def flat_table(worlds: int, options: TableOptions) -> Rows:
+    """A row for each robot and kind of people, in worlds that were not used for development."""
+    seeds = range(FLATS_HELD_OUT, FLATS_HELD_OUT + worlds)
+    entries = flat_entries(FLAT_ROBOTS, MODELS, seeds, options.out / "worlds", {})
+    rows = measured(entries, options, lambda line: print(line, file=sys.stderr))
+    return [dict(row) for row in rows_of(rows)]
 
 
 def barn_table(worlds: Path, options: TableOptions) -> Rows:

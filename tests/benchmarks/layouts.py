@@ -63,6 +63,14 @@ LAYOUTS: dict[str, Layout] = {
         "was struck": "{struck}", "timeout": "{timeout}", "gave up": "{gave_up}",
         "median time": "{time s:.1f} s",
     }),
+    "flats": Layout({
+        "people": "{people}", "robot": "{robot}", "all four goals": "{all four goals}",
+        "95 %": "{95 % interval}", "goals": "{goals}", "false": "{false}",
+        "drove into": "{drove into}", "struck moving": "{struck moving}",
+        "struck standing": "{struck standing}", "things": "{things}", "time": "{time}",
+        "way": "{way}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
+        "least distance": "{least distance}",
+    }),
     "missions": Layout(
         {
             "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",
