@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import degrees, hypot, inf
 
@@ -36,6 +37,7 @@ class Tools:
         deceleration: of the robot, m/s², for braking before a path's speed limit.
         turns_in_place: whether the robot can turn in place; a car cannot.
         bodies: radii of the robot.
+        back_up: returns the motion straight back by a distance in metres; None if the robot cannot.
         counters: plans, replans, recoveries and distance, for the snapshot.
         steered_by: the drive whose path is followed.
     """
@@ -50,6 +52,7 @@ class Tools:
     emit: Emit
     clear_of: float
     bodies: Bodies
+    back_up: Callable[[float], MotionExecutor | None]
     deceleration: float = 1.0
     turns_in_place: bool = True
     counters: dict[str, float] = field(default_factory=dict)

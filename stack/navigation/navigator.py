@@ -94,6 +94,7 @@ class Navigator:
             local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
+            back_up=self._backing,
             turns_in_place=robot.drivetrain.turns_in_place,
             bodies=Bodies(
                 robot.footprint.inscribed_radius, robot.footprint.circumscribed_radius
@@ -416,6 +417,13 @@ class Navigator:
         if isinstance(shown, Disambiguation):
             shown = shown.drive
         return shown if isinstance(shown, GoalDrive | PathDrive) else None
+
+    def _backing(self, distance: float) -> MotionExecutor | None:
+        """Return a motion straight back as part of a drive; None if the robot cannot reverse."""
+        if not self._robot.limits.reverse_speed:
+            return None
+        task = MotionTask(f"back up {distance:.2f} m", lambda _: None)
+        return BackUp(task, distance, self.parameters.back_up_speed, self._recovery_tools())
 
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)

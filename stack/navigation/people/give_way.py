@@ -11,7 +11,7 @@ from stack.lifecycle import Timers
 from stack.navigation.following import Drive, Tools
 from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
 from stack.navigation.people.standoff import Standoff, nearest
-from stack.navigation.tasks import NavigationState
+from stack.navigation.tasks import MotionExecutor, NavigationState
 from stack.types import STANDSTILL, FloatArray, Pose2D, Twist
 
 TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
@@ -19,6 +19,9 @@ TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
 
 ARRIVED = 0.15
 """Metres to the passing place at which the robot is there."""
+
+BACK, TURNING_ROOM = 0.5, 0.03
+"""Metres that a robot without room to turn backs up at most, and the room that it needs."""
 
 NEAR_WAY = 0.7
 """Metres to the way within which somebody has not passed yet."""
@@ -65,6 +68,7 @@ class Courtesy:
         self._way: FloatArray = np.empty((0, 2))
         self._place = Pose2D(0.0, 0.0)
         self._drive: Drive | None = None
+        self._back: MotionExecutor | None = None
         self._arrived = False
 
     @property
@@ -94,11 +98,15 @@ class Courtesy:
         """Hold the drive to a passing place."""
         if self._drive is not None:
             self._drive.pause(now)
+        if self._back is not None:
+            self._back.pause(now)
 
     def resume(self, now: float) -> None:
         """Continue it."""
         if self._drive is not None:
             self._drive.resume(now)
+        if self._back is not None:
+            self._back.resume(now)
 
     def stop(self, now: float) -> None:
         """End it."""
@@ -106,6 +114,13 @@ class Courtesy:
             self._drive.task.cancel("the way is free")
             self._drive.stop(now)
             self._drive = None
+        self._end_back(now)
+
+    def _end_back(self, now: float) -> None:
+        if self._back is not None:
+            self._back.task.cancel("the robot has room")
+            self._back.stop(now)
+            self._back = None
 
     def _begin(self, state: NavigationState, standoff: Standoff) -> None:
         """Leave the way of somebody whom the robot has faced for long enough."""
@@ -128,12 +143,20 @@ class Courtesy:
         self._tools.emit("give_way", f"giving way to a person: waiting at {where}")
         self._drive = self._make_drive(place)
         self._drive.start(now)
+        if not self._can_turn(state):
+            self._back = self._tools.back_up(BACK)
+            if self._back is not None:
+                self._back.start(now)
 
     def _aside(self, drive: Drive, state: NavigationState) -> Twist | None:
         """Drive to the passing place and wait there; None when it is over."""
         now = state.time
         if self._waits.elapsed(now) >= self._tools.parameters.give_way_time:
             return None
+        if self._back is not None:
+            if self._back.task.running and not self._can_turn(state):
+                return self._back.step(state)
+            self._end_back(now)
         if not self._arrived:
             self._arrived = state.estimate.pose.distance_to(self._place) <= ARRIVED
             if not self._arrived:
@@ -144,6 +167,12 @@ class Courtesy:
         else:
             self._clear.start_once(now)
         return None if self._clear.elapsed(now) >= PASSED else STANDSTILL
+
+    def _can_turn(self, state: NavigationState) -> bool:
+        """Whether nothing is within the circle in which the robot turns."""
+        points = state.obstacles.points
+        reach = self._tools.bodies.circumscribed + TURNING_ROOM
+        return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
 
     def _is_on_way(self, at: tuple[float, float]) -> bool:
         away = np.hypot(self._way[:, 0] - at[0], self._way[:, 1] - at[1])
