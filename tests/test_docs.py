@@ -73,6 +73,7 @@ OPTIONS = {
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
     "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
     "bench flats": ["--worlds", "1", "--seed", "2", "--people", "none"],
+    "bench people": ["door", "--seeds", "1", "--people", "social_force"],
     "bench localisation": ["pushed", "--seeds", "1"],
 }
 """What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT

@@ -232,13 +232,62 @@ def flats(  # noqa: PLR0913 - each is an option of the command
     defaults. A run passes when all goals are reached. Contacts are counted by who moved into whom;
     time and way are compared with the runs without people, if there are any.
     """
-    from missions.bench.people.flat_table import flat_entries, measured, report
+    from missions.bench.people.table import flat_entries, measured, report, rows_of
     from missions.bench.resumable import TableOptions
 
     given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
     seeds = range(seed, seed + worlds)
     entries = flat_entries(named(robots), named(people), seeds, out / "worlds", given, keep)
-    _print(report(measured(entries, TableOptions(out, jobs), _tell)))
+    rows = measured(entries, TableOptions(out, jobs), _tell)
+    _print(report(rows, rows_of(rows)))
+
+
+@bench_app.command("people")
+def people(  # noqa: PLR0913 - each is an option of the command
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(help="begins of the names of scenes, e.g. corridor crowd [default: all]"),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="runs of each scene")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="first seed")] = 0,
+    tracks: Annotated[
+        list[Path] | None,
+        typer.Option(help="file of recorded tracks (frame, person, x, y); repeatable"),
+    ] = None,
+    robots: Annotated[
+        str,
+        typer.Option(
+            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
+        ),
+    ] = "scout",
+    people: Annotated[
+        str, typer.Option(metavar="KINDS", help="any of none, social_force, polite, unaware")
+    ] = "none,social_force,unaware",
+    jobs: Jobs = 1,
+    out: Out = Path("bench/people"),
+    keep: Annotated[
+        Path | None, typer.Option(help="folder for the records of each run [default: none]")
+    ] = None,
+    parameter: Parameter = None,
+) -> None:
+    """Meet people: in corridors, at doors, crossings, in a crowd, in an office.
+
+    Corridors of 1.2 to 2.4 m between two rooms with one, two or four people oncoming or one ahead,
+    a door of 0.9 m, two corridors that cross, 20 people in a hall of 12 x 12 m, a patrol of the
+    office with five people, and recorded tracks. A run passes when all goals are reached. Contacts
+    are counted by who moved into whom. Kinds of people as in `bench flats`.
+    """
+    from missions.bench.people.scenes import scene_names
+    from missions.bench.people.table import measured, report, scene_entries, scene_rows
+    from missions.bench.resumable import TableOptions
+
+    given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
+    names = scene_names(tuple(scenes or ()), tuple(tracks or ()))
+    entries = scene_entries(
+        names, named(robots), named(people), range(seed, seed + seeds), out / "worlds", given, keep
+    )
+    rows = measured(entries, TableOptions(out, jobs), _tell)
+    _print(report(rows, scene_rows(rows)))
 
 
 @bench_app.command("world")

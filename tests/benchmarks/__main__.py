@@ -140,6 +140,11 @@ DRIVING = {
         lambda given: driving.flat_table(given.worlds, given.table("flats")), ("worlds",),
         {**OFF, "first seed": driving.FLATS_HELD_OUT},
     ),
+    "people": Benchmark(
+        "Meetings with people",
+        lambda given: driving.people_table(given.seeds, given.table("people")), ("seeds",),
+        {**OFF, "first seed": driving.FLATS_HELD_OUT},
+    ),
     "barn": Benchmark(
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
         ("barn",), {**OFF, "trials": 1},

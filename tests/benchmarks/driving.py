@@ -12,8 +12,15 @@ from missions.bench.barn import barn_entries
 from missions.bench.barn_score import K_BEFORE, K_SINCE_2024, RULES, score_of
 from missions.bench.course_bench import CourseOptions, course_entries
 from missions.bench.dyna_bench import dyna_entries, dyna_setups
-from missions.bench.people.flat_table import flat_entries, measured, rows_of
 from missions.bench.people.flats import MODELS
+from missions.bench.people.scenes import scene_names
+from missions.bench.people.table import (
+    flat_entries,
+    measured,
+    rows_of,
+    scene_entries,
+    scene_rows,
+)
 from missions.bench.runs import Entry, Setup, TrialRow
 from missions.bench.table import TableOptions, fill_table
 from missions.execution.resources import MISSIONS
@@ -50,6 +57,17 @@ def flat_table(worlds: int, options: TableOptions) -> Rows:
     entries = flat_entries(FLAT_ROBOTS, MODELS, seeds, options.out / "worlds", {})
     rows = measured(entries, options, lambda line: print(line, file=sys.stderr))
     return [dict(row) for row in rows_of(rows)]
+
+
+def people_table(seeds: int, options: TableOptions) -> Rows:
+    """A row for each group of scenes and kind of people, with seeds not used for development."""
+    held_out = range(FLATS_HELD_OUT, FLATS_HELD_OUT + seeds)
+    entries = scene_entries(
+        scene_names((), ()), ("scout",), ("none", "social_force", "unaware"), held_out,
+        options.out / "worlds", {},
+    )  # fmt: skip
+    rows = measured(entries, options, lambda line: print(line, file=sys.stderr))
+    return [dict(row) for row in scene_rows(rows)]
 
 
 def barn_table(worlds: Path, options: TableOptions) -> Rows:

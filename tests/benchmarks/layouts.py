@@ -63,8 +63,15 @@ LAYOUTS: dict[str, Layout] = {
         "was struck": "{struck}", "timeout": "{timeout}", "gave up": "{gave_up}",
         "median time": "{time s:.1f} s",
     }),
+    "people": Layout({
+        "scene": "{scene}", "people": "{people}", "reached": "{all goals}",
+        "95 %": "{95 % interval}", "drove into": "{drove into}",
+        "struck moving": "{struck moving}", "struck standing": "{struck standing}",
+        "things": "{things}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
+        "least distance": "{least distance}", "time": "{time}",
+    }),
     "flats": Layout({
-        "people": "{people}", "robot": "{robot}", "all four goals": "{all four goals}",
+        "people": "{people}", "robot": "{robot}", "all four goals": "{all goals}",
         "95 %": "{95 % interval}", "goals": "{goals}", "false": "{false}",
         "drove into": "{drove into}", "struck moving": "{struck moving}",
         "struck standing": "{struck standing}", "things": "{things}", "time": "{time}",

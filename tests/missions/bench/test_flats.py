@@ -8,37 +8,28 @@ import numpy as np
 import pytest
 import yaml
 
-from missions.bench.people.flat_table import flat_entries, report, rows_of
-from missions.bench.people.flats import (
-    FLATS,
-    GOALS,
-    MISSION,
-    MODELS,
-    START_CLEARANCE,
-    FlatEntry,
-    FlatRow,
-    make_case,
-    run_flat,
-)
+from missions.bench.people.flats import GOALS, MODELS, START_CLEARANCE, make_flat
+from missions.bench.people.runs import MISSION, PEOPLE_WORK, PeopleEntry, PeopleRow, run_entry
+from missions.bench.people.table import flat_entries, report, rows_of
 from missions.inspection.file_scaffold import new_mission
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
 
-ROW = FlatRow(
-    "scout", "unaware", 0, status="passed", cause="", visited=4, false_goals=0, persons=3,
-    time=60.0, driven=22.0, failures={}, drove_into=0, struck_moving=1, struck_standing=0, things=0,
-    least_distance=0.2, intimate=3.0, personal=20.0, collision_time=0.8, jerk=1.0,
+ROW = PeopleRow(
+    "flats", "scout", "unaware", 0, status="passed", cause="", goals=4, visited=4,
+    false_goals=0, persons=3, time=60.0, driven=22.0, failures={}, drove_into=0, struck_moving=1, struck_standing=0,
+    things=0, least_distance=0.2, intimate=3.0, personal=20.0, collision_time=0.8, jerk=1.0,
     longest_stand=4.0, standoffs=0, wall_seconds=3.0,
 )  # fmt: skip
 
 
-def entry(tmp_path, people="unaware", seed=3) -> FlatEntry:
-    return FlatEntry("scout", people, seed, tmp_path, {})
+def entry(tmp_path, people="unaware", seed=3) -> PeopleEntry:
+    return PeopleEntry("flats", "scout", people, seed, make_flat, tmp_path, {})
 
 
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_seed_has_the_same_walls_and_goals_for_all_kinds_of_people(tmp_path, seed):
-    cases = {model: make_case(entry(tmp_path, model, seed)) for model in MODELS}
+    cases = {model: make_flat(entry(tmp_path, model, seed)) for model in MODELS}
     worlds = {model: read_world(case.file) for model, case in cases.items()}
     assert len({case.goals for case in cases.values()}) == 1
     assert len({str(world.boxes) + str(world.walls) for world in worlds.values()}) == 1
@@ -51,7 +42,7 @@ def test_a_seed_has_the_same_walls_and_goals_for_all_kinds_of_people(tmp_path, s
 
 @pytest.mark.parametrize("seed", range(6))
 def test_nobody_begins_near_the_robot(tmp_path, seed):
-    world = read_world(make_case(entry(tmp_path, "unaware", seed)).file)
+    world = read_world(make_flat(entry(tmp_path, "unaware", seed)).file)
     for person in world.people:
         way, share = person.waypoints, person.start * len(person.waypoints)
         here, there = way[int(share)], way[(int(share) + 1) % len(way)]
@@ -79,13 +70,13 @@ def test_the_table_has_intervals_and_compares_with_the_runs_without_people():
     ]
     none, unaware = rows_of(rows)
     assert (none["people"], unaware["people"]) == ("none", "unaware")
-    assert (unaware["all four goals"], unaware["goals"]) == ("1/2", "7/8")
+    assert (unaware["all goals"], unaware["goals"]) == ("1/2", "7/8")
     assert unaware["95 % interval"] == "9% to 91%"  # Wilson 1927 for 1 of 2
     assert (unaware["time"], unaware["way"]) == ("1.20", "1.10")
     assert unaware["struck moving"] == 2
-    lines = report(rows)
-    assert lines[-1] == "  scout unaware seed 1: 3/4 goals: drive to (1, 2) failed: LOST"
-    assert report([]) == []
+    lines = report(rows, rows_of(rows))
+    assert lines[-1] == "  flats, scout, unaware seed 1: 3/4 goals: drive to (1, 2) failed: LOST"
+    assert report([], []) == []
     both = [*rows, replace(ROW, robot="glide")]
     assert [row["robot"] for row in rows_of(both)] == ["scout", "all", "scout", "glide", "all"]
 
@@ -95,17 +86,18 @@ def test_a_kind_of_people_that_does_not_exist_is_refused(tmp_path):
         flat_entries(["scout"], ["nice"], range(2), tmp_path, {})
     entries = flat_entries(["scout", "glide"], ["none"], range(2), tmp_path, {})
     assert [item.key for item in entries] == [
-        ("scout", "none", 0), ("glide", "none", 0), ("scout", "none", 1), ("glide", "none", 1),
+        ("flats scout", "none", 0), ("flats glide", "none", 0),
+        ("flats scout", "none", 1), ("flats glide", "none", 1),
     ]  # fmt: skip
 
 
 def test_a_run_reaches_its_goals_and_a_crash_is_a_row(tmp_path):
-    row = run_flat(entry(tmp_path, "social_force", 2))
+    row = run_entry(entry(tmp_path, "social_force", 2))
     assert (row.status, row.visited, row.false_goals) == ("passed", GOALS, 0)
     assert (row.drove_into, row.things) == (0, 0)
     assert row.least_distance is not None
     assert 0.0 < row.intimate <= row.personal
-    assert FLATS.line(row).startswith("scout social_force seed 2: ")
-    assert FLATS.crashed is not None
-    crash = FLATS.crashed(entry(tmp_path), "ValueError: no")
+    assert PEOPLE_WORK.line(row).startswith("flats, scout, social_force seed 2: ")
+    assert PEOPLE_WORK.crashed is not None
+    crash = PEOPLE_WORK.crashed(entry(tmp_path), "ValueError: no")
     assert (crash.success, crash.cause) == (False, "ValueError: no")

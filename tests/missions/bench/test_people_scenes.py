@@ -1,0 +1,83 @@
+"""The scenes of the bench among people: their worlds, and one real run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from missions.bench.people.runs import PeopleEntry, run_entry
+from missions.bench.people.scenes import (
+    CROWD,
+    OFFICE,
+    OFFICE_PEOPLE,
+    RECORDED,
+    SCENES,
+    make_scene,
+    scene_names,
+)
+from missions.bench.people.table import group_of, report, scene_entries, scene_rows
+from stack.errors import InputError
+from stack.sim.worlds.world_file import read_world
+
+
+def entry(tmp_path, scene, people="unaware", seed=0) -> PeopleEntry:
+    return PeopleEntry(scene, "scout", people, seed, make_scene, tmp_path / "worlds", {})
+
+
+@pytest.mark.parametrize("scene", [*SCENES, OFFICE])
+def test_every_scene_is_a_world_in_which_nobody_begins_at_the_robot(tmp_path, scene):
+    case = make_scene(entry(tmp_path, scene))
+    world = read_world(case.file)
+    assert len(world.people) == case.people > 0
+    for person in world.people:
+        at = person.waypoints[int(person.start * len(person.waypoints))]
+        assert np.hypot(at[0] - world.start.x, at[1] - world.start.y) > 1.0
+    assert make_scene(entry(tmp_path, scene)).argument == case.argument
+
+
+def test_counts_and_models_are_those_of_the_names(tmp_path):
+    for scene, count in {"corridor 1.4 m, 4 oncoming": 4, "crossing, 3": 3, "crowd": CROWD}.items():
+        people = read_world(make_scene(entry(tmp_path, scene, "social_force")).file).people
+        assert [person.model for person in people] == ["social_force"] * count
+    office = read_world(make_scene(entry(tmp_path, OFFICE, "polite")).file)
+    assert [person.yields for person in office.people] == [True] * OFFICE_PEOPLE
+
+
+def test_recorded_tracks_get_a_hall_round_them(tmp_path):
+    tracks = tmp_path / "square.txt"
+    lines = [f"{10 * n} 1 {2.0 + 0.1 * n} 3.0" for n in range(60)]
+    tracks.write_text("\n".join(lines) + "\n", "utf-8")
+    case = make_scene(entry(tmp_path, f"{RECORDED}{tracks}"))
+    world = read_world(case.file)
+    assert {person.model for person in world.people} == {"recorded"}
+    # tracks from x = 2 to 7.9 m and 1 m of margin: the robot crosses the longer side
+    assert world.start.x == pytest.approx(1.6, abs=0.1)
+    assert case.goals[0].x == pytest.approx(8.3, abs=0.1)
+    with pytest.raises(InputError, match=r"--tracks .*missing\.txt"):
+        make_scene(entry(tmp_path, f"{RECORDED}{tmp_path / 'missing.txt'}"))
+
+
+def test_scenes_are_chosen_by_the_begin_of_their_names(tmp_path):
+    assert len(scene_names((), ())) == len(SCENES) + 1
+    assert scene_names(("corridor 1.2", "office"), ())[-1] == OFFICE
+    assert len(scene_names(("corridor 1.2",), ())) == 4
+    with pytest.raises(InputError, match="no scene begins with 'corner'; there are corridor"):
+        scene_names(("corner",), ())
+    made = scene_entries(
+        ["crowd", OFFICE, f"{RECORDED}a.txt"], ["scout"], ["none", "social_force"], range(1),
+        tmp_path, {},
+    )  # fmt: skip
+    assert [item.key for item in made] == [
+        ("crowd scout", "social_force", 0), ("office scout", "none", 0),
+        ("office scout", "social_force", 0), (f"{RECORDED}a.txt scout", "unaware", 0),
+    ]  # fmt: skip
+    assert group_of("corridor 1.2 m, 1 ahead") == "corridor 1.2 m"
+    assert group_of(f"{RECORDED}/x/zara.txt") == "recorded zara"
+
+
+def test_a_meeting_in_a_corridor(tmp_path):
+    row = run_entry(entry(tmp_path, "corridor 2 m, 1 oncoming", "social_force"))
+    assert (row.status, row.visited, row.drove_into) == ("passed", 1, 0)
+    (shown,) = scene_rows([row])
+    assert (shown["scene"], shown["all goals"]) == ("corridor 2 m", "1/1")
+    assert report([row], [shown])[0].startswith("scene")
