@@ -17,9 +17,10 @@ from stack.sim.worlds.world_file import read_world
 
 ROW = PeopleRow(
     "flats", "scout", "unaware", 0, status="passed", cause="", goals=4, visited=4,
-    false_goals=0, persons=3, time=60.0, driven=22.0, failures={}, drove_into=0, struck_moving=1, struck_standing=0,
-    things=0, least_distance=0.2, intimate=3.0, personal=20.0, collision_time=0.8, jerk=1.0,
-    longest_stand=4.0, standoffs=0, wall_seconds=3.0,
+    false_goals=0, persons=3, time=60.0, driven=22.0, failures={}, drove_into=0,
+    struck_moving=1, struck_standing=0, things=0, least_distance=0.2, intimate=3.0,
+    personal=20.0, collision_time=0.8, jerk=1.0, longest_stand=4.0, standoffs=0,
+    wall_seconds=3.0,
 )  # fmt: skip
 
 
