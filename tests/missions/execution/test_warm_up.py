@@ -158,15 +158,15 @@ def test_the_announcement_counts_the_kernels_of_each_part_once(monkeypatch):
     monkeypatch.setattr(warm_up, "compile_kernel", lambda *call: compiled.append(call))
     warm_up.warm_up(plan, RunOptions(), lines.append)
     # Counted in the tables: 2 ray casters (lidar, sonars); 2 of inflation and 4 of obstacles; 2 of
-    # safety; 3 of paths and 2 of the escape; A* 4 and its smoother 3; 2 of the controller; 6 of the
+    # safety; 3 of paths and 2 of the escape; A* 4 and its smoother 5; 2 of the controller; 6 of the
     # localiser, 2 of the search of the map and 2 of its views.
-    assert len(compiled) == len(set(compiled)) == 34
-    assert lines[0] == "compiling 34 kernels, for the first run only (about 51 s)"
+    assert len(compiled) == len(set(compiled)) == 36
+    assert lines[0] == "compiling 36 kernels, for the first run only (about 54 s)"
     assert lines[1:8] == [
-        "  sensors: 2", "  costmap: 6", "  safety: 2", "  navigation: 5", "  planner: 7",
+        "  sensors: 2", "  costmap: 6", "  safety: 2", "  navigation: 5", "  planner: 9",
         "  controller: 2", "  localisation: 10",
     ]  # fmt: skip
-    assert re.fullmatch(r"compiled 34 kernels in \d+ s", lines[8])
+    assert re.fullmatch(r"compiled 36 kernels in \d+ s", lines[8])
 
 
 def test_nothing_is_shown_when_every_kernel_is_in_the_cache(monkeypatch):
