@@ -18,6 +18,11 @@ _ROUNDING = 0.3  # m; rounding changes about this length on both sides of a corn
 _SMOOTHNESS = 0.3  # share of the step to the neighbours' midpoint per iteration: stable below 0.5
 _ITERATIONS = 80
 _EASY = 160  # rounding may enter cells up to this cost (0.11 m beyond the inscribed radius)
+_FAIRINGS = (0.15, 0.1)  # m; likewise, after the descent: removes the kinks of its coarse levels
+_LEVELS = ((0.4, 20), (0.2, 15), (0.1, 10), (SPACING, 6))
+"""Metres between points and passes of the descent; coarse levels move long parts of a path."""
+_STIFFNESS = 1500.0  # step cost x cells²; bends no sharper than rounding alone leaves them
+_ROUNDING_ERROR = 1e-6  # step cost; a path equal to the unchanged one is no dearer
 
 
 class Smoother:
@@ -29,16 +34,19 @@ class Smoother:
 
     def __init__(self, traverse: NDArray[np.int64]) -> None:
         from stack.planning import kernels
+        from stack.planning.geodesic import kernels as geodesic
 
         self._kernels: Any = kernels
+        self._geodesic: Any = geodesic
         self._traverse = traverse
 
     def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
         """Return the smoothest collision-free path with the ends of `points`.
 
-        The candidates in order: rounded, straightened, unchanged. The result is the first with no
-        more steps over impassable cells than the unchanged path (which has none, unless its start
-        is occupied).
+        The candidates in order: settled (descent of cost and bends from the rounded one) and faired
+        over each of _FAIRINGS, settled, rounded, straightened, unchanged. The result is the first
+        that costs no more than the unchanged path, by interpolated cell costs, and has no more
+        steps over impassable cells (the unchanged path has none, unless its start is occupied).
 
         Args:
             costs: map frame.
@@ -54,17 +62,34 @@ class Smoother:
         window = max(1, round(_WINDOW / scale / _STRIDE))
         kept = kernels.straighten(cells, traverse, raw, _STRIDE, window)
         straight = resampled(raw[kept], SPACING / scale)
-        # A kink decays over sqrt(smoothness / data) points; _ROUNDING is that many spacings.
-        weight_data = _SMOOTHNESS * (SPACING / _ROUNDING) ** 2
-        rounded = kernels.round_corners(
-            cells, traverse, straight, weight_data, _SMOOTHNESS, traverse[_EASY], _ITERATIONS
-        )
-        rounded = resampled(rounded, SPACING / scale)
+        rounded = self._rounded(cells, straight, scale, _ROUNDING)
+        settled = rounded
+        for spacing, passes in _LEVELS:
+            settled = resampled(settled, spacing / scale)
+            settled = self._geodesic.descend(cells, traverse, settled, _STIFFNESS, passes)
+        settled = resampled(settled, SPACING / scale)
+        faired = [self._rounded(cells, settled, scale, length) for length in _FAIRINGS]
         allowed = kernels.blocked_steps(cells, traverse, raw)
-        for candidate in (rounded, straight):
-            if kernels.blocked_steps(cells, traverse, candidate) <= allowed:
+        dearest = self._geodesic.path_cost(cells, traverse, raw) + _ROUNDING_ERROR
+        for candidate in (*faired, settled, rounded, straight):
+            if (
+                kernels.blocked_steps(cells, traverse, candidate) <= allowed
+                and self._geodesic.path_cost(cells, traverse, candidate) <= dearest
+            ):
                 return with_headings(candidate * scale + origin, heading)
         return unsmoothed(points, heading)
+
+    def _rounded(
+        self, cells: NDArray[np.uint8], points: FloatArray, scale: float, length: float
+    ) -> FloatArray:
+        """Return points in cells, rounded over `length` metres on both sides of a corner."""
+        # A kink decays over sqrt(smoothness / data) points; `length` is that many spacings.
+        weight_data = _SMOOTHNESS * (SPACING / length) ** 2
+        rounded = self._kernels.round_corners(
+            cells, self._traverse, points, weight_data, _SMOOTHNESS, self._traverse[_EASY],
+            _ITERATIONS,
+        )  # fmt: skip
+        return resampled(rounded, SPACING / scale)
 
 
 def unsmoothed(points: FloatArray, heading: float) -> Path:

@@ -13,10 +13,9 @@ from typing import Any
 from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.resumable import Key, Work
 from missions.bench.runs import CRASHED
-from missions.execution.prepare import prepare
+from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.execution.run import execute
-from missions.run_options import RunOptions
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import Pose2D
 

@@ -46,9 +46,10 @@ def point_smoother(name: str, traverse: NDArray[np.int64]) -> PointSmoother:
 def point_smoother_kernels(name: str) -> KernelTypes:
     """Return the kernels of the point smoother called `name`."""
     from stack.planning import kernels
+    from stack.planning.geodesic.kernels import GEODESIC
 
     if name == "simple":
-        return (*kernels.STRAIGHTENING, *kernels.ROUNDING, *kernels.BLOCKED)
+        return (*kernels.STRAIGHTENING, *kernels.ROUNDING, *kernels.BLOCKED, *GEODESIC)
     return () if name == "none" else (*shape_kernels(name), *kernels.BLOCKED)
 
 

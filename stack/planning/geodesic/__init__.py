@@ -1,0 +1,1 @@
+"""Smoothing by descent of the cost integral of a path."""
