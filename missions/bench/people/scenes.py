@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.random import Generator
 
 from missions.bench.people.runs import PeopleCase, PeopleEntry
 from missions.execution.resources import WORLDS
+from stack.documents import as_yaml, read_file
 from stack.errors import InputError
 from stack.sim.worlds.people import read_tracks
 from stack.streams import stream
@@ -205,14 +205,14 @@ def _document(name: str, walls: list[Line], start: Pose2D) -> dict[str, Any]:
 
 def _office(entry: PeopleEntry, random: Generator) -> PeopleCase:
     """Return the shipped office with other people, who walk between its places."""
-    document = yaml.safe_load((WORLDS / "office.yaml").read_text("utf-8"))
+    document = read_file(WORLDS / "office.yaml", "world file").plain()
     places = {
         name: Pose2D(x, y, float(str(turn).removesuffix(" deg")) / 180.0 * pi)
         for name, (x, y, turn) in document["places"].items()
     }
     document.pop("timeline", None)
     document["people"] = []
-    for number in range(OFFICE_PEOPLE):
+    for number in range(0 if entry.people == "none" else OFFICE_PEOPLE):
         chosen = random.permutation([name for name in places if name != "dock"])[:3]
         document["people"].append({
             "name": f"person {number + 1}",
@@ -252,7 +252,7 @@ def _written(
     entry: PeopleEntry, document: Mapping[str, Any], goals: tuple[Pose2D, ...], people: int = 0
 ) -> PeopleCase:
     """Write the world file and return the case."""
-    text = yaml.safe_dump(dict(document), sort_keys=False, width=120)
+    text = as_yaml(dict(document))
     entry.folder.mkdir(parents=True, exist_ok=True)
     file = entry.folder / f"{document['world']}_{entry.seed}_{entry.people}.yaml"
     if not file.exists() or file.read_text("utf-8") != text:

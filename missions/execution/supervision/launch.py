@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import errno
 import json as json_format
+import os
 import signal
 import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -74,6 +75,20 @@ def launch(options: LaunchOptions) -> int:
             raise
         finally:
             supervisor.close()
+            _flush_streams()
+
+
+def _flush_streams() -> None:
+    """Write what is left; what a terminal that is gone does not take must not change the exit code.
+
+    The interpreter flushes once more when it ends, and would exit with 120.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            with open(os.devnull, "wb") as nowhere, suppress(OSError):
+                os.dup2(nowhere.fileno(), stream.fileno())
 
 
 def _watch(supervisor: Supervisor) -> bool:

@@ -41,6 +41,7 @@ def test_counts_and_models_are_those_of_the_names(tmp_path):
         assert [person.model for person in people] == ["social_force"] * count
     office = read_world(make_scene(entry(tmp_path, OFFICE, "polite")).file)
     assert [person.yields for person in office.people] == [True] * OFFICE_PEOPLE
+    assert read_world(make_scene(entry(tmp_path, OFFICE, "none")).file).people == ()
 
 
 def test_recorded_tracks_get_a_hall_round_them(tmp_path):
