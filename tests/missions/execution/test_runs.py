@@ -74,15 +74,15 @@ def test_every_shipped_mission_succeeds_without_a_collision(name):
     assert report.simulated_seconds < 240.0  # "in under 4 minutes of simulated time"
     assert report.localisation_error is not None
     # Off by metres until it notices, or until it knows where it started.
-    by = {
-        "05_kidnapped": "marker", "07_shelf_patrol": "lidar", "21_hotel_corridor": "lidar",
-        "26_use_the_map": "lidar",
+    by = {  # In 07 a marker may or may not be in view when the scans first fit again.
+        "05_kidnapped": {"marker"}, "07_shelf_patrol": {"lidar", "marker"},
+        "21_hotel_corridor": {"lidar"}, "26_use_the_map": {"lidar"},
     }  # fmt: skip
     if name not in by:
         assert report.localisation_error["max"] < 0.3
     if name == "03_blocked_corridor":
         assert report.recoveries >= 1
-    assert report.relocalised_by == by.get(name, "")
+    assert report.relocalised_by in by.get(name, {""})
 
 
 @pytest.mark.slow
