@@ -28,8 +28,10 @@ def score(success: bool, seconds: float, path_length: float, k: float) -> float:
         path_length: length of the optimal path, metres.
         k: multiple of the optimal time up to which the score is highest.
     """
+    if not success:
+        return 0.0
     optimal = path_length / SPEED
-    return success * optimal / min(max(seconds, k * optimal), 8.0 * optimal)
+    return optimal / min(max(seconds, k * optimal), 8.0 * optimal)
 
 
 def score_of(run: TrialRow, k: float) -> float:

@@ -25,12 +25,14 @@ class Disc:
         radius: metres.
         is_whole: False if something closer hides one of its sides; then the radius is too small
             and the centre is biased.
+        run: its beams, (first, last + 1), modulo the number of beams.
     """
 
     x: float
     y: float
     radius: float
     is_whole: bool
+    run: tuple[int, int]
 
 
 def clusters(
@@ -138,6 +140,7 @@ def disc_of(
         sensor.y + distance * sin(heading),
         distance * sin(half),
         not any(hidden),
+        run,
     )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
-from math import atan2, ceil, floor, hypot, pi
+from math import ceil, floor, hypot, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,52 @@ VIEWS = 10
 """Number of newest scans that tell which ground was free."""
 PART = 1.25
 """Radii from the centre of a moving object within which a disc is a part of it."""
+BESIDE = 0.05
+"""Metres to each side of a point in which no beam may end if the point is free."""
+BEHIND = 0.15
+"""Metres behind a point at which beams must not have ended if it is free."""
+SHARE = 0.5
+"""Share of an object's returns on ground seen free that shows that it has moved."""
 _RADIUS_SHARE = 0.2
 """Gain of the radius's exponential mean."""
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """A scan and the pose of its sensor, map frame."""
+
+    sensor: Pose2D
+    scan: Scan
+
+    def points(self, run: tuple[int, int]) -> FloatArray:
+        """Return (n, 2) the returns of a run of beams, map frame."""
+        scan = self.scan
+        beams = np.arange(*run) % scan.ranges.size
+        ranges = scan.ranges[beams].astype(np.float64)
+        angles = self.sensor.heading + scan.angle_min + scan.angle_increment * beams
+        found: FloatArray = np.column_stack((np.cos(angles), np.sin(angles))) * ranges[:, None]
+        found += self.sensor.x, self.sensor.y
+        return found[np.isfinite(ranges)]
+
+    def share_passed(self, points: FloatArray) -> float:
+        """Return the share of points (n, 2), map frame, past which all beams around them end.
+
+        A beam that ends close behind a point may have met the same surface, and so may one beside
+        it.
+        """
+        scan = self.scan
+        if not len(points):
+            return 0.0
+        away = points - (self.sensor.x, self.sensor.y)
+        distances = np.hypot(away[:, 0], away[:, 1])
+        angles = np.arctan2(away[:, 1], away[:, 0]) - self.sensor.heading - scan.angle_min
+        increment, count = abs(scan.angle_increment), scan.ranges.size
+        middle = np.rint(angles / scan.angle_increment).astype(np.intp)
+        beside = ceil(BESIDE / max(float(distances.min()), BESIDE) / increment)
+        beams = (middle[:, None] + np.arange(-beside, beside + 1)) % round(2.0 * pi / increment)
+        ranges = np.append(scan.ranges, -np.inf)[np.minimum(beams, count)]  # -inf: not seen
+        passed = ranges.min(axis=1) > distances + BEHIND
+        return float(np.mean(passed & (distances + BEHIND < scan.range_max)))
 
 
 @dataclass
@@ -39,30 +83,9 @@ class _ObjectFilter:
     radius: float
     began: tuple[float, float]
     seen_at: float
+    seen: deque[tuple[_View, tuple[int, int]]]
     hits: int = 1
     has_moved: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class _View:
-    """A scan and the pose of its sensor, map frame."""
-
-    sensor: Pose2D
-    scan: Scan
-
-    def sees_past(self, x: float, y: float, radius: float) -> bool:
-        """Whether the beams to a disc, map frame, end behind it."""
-        there = self.sensor.inverse().compose(Pose2D(x, y))
-        distance, scan = hypot(there.x, there.y), self.scan
-        if distance + radius > scan.range_max:
-            return False
-        half = atan2(radius, distance) / abs(scan.angle_increment)
-        middle = (atan2(there.y, there.x) - scan.angle_min) / scan.angle_increment
-        turn = 2.0 * pi / abs(scan.angle_increment)
-        beams = np.arange(ceil(middle - half), floor(middle + half) + 1) % round(turn)
-        if not len(beams) or beams.max() >= scan.ranges.size:
-            return False
-        return bool(np.all(scan.ranges[beams] > distance + radius))
 
 
 class Tracker:
@@ -70,8 +93,8 @@ class Tracker:
 
     An object that has moved remains a track while it is at rest. Without a map, static objects are
     tracked as well but not reported. When the view of a static thing changes, its disc wanders
-    along its surface; so an object has moved only if the ground ahead of it was seen free a moment
-    ago, or the ground where it was is seen free now.
+    along its surface, or jumps to another thing; so an object has moved only if most of its returns
+    lie on ground that was seen free a moment ago, or its returns of then on ground seen free now.
     """
 
     def __init__(self, parameters: TrackerParameters, static: OccupancyGrid | None = None) -> None:
@@ -224,6 +247,7 @@ class Tracker:
         if disc.is_whole:
             item.radius += _RADIUS_SHARE * (disc.radius - item.radius)
         item.hits, item.seen_at = item.hits + 1, self._time
+        item.seen.append((self._views[-1], disc.run))
         item.has_moved |= self._moves(item)
 
     def _moves(self, item: _ObjectFilter) -> bool:
@@ -234,18 +258,17 @@ class Tracker:
             item.hits >= self.parameters.confirm
             and speed >= self.parameters.moving_speed
             and gone >= self.parameters.moving_distance
-            and self._left_its_ground(item, speed)
+            and self._left_its_ground(item)
         )
 
-    def _left_its_ground(self, item: _ObjectFilter, speed: float) -> bool:
-        """Whether its front was seen free a moment ago, or its first position is seen free now."""
-        x, y, speed_x, speed_y = item.state
-        lead = item.radius / speed
-        front = x + lead * speed_x, y + lead * speed_y
-        before = list(self._views)[: len(self._views) // 2]
-        return self._views[-1].sees_past(*item.began, item.radius) or any(
-            view.sees_past(*front, item.radius) for view in before
-        )
+    def _left_its_ground(self, item: _ObjectFilter) -> bool:
+        """Whether it is where ground was seen free, or its old place is seen free now."""
+        views = list(self._views)
+        (now, run), (then, old) = item.seen[-1], item.seen[0]
+        if now.share_passed(then.points(old)) >= SHARE:
+            return True
+        points = now.points(run)
+        return any(view.share_passed(points) >= SHARE for view in views[: len(views) // 2])
 
     def _is_known(self, disc: Disc) -> bool:
         """Whether a disc lies inside a moving object: it is a part of it."""
@@ -263,6 +286,7 @@ class Tracker:
             _ObjectFilter(
                 self._next_id, np.array([disc.x, disc.y, 0.0, 0.0]), np.diag(variances),
                 disc.radius, (disc.x, disc.y), self._time,
+                deque([(self._views[-1], disc.run)], maxlen=VIEWS),
             )
         )  # fmt: skip
         self._next_id += 1

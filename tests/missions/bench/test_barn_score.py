@@ -94,3 +94,13 @@ def test_the_summary_counts_failures_as_zeros():
     assert lines[-1] == "  world 7 trial 1: touched at (1, 2)"
     assert per_world([RUN, failed])[1].split() == ["7", "1/2", "0.2500", "0.1250", "12.0"]
     assert summary([]) == ["no runs yet"]
+
+
+def test_a_run_whose_process_ended_counts_as_a_zero():
+    """It has neither a time nor a path length."""
+    crashed = replace(
+        RUN, trial=1, status="crashed", cause="exit code 3", time=0.0, path_length=0.0
+    )
+    assert "0.2500" in summary([RUN, crashed])[2]
+    assert "0.0000" in summary([crashed])[2]
+    assert per_world([crashed])[1].split()[:3] == ["7", "0/1", "0.0000"]
