@@ -164,11 +164,11 @@ def run_entry(entry: MissionEntry) -> MissionRun:
 
 
 def _from_report(report: Report) -> dict[str, Any]:
-    """Return the figures copied from the report."""
+    """Return the figures copied from the report; a replayed log has no contacts."""
     error = report.localisation_error or {"mean": 0.0, "max": 0.0}
     return {
-        "collisions": report.collisions,
-        "pushed_into": report.pushed_into,
+        "collisions": report.collisions or 0,
+        "pushed_into": report.pushed_into or 0,
         "recoveries": report.recoveries,
         "replans": report.replans,
         "localisation_error": (round(error["mean"], 4), round(error["max"], 4)),

@@ -248,8 +248,9 @@ def raise_along_motion(
 
     The outer corner of cell (0, 0) is (left_x, low_y).
     """
-    squared = max(speed_x * speed_x + speed_y * speed_y, 1e-12)
+    per_squared = 1.0 / max(speed_x * speed_x + speed_y * speed_y, 1e-12)
     slope = fade / max(horizon, 1e-12)
+    outer = (radius + reach) * (radius + reach)
     for row in range(cells.shape[0]):
         y = low_y + (row + 0.5) * resolution - start_y
         for column in range(cells.shape[1]):
@@ -257,11 +258,12 @@ def raise_along_motion(
             if value >= INSCRIBED:
                 continue
             x = left_x + (column + 0.5) * resolution - start_x
-            time = min(max((x * speed_x + y * speed_y) / squared, 0.0), horizon)
-            beyond = max(np.hypot(x - speed_x * time, y - speed_y * time) - radius, 0.0)
-            if beyond > reach:
+            time = min(max((x * speed_x + y * speed_y) * per_squared, 0.0), horizon)
+            ahead, aside = x - speed_x * time, y - speed_y * time
+            away = ahead * ahead + aside * aside
+            if away > outer:
                 continue
-            share = beyond / spread
+            share = max(np.sqrt(away) - radius, 0.0) / spread
             raised = cost * (1.0 - slope * time) * np.exp(-0.5 * share * share)
             cells[row, column] = max(value, int(raised + 1e-9))
 

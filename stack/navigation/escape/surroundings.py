@@ -23,6 +23,30 @@ TRAIL_STEP, TRAIL_TURN, KEPT_TRAIL = 0.02, 0.05, 150
 """Metres and radians between poses of the trail, and its length: 3 m on a straight line."""
 
 
+class _Entry:
+    """A measurement; it becomes a view when one is asked for, which most never are."""
+
+    def __init__(self, measured: RangeView) -> None:
+        self._measured = measured
+        self._view: View | None = None
+        self.base = measured.base
+
+    @property
+    def view(self) -> View:
+        """The measurement as a view."""
+        if self._view is None:
+            self._view = View.of(self._measured)
+        return self._view
+
+    def fill(self, older: View) -> None:
+        """Give invalid beams the ranges of an older view of the same pose."""
+        self._view = self.view.filled(older)
+
+    def near(self, pose: Pose2D, distance: float, angle: float) -> bool:
+        """Whether it was taken near a pose."""
+        return is_near(self.base, pose, distance, angle)
+
+
 class Surroundings:
     """Stores recent views and poses, so that areas hidden from the newest views remain known.
 
@@ -31,8 +55,8 @@ class Surroundings:
     """
 
     def __init__(self) -> None:
-        self._older: list[tuple[str, View]] = []
-        self._newest: dict[str, View] = {}
+        self._older: list[tuple[str, _Entry]] = []
+        self._newest: dict[str, _Entry] = {}
         self._seen: dict[str, RangeView] = {}
         self._trail: deque[Pose2D] = deque(maxlen=KEPT_TRAIL)
         self._cached_points: FloatArray | None = None
@@ -54,7 +78,7 @@ class Surroundings:
         }
         for name, view in new.items():
             self._seen[name] = view
-            self._add(name, View.of(view))
+            self._add(name, _Entry(view))
         if new:
             self._cached_points = None
             self.updates += 1
@@ -62,7 +86,8 @@ class Surroundings:
     @property
     def views(self) -> list[View]:
         """Stored views, the newest of each sensor last."""
-        return [*(view for _, view in self._older), *self._newest.values()]
+        older = (entry for _, entry in self._older)
+        return [entry.view for entry in (*older, *self._newest.values())]
 
     @property
     def trail(self) -> FloatArray:
@@ -84,27 +109,27 @@ class Surroundings:
 
     def _gathered(self) -> FloatArray:
         """(m, 2) points of all views, without those at positions that a newer view sees."""
-        found, newest = np.empty((0, 2)), self._newest.values()
-        for _, view in self._older:
+        found, newest = np.empty((0, 2)), [entry.view for entry in self._newest.values()]
+        for view in (entry.view for _, entry in self._older):
             found = np.concatenate([found[~view.shows(found)], view.points()])
         for view in newest:
             found = found[~view.shows(found)]
         return np.concatenate([found, *(view.points() for view in newest)])
 
-    def _add(self, name: str, view: View) -> None:
+    def _add(self, name: str, entry: _Entry) -> None:
         """Replace the newest view of a sensor; keep it if it was taken elsewhere."""
         before = self._newest.get(name)
-        if before is not None and before.near(view.base, STANDING, STANDING_TURN):
-            view = view.filled(before)
+        if before is not None and before.near(entry.base, STANDING, STANDING_TURN):
+            entry.fill(before.view)
         elif before is not None:
             self._keep(name, before)
-        self._newest[name] = view
+        self._newest[name] = entry
 
-    def _keep(self, name: str, view: View) -> None:
+    def _keep(self, name: str, entry: _Entry) -> None:
         """Store a view unless there is one of the sensor near it; drop the sensor's oldest one."""
-        same = [entry for entry in self._older if entry[0] == name]
-        if any(kept.near(view.base, APART, APART_TURN) for _, kept in reversed(same)):
+        same = [item for item in self._older if item[0] == name]
+        if any(kept.near(entry.base, APART, APART_TURN) for _, kept in reversed(same)):
             return
         if len(same) == KEPT_VIEWS:
-            self._older = [entry for entry in self._older if entry is not same[0]]
-        self._older.append((name, view))
+            self._older = [item for item in self._older if item is not same[0]]
+        self._older.append((name, entry))

@@ -45,10 +45,6 @@ class View:
         beams = _of_sonar(measured) if isinstance(measured, RangeReading) else _of_scan(measured)
         return cls(view.base, view.base.compose(measured.mount), *beams, measured.range_max)
 
-    def near(self, pose: Pose2D, distance: float, angle: float) -> bool:
-        """Whether it was taken near a pose."""
-        return is_near(self.base, pose, distance, angle)
-
     def filled(self, older: View) -> View:
         """Return a copy whose invalid beams have the ranges of an older view of the same pose."""
         if self.ranges.shape != older.ranges.shape:

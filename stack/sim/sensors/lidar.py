@@ -55,6 +55,8 @@ class Lidar:
         self._angle_min = -turn / 2.0
         self.rotation_time = description.rotation_time
         self._time_increment = self.rotation_time * self._increment / (2.0 * pi)
+        self._times = self._time_increment * (np.arange(n) - (n - 1))
+        self._beams = self._angle_min + self._increment * np.arange(n)
 
     def scan(self, trail: Trail, scene: SceneState, step: int, time: float) -> Scan:
         """Measure one scan.
@@ -91,16 +93,16 @@ class Lidar:
 
     def _origins(self, trail: Trail, time: float) -> tuple[FloatArray, FloatArray]:
         """Return (beams, 2) positions of the sensor and (beams,) increasing beam directions."""
-        d = self._description
-        stamps = time + self._time_increment * (np.arange(d.beams) - (d.beams - 1))
+        mount, stamps = self._description.mount, time + self._times
         rows = np.array([(t, pose.x, pose.y, pose.heading) for t, pose in trail])
-        rows[:, 3] = np.unwrap(rows[:, 3])
+        if np.ptp(rows[:, 3]) > pi:
+            rows[:, 3] = np.unwrap(rows[:, 3])
         x, y, heading = (np.interp(stamps, rows[:, 0], column) for column in rows[:, 1:].T)
         c, s = np.cos(heading), np.sin(heading)
-        mount = d.mount
-        origins = np.column_stack([x + c * mount.x - s * mount.y, y + s * mount.x + c * mount.y])
-        beams = self._angle_min + self._increment * np.arange(d.beams)
-        return origins, heading + mount.heading + beams
+        origins = np.empty((stamps.size, 2))
+        origins[:, 0] = x + c * mount.x - s * mount.y
+        origins[:, 1] = y + s * mount.x + c * mount.y
+        return origins, heading + mount.heading + self._beams
 
     def _add_errors(self, ranges: FloatArray, step: int) -> None:
         d = self._description

@@ -42,6 +42,13 @@ def test_missions_of_the_same_name_are_refused():
         mission_entries(("x/a.yaml", "y/a.yaml"), 1)
 
 
+def test_a_replayed_log_has_a_row(tmp_path):
+    words = ["bench", "missions", "27_map_a_log", "--seeds", "1", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[1].split()[:4] == ["27_map_a_log", "1/1", "0", "0"]
+
+
 def test_the_command_runs_and_resumes(tmp_path):
     words = ["bench", "missions", "01_drive_to_a_point", "--seeds", "2", "--out", str(tmp_path)]
     first = CliRunner().invoke(app, words)
