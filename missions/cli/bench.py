@@ -310,6 +310,7 @@ def world(  # noqa: PLR0913 - each is an option of the command
     from missions.bench.generation.worlds import WorldOptions, generate
 
     plan = generate(WorldOptions(kind, seed, rooms, people, unmapped))
+    plan.keep_clear(next(iter(plan.places.values())))
     out.mkdir(parents=True, exist_ok=True)
     file = out / f"{plan.name}.yaml"
     file.write_text(plan.text(), "utf-8")

@@ -168,10 +168,19 @@ def _through(
     limit: float,
     reach: float,
 ) -> bool:
-    """Return whether a beam of range `reach` passes a wall for angle errors up to 0.03 rad."""
-    for side in range(-1, 2):
-        distance, kind = _cast(occupancy, resolution, x, y, angle + 0.03 * side, limit)
-        if kind != WALL or reach <= distance + 0.25:
+    """Return whether a beam of range `reach` passes a wall.
+
+    It does for angle errors up to 0.03 rad and sideways errors up to one cell, as the edges of a
+    map's cells have.
+    """
+    across_x, across_y = -sin(angle) * resolution, cos(angle) * resolution
+    for side in range(-1, 2, 2):
+        turned, kind = _cast(occupancy, resolution, x, y, angle + 0.03 * side, limit)
+        if kind != WALL or reach <= turned + 0.25:
+            return False
+        beside_x, beside_y = x + side * across_x, y + side * across_y
+        beside, kind = _cast(occupancy, resolution, beside_x, beside_y, angle, limit)
+        if kind != WALL or reach <= beside + 0.25:
             return False
     return True
 

@@ -145,8 +145,11 @@ def print_disturbances(what: str, worlds: int) -> None:
 
 
 def samples(first: int, worlds: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return features (n, k), shares (n,) and whether the pose was right (n,), twice a second."""
-    rows, shares, right = [], [], []
+    """Return features (n, k), factors (n, 2) and whether the pose was right (n,), twice a second.
+
+    The factors are the share among rivals and the probability by the stated deviation.
+    """
+    rows, factors, right = [], [], []
     for kind in (*KINDS, *AMBIGUOUS):
         for seed in range(first, first + worlds):
             for crowd in (0, 4, 8):
@@ -155,9 +158,9 @@ def samples(first: int, worlds: int) -> tuple[np.ndarray, np.ndarray, np.ndarray
                     features = drive.filter.health_features
                     if features is not None and round(drive.robot.time * 10) % 5 == 0:
                         rows.append(features.row())
-                        shares.append(features.share)
+                        factors.append((features.share, features.within))
                         right.append(drive.is_right)
-    return np.array(rows), np.array(shares), np.array(right)
+    return np.array(rows), np.array(factors), np.array(right)
 
 
 def _episodes(drive: Drive) -> Iterator[None]:
@@ -180,31 +183,34 @@ def _episodes(drive: Drive) -> Iterator[None]:
             drive.place_at(drive.robot.pose)
 
 
-def fitted(rows: np.ndarray, shares: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return the weights of a logistic model by Newton's method, with a weak prior."""
-    use = shares > 0.95  # the share of the estimate is a factor of its own
-    x, y = rows[use], right[use].astype(np.float64)
+def fitted(rows: np.ndarray, factors: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the weights of the logistic model by Fisher scoring, with a weak prior."""
+    use = factors[:, 0] > 0.95  # the samples that rivals do not decide
+    x, within, y = rows[use], factors[use, 1], right[use].astype(np.float64)
     weights = np.zeros(x.shape[1])
-    for _ in range(50):
-        p = 1.0 / (1.0 + np.exp(-np.clip(x @ weights, -30.0, 30.0)))
-        gradient = x.T @ (y - p) - 0.1 * weights
-        curvature = (x * (p * (1.0 - p))[:, None]).T @ x + 0.1 * np.eye(x.shape[1])
+    for _ in range(100):
+        logistic = 1.0 / (1.0 + np.exp(-np.clip(x @ weights, -30.0, 30.0)))
+        p = np.clip(within * logistic, 1e-9, 1.0 - 1e-9)
+        slope = within * logistic * (1.0 - logistic)
+        gradient = x.T @ ((y - p) / (p * (1.0 - p)) * slope) - 0.1 * weights
+        information = slope * slope / (p * (1.0 - p))
+        curvature = (x * information[:, None]).T @ x + 0.1 * np.eye(x.shape[1])
         step = np.linalg.solve(curvature, gradient)
-        weights = weights + step
+        weights = weights + step / max(1.0, np.abs(step).max())
         if np.abs(step).max() < 1e-8:
             break
     return weights
 
 
 def reliability(
-    rows: np.ndarray, shares: np.ndarray, right: np.ndarray, weights: np.ndarray
+    rows: np.ndarray, factors: np.ndarray, right: np.ndarray, weights: np.ndarray
 ) -> tuple[float, list[tuple[int, float, float]]]:
     """Return the expected calibration error, and (samples, mean health, share right) of ten bins.
 
     M. P. Naeini, G. F. Cooper, M. Hauskrecht, "Obtaining Well Calibrated Probabilities Using
     Bayesian Binning", AAAI 2015.
     """
-    stated = shares / (1.0 + np.exp(-np.clip(rows @ weights, -30.0, 30.0)))
+    stated = factors.prod(axis=1) / (1.0 + np.exp(-np.clip(rows @ weights, -30.0, 30.0)))
     which = np.minimum((stated * 10).astype(int), 9)
     table, error = [], 0.0
     for one in range(10):
@@ -218,11 +224,11 @@ def reliability(
 
 def print_reliability(first: int, worlds: int, *, fit: bool) -> None:
     """Fit the weights, or test those in use."""
-    rows, shares, right = samples(first, worlds)
-    weights = fitted(rows, shares, right) if fit else health_model.WEIGHTS
+    rows, factors, right = samples(first, worlds)
+    weights = fitted(rows, factors, right) if fit else health_model.WEIGHTS
     if fit:
         print("WEIGHTS =", np.array2string(weights, precision=3, separator=", "))
-    error, table = reliability(rows, shares, right, weights)
+    error, table = reliability(rows, factors, right, weights)
     print(f"{right.size} samples, {right.mean():.1%} right, calibration error {error:.4f}")
     for count, stated, true in table:
         print(f"  {count:6d} samples: health {stated:.2f}, right {true:.2f}")

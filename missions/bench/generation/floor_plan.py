@@ -15,6 +15,12 @@ from stack.types import FloatArray, Pose2D
 WALL = 0.1
 """Thickness of walls, metres."""
 
+START_CLEARANCE = 1.5
+"""Metres between the robot and everybody at the start."""
+
+LEAST_CLEARANCE = 1.0
+"""Metres; nearer, a person may begin inside the robot."""
+
 
 @dataclass(frozen=True)
 class Room:
@@ -143,6 +149,22 @@ class FloorPlan:
         for number in random.permutation(len(self.pieces))[:count]:
             self.pieces[number] = replace(self.pieces[number], on_map=False)
 
+    def keep_clear(self, at: Pose2D) -> None:
+        """Let everybody begin at least START_CLEARANCE from a pose, or as far as their way leads.
+
+        Who stays within LEAST_CLEARANCE all the way is left out.
+        """
+        kept = []
+        for person in self.people:
+            shares = (person["start"] + np.arange(10) / 10.0) % 1.0
+            points = _along(np.array(person["waypoints"], dtype=np.float64), shares)
+            away = np.hypot(points[:, 0] - at.x, points[:, 1] - at.y)
+            clear = away >= START_CLEARANCE
+            chosen = np.argmax(clear) if clear.any() else np.argmax(away)
+            if away[chosen] >= LEAST_CLEARANCE:
+                kept.append({**person, "start": round(float(shares[chosen]), 2)})
+        self.people = kept
+
     def turned(self, quarter: int) -> FloorPlan:
         """Return the plan turned by quarters about the origin, without people."""
         angle = quarter % 4 * np.pi / 2.0
@@ -197,6 +219,13 @@ class FloorPlan:
             else:
                 lines.append(f"{key}: {json.dumps(value)}")
         return "\n".join(lines) + "\n"
+
+
+def _along(loop: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return the points (k, 2) at shares of the length of a closed polyline (n, 2)."""
+    closed = np.vstack([loop, loop[:1]])
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    return np.column_stack([np.interp(shares * length[-1], length, closed[:, i]) for i in (0, 1)])
 
 
 def _point(at: tuple[float, float]) -> list[float]:

@@ -151,6 +151,7 @@ def make_case(entry: LocalisationEntry) -> Case:
     random = stream(entry.seed, f"localisation {entry.experiment}")
     names = [str(name) for name in random.permutation(list(plan.places))]
     start, *others = names
+    plan.keep_clear(plan.places[start])
     text = plan.text().replace(f"start: {json.dumps(next(iter(plan.places)))}", f"start: {start}")
     others = (others or [start]) * GOALS
     text += _timeline(entry, plan, others[0])

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from missions.bench.generation.floor_plan import FloorPlan
+from missions.bench.generation.floor_plan import START_CLEARANCE, FloorPlan
 from missions.bench.generation.worlds import WorldOptions, generate
 from missions.bench.people.runs import PeopleCase, PeopleEntry
 from stack.errors import InputError
@@ -23,9 +23,6 @@ GOALS = 4
 MOST_PEOPLE = 6
 UNMAPPED = 0.2
 """Share of the furniture that the map does not show."""
-
-START_CLEARANCE = 1.5
-"""Metres between the robot and everybody at the start."""
 
 
 def make_flat(entry: PeopleEntry) -> PeopleCase:

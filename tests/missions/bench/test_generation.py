@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.bench.generation.floor_plan import FloorPlan
+from missions.bench.generation.floor_plan import LEAST_CLEARANCE, FloorPlan
 from missions.bench.generation.worlds import KINDS, WorldOptions, generate
 from missions.bench.shortest import shortest_path_lengths
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
+from stack.sim.people.loops import Walker
 from stack.sim.worlds.world_file import read_world
+from stack.types import Pose2D
 
 ROBOT = load_robot("scout", MISSIONS)
 
@@ -78,6 +80,24 @@ def test_people_and_the_unmapped_share_leave_walls_and_furniture_as_they_are():
     assert [piece.pose for piece in bare.pieces] == [piece.pose for piece in full.pieces]
     hidden = sum(not piece.on_map for piece in full.pieces)
     assert hidden == round(0.3 * len(full.pieces))
+
+
+def test_nobody_begins_at_the_start_of_the_robot(tmp_path):
+    """A person who begins inside the robot throws it a metre away: flat 10 threw it so."""
+    plan = generate(WorldOptions("flat", 10, people=4, unmapped=0.3))
+    start = plan.places["room_2"]
+
+    def nearest() -> float:
+        file = tmp_path / "flat.yaml"
+        file.write_text(plan.text())
+        walkers = [Walker(person) for person in read_world(file).people]
+        return min(start.distance_to(Pose2D(walker.x, walker.y)) for walker in walkers)
+
+    assert nearest() < 0.3
+    plan.keep_clear(start)
+    # the way of that person, in a room of 3 m, stays within 0.6 m of the start
+    assert len(plan.people) == 3
+    assert nearest() >= LEAST_CLEARANCE
 
 
 def test_a_twin_corridor_looks_the_same_after_half_a_turn_and_a_hotel_does_not():

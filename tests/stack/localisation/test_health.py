@@ -7,6 +7,7 @@ import pytest
 
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, Scan, wrap_angle
@@ -218,3 +219,14 @@ def test_the_median_forgets_what_is_older_than_its_window():
         recent.add(stamp, ScanView(value, 0.0, 0.0, -value))
     assert recent.median == ScanView(2.0, 0.0, 0.0, -2.0)
     assert recent.newest == ScanView(3.0, 0.0, 0.0, -3.0)
+
+
+def test_the_stated_deviation_is_a_factor_of_the_health():
+    """Along a corridor each pose fits: 68 and 95 % are within 0.3 m at one and two deviations."""
+    fits = ScanView(0.95, 0.0, 0.0, 0.0)
+    wide, narrow = (
+        HealthFeatures(fits, fits, FitScale(0.6, 0.9), deviation, 1.0) for deviation in (0.3, 0.15)
+    )
+    assert wide.within == pytest.approx(0.6827, abs=1e-4)
+    assert narrow.within == pytest.approx(0.9545, abs=1e-4)
+    assert health(wide) / health(narrow) == pytest.approx(0.6827 / 0.9545, abs=1e-3)

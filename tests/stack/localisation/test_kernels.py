@@ -98,6 +98,21 @@ def test_a_wall_in_the_last_half_metre_need_not_return_a_beam(limit, kind):
     assert kinds[0] == kind
 
 
+@pytest.mark.parametrize(
+    ("height", "passes"), [(0.0, True), (0.93, True), (0.97, False), (1.03, False), (1.1, False)]
+)
+def test_a_beam_within_a_cell_of_the_edge_of_a_wall_does_not_pass_it(height, passes):
+    """Of two equal rooms, the cells of one are up to a cell wider than those of the other."""
+    grid = room()
+    grid.cells[24:64, 63:65] = 100  # a wall from (0.95, -1.0) to (1.05, 1.0)
+    field = surface_field(grid)
+    kinds, _ = kernels.classify_beams(
+        field.occupancy, field.distances, *field.placement, np.array([0.65, height, 0.0]),
+        np.zeros(1), np.array([1.15]), 12.0, 0.08,
+    )  # fmt: skip
+    assert (kinds[0] == kernels.LONG) == passes
+
+
 @settings(deadline=None, max_examples=40)
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.08, 0.08))
 def test_alignment_finds_the_pose_a_scan_was_taken_at(dx, dy, turn):

@@ -46,6 +46,19 @@ def test_pushes_heal(moved):
     assert good >= 9
 
 
+def test_small_shoves_heal_within_two_searches():
+    """After 0.17 m the scans end beside the walls: no beam is long, and none meets a new thing."""
+    place, generator = office(), np.random.default_rng(23)
+    localiser, seconds = None, []
+    for bearing in np.arange(8) * pi / 4:
+        pose = place.free_pose(generator)
+        after = pose.compose(Pose2D(0.17 * np.cos(bearing), 0.17 * np.sin(bearing)))
+        localiser = settled(place, pose, generator, localiser)
+        seconds.append(healed(place, localiser, generator, after, HERE, 3.0))
+    p = LocaliserParameters()
+    assert sorted(seconds)[-2] <= p.recovery_time + 2 * p.recovery_period + 0.2
+
+
 def test_kidnaps_heal_without_the_mission():
     place, generator, good = office(), np.random.default_rng(22), 0
     localiser = None
