@@ -10,16 +10,18 @@ from py_trees.common import Status
 
 from behaviours._odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
-from stack.types import Frontier
+from stack.types import Frontier, Pose2D
 
 LOOK_PERIOD = 1.0
 """Seconds between two looks at the frontiers during a drive."""
 SETTLING_TIME = 1.0
 """Seconds without a frontier after which the exploration is over: the newest scans may lag."""
+LOOK_ANGLE = 0.4
+"""Radians; SLAM keeps a scan of a place from which the robot has turned this far."""
 SAME_PLACE = 0.75
 """Metres within which two frontiers are the same one."""
-ATTEMPTS = 2
-"""Failed drives to one place before it is forgotten."""
+ATTEMPTS = 3
+"""Drives to views of one place that fail or show nothing new before it is forgotten."""
 DRIVES = 4
 """Drives to one place before it is forgotten, also those that ended early."""
 
@@ -46,8 +48,8 @@ class Explore(RobotBehaviour):
 
     A frontier is where known free space meets unknown space. The next one is the one with the most
     unknown area in view per metre of the way. Drives end early when the frontier has been seen from
-    the way. Places that cannot be reached are tried twice and forgotten. Needs a mission without a
-    map, or one that draws its map: `localisation: slam`.
+    the way. Of a place that cannot be reached or seen, three views are tried. Needs a mission
+    without a map, or one that draws its map: `localisation: slam`.
     """
 
     sensor_range: float = port(
@@ -76,6 +78,7 @@ class Explore(RobotBehaviour):
         self._home = self.robot.pose
         self._timer, self._trail = self.start_timer(), OdometryTrail()
         self._tried: list[_Tried] = []
+        self._avoided: list[Pose2D] = []
         self._steps = self._explore()
 
     def update(self) -> Status:
@@ -132,9 +135,24 @@ class Explore(RobotBehaviour):
         self.failure = None
         if status is Status.FAILURE:
             place.attempts += 1
+            self._avoided.append(frontier.pose)
         elif self._still_there(frontier):
-            place.attempts = ATTEMPTS  # there is nothing more to see from here
+            yield from self._look_around()
+            if self._still_there(frontier):  # there is nothing more to see from here
+                place.attempts += 1
+                self._avoided.append(frontier.pose)
         yield
+        return True
+
+    def _look_around(self) -> Steps:
+        """Turn a little, so that the map gets a scan from here, and wait until it is drawn."""
+        task = self.robot.spin(LOOK_ANGLE)
+        while self.follow(task) is Status.RUNNING:
+            yield
+        self.failure = None
+        settling = self.start_timer()
+        while not settling.is_over(SETTLING_TIME):
+            yield
         return True
 
     def _best(self) -> Frontier | None:
@@ -144,8 +162,9 @@ class Explore(RobotBehaviour):
 
     def _frontiers(self) -> list[Frontier]:
         return self.robot.frontiers(
-            sensor_range=self.sensor_range, least_size=self.least_size, least_gain=self.least_gain
-        )
+            sensor_range=self.sensor_range, least_size=self.least_size, least_gain=self.least_gain,
+            avoided=self._avoided,
+        )  # fmt: skip
 
     def _still_there(self, frontier: Frontier) -> bool:
         return any(_distance(item, *frontier.middle) < SAME_PLACE for item in self._frontiers())

@@ -9,7 +9,7 @@ assert tick(drive, robot) is Status.SUCCESS
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -145,8 +145,9 @@ class ScriptedRobot:
         )
 
     def frontiers(
-        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25
-    ) -> list[Frontier]:
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
+        avoided: Sequence[Pose2D] = (),
+    ) -> list[Frontier]:  # fmt: skip
         """Return `frontier_list`."""
         return list(self.frontier_list)
 

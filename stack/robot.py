@@ -6,6 +6,7 @@ task cancels the previous one. Names follow nav2_simple_commander.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from stack.types import (
@@ -129,14 +130,16 @@ class Robot(Protocol):
         ...
 
     def frontiers(
-        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25
-    ) -> list[Frontier]:
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
+        avoided: Sequence[Pose2D] = (),
+    ) -> list[Frontier]:  # fmt: skip
         """Places where the robot can see unknown space, the nearest first; takes milliseconds.
 
         Args:
             sensor_range: distance at which a view shows unknown space, metres.
             least_size: shorter frontiers are ignored, metres.
             least_gain: views that show less are ignored, square metres.
+            avoided: views that are not returned again, for example because no way leads there.
         """
         ...
 

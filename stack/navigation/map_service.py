@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Protocol
 
@@ -90,10 +91,12 @@ class MapService:
             self._area = grid, known_area(grid)
         return self._area[1]
 
-    def frontiers(self, pose: Pose2D, parameters: FrontierParameters) -> list[Frontier]:
-        """Return the frontiers that the robot can reach, the nearest first."""
+    def frontiers(
+        self, pose: Pose2D, parameters: FrontierParameters, avoided: Sequence[Pose2D] = ()
+    ) -> list[Frontier]:
+        """Return the frontiers that the robot can reach, the nearest first, with other views."""
         radius = self._robot.footprint.inscribed_radius + SPARE
-        return frontiers_of(self.grid, pose, radius, parameters)
+        return frontiers_of(self.grid, pose, radius, parameters, avoided)
 
     def coverage(
         self, pose: Pose2D, corners: FloatArray | None, spacing: float, clearance: float | None

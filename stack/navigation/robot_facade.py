@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, Protocol
@@ -189,11 +189,12 @@ class RobotFacade:
         return self._parts.recording_over()
 
     def frontiers(
-        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25
-    ) -> list[Frontier]:
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
+        avoided: Sequence[Pose2D] = (),
+    ) -> list[Frontier]:  # fmt: skip
         """Places where the robot can see unknown space, the nearest first."""
         parameters = FrontierParameters(sensor_range, least_size, least_gain)
-        return self._parts.maps.frontiers(self.pose, parameters)
+        return self._parts.maps.frontiers(self.pose, parameters, avoided)
 
     def coverage(
         self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None

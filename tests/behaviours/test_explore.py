@@ -5,7 +5,7 @@ import pytest
 from py_trees.common import Status
 
 from behaviours.coverage import Coverage
-from behaviours.explore import Explore
+from behaviours.explore import LOOK_ANGLE, Explore
 from behaviours.load_map import LoadMap
 from behaviours.save_map import SaveMap
 from behaviours.testing import ScriptedRobot, halt, tick
@@ -50,15 +50,29 @@ def test_a_drive_ends_when_its_frontier_has_been_seen_from_the_way():
     assert drive.status is not TaskStatus.SUCCEEDED
 
 
-def test_a_place_that_cannot_be_reached_is_tried_twice_and_forgotten():
+def test_of_a_place_that_cannot_be_reached_three_views_are_tried():
     robot = ScriptedRobot(frontier_list=[NEAR])
     explore = Explore(return_home=False)
-    for _ in range(2):
+    for _ in range(3):
         tick(explore, robot, 0.3)
         robot.task.fail(FailureCode.NO_VALID_PATH, "a wall")
     assert tick(explore, robot, 3.0) is Status.SUCCESS
-    assert goals(robot) == [2.0, 2.0]
+    assert goals(robot) == [2.0, 2.0, 2.0]
     assert (explore.unreachable, explore.failure) == (1, None)
+
+
+def test_at_a_view_the_robot_turns_a_little_before_it_gives_up():
+    """SLAM adds a scan only after a motion: what the robot sees from the view is not drawn yet."""
+    robot = ScriptedRobot(frontier_list=[NEAR])
+    explore = Explore(return_home=False)
+    tick(explore, robot, 0.3)
+    robot.task.succeed()
+    tick(explore, robot, 0.3)
+    assert [call["angle"] for call in robot.calls_of("spin")] == [LOOK_ANGLE]
+    robot.task.succeed()
+    robot.frontier_list = []
+    assert tick(explore, robot, 3.0) is Status.SUCCESS
+    assert explore.unreachable == 0
 
 
 def test_exploration_fails_when_the_way_home_is_blocked_and_stops_when_halted():

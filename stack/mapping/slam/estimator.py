@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 from pathlib import Path
 from typing import ClassVar
 
@@ -14,6 +15,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.search.matches import GlobalMatch, Views
+from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.parameters import SlamParameters
 from stack.parameters import suggestion
@@ -31,8 +33,8 @@ from stack.types import (
 SMALL_CORRECTION = 0.02
 """Metres: corrections by the optimiser below this are no jump."""
 
-LEAST_OVERLAP, FULL_OVERLAP = 0.2, 0.6
-"""Share of a scan's points that the map explains, at health 0 and 1."""
+LEAST_SHARE, FULL_SHARE = 0.2, 0.6
+"""Share of the evidence of a scan that speaks for its pose, at health 0 and 1."""
 
 CLEARANCE = 0.05
 """Metres between the robot's inscribed circle and surfaces on the way to a view."""
@@ -110,7 +112,9 @@ class SlamEstimator(Estimator):
         self._is_located, self._search_due = True, 0.0
         self._worker = OptimiserWorker()
         self._map_from_odom, self._odometry = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
+        self._matched = Pose2D(0.0, 0.0)
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
+        self._consistency = MapConsistency()
         self._health, self._jumps = 1.0, 0
         self._time = self._corrected_at = 0.0
         self._is_started, self._is_real_time = False, False
@@ -327,19 +331,38 @@ class SlamEstimator(Estimator):
 
     def _match(self, scan: Scan, odometry: Pose2D) -> None:
         pose = self.mapper.add(scan.stamp, odometry, scan)
+        moved, self._matched = odometry.relative_to(self._matched), odometry
         self._map_from_odom = pose.compose(odometry.inverse())
         self._corrected_at = max(self._corrected_at, scan.stamp)
         match = self.mapper.match
         if match is None:
             return
-        span = FULL_OVERLAP - LEAST_OVERLAP
-        fit = min(1.0, max(0.0, (match.overlap - LEAST_OVERLAP) / span))
-        self._health += self.parameters.health_gain * (fit - self._health)
+        self._weigh(pose, scan)
+        if not match.information.any():  # nothing to match with: odometry alone
+            self._covariance = self._covariance + self._odometry_errors(moved)
+            return
         least = np.eye(3) / UNKNOWN_VARIANCE
         local = np.linalg.inv(match.information + least) + np.diag([1e-5, 1e-5, 1e-6])
         c, s = np.cos(pose.heading), np.sin(pose.heading)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         self._covariance = turn @ local @ turn.T
+
+    def _weigh(self, pose: Pose2D, scan: Scan) -> None:
+        """Take a scan into the health, unless it only shows what the map does not know yet."""
+        version = self.mapper.map_version
+        if not self._consistency.is_for(version):
+            self._consistency.draw(self.mapper.shown_grid(), version)
+        share = self._consistency.share(pose, scan)
+        if share is not None:
+            fit = min(1.0, max(0.0, (share - LEAST_SHARE) / (FULL_SHARE - LEAST_SHARE)))
+            self._health += self.parameters.health_gain * (fit - self._health)
+
+    def _odometry_errors(self, moved: Pose2D) -> FloatArray:
+        """Return the covariance (3, 3) of the errors of a motion, alike in x and y."""
+        p, distance = self.parameters, hypot(moved.x, moved.y)
+        position = p.odometry_distance_error * distance
+        heading = p.odometry_angle_error * (abs(moved.heading) + 0.3 * distance)
+        return np.diag(np.square([position, position, heading]))
 
     def _apply_optimisation(self) -> None:
         poses = self._worker.result(self._time)

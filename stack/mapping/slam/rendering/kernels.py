@@ -32,7 +32,8 @@ def insert_scan(
 
     Each cell counts once for a beam: those before its end as free, that of its end as occupied
     (S. Thrun et al., Probabilistic Robotics, chapter 9). Beams without return (inf) clear the
-    first `without_return` metres; longer ones than `longest` clear up to there.
+    first `without_return` metres if the beams beside them have none either: a single one was lost.
+    Longer ones than `longest` clear up to there.
     """
     rows, columns = odds.shape
     for i in range(ranges.size):
@@ -40,6 +41,8 @@ def insert_scan(
         if np.isnan(distance):
             continue
         if np.isinf(distance):
+            if np.isfinite(ranges[i - 1]) or np.isfinite(ranges[(i + 1) % ranges.size]):
+                continue
             distance, is_hit = without_return, False
         if distance > longest:
             distance, is_hit = longest, False

@@ -7,6 +7,7 @@ import pytest
 
 from stack.mapping.exploration.coverage import coverage_plan
 from stack.mapping.exploration.frontiers import (
+    VIEW_SPACING,
     FrontierParameters,
     frontiers_of,
     known_area,
@@ -51,6 +52,33 @@ def test_the_end_of_the_known_part_of_a_corridor_is_a_frontier():
     assert frontier.distance == pytest.approx(2.45, abs=0.15)
     assert frontier.gain == pytest.approx(2.0, abs=0.4)
     assert abs(frontier.pose.heading) < 0.3
+
+
+def corridor_with_a_door():
+    """A corridor 1 m wide, unknown after 3 m; a door at 2.3 to 2.7 m leads to an unknown room."""
+    cells = room(6.0, 3.2)
+    cells[11, :] = OCCUPIED
+    cells[11, 23:27] = FREE
+    cells[12:-1, 1:-1] = cells[1:11, 31:-1] = UNKNOWN
+    return grid_of(cells)
+
+
+def test_the_view_with_the_most_to_see_is_chosen():
+    """From the door the robot sees the end of the corridor and into the room."""
+    (frontier,) = frontiers_of(corridor_with_a_door(), Pose2D(0.6, 0.6), 0.2)
+    assert frontier.middle == pytest.approx((3.05, 0.6), abs=0.06)
+    assert 2.3 <= frontier.pose.x <= 2.7
+    assert frontier.gain > 2.4, "2 m² of the corridor alone"
+
+
+def test_views_to_which_no_way_leads_are_not_returned_again():
+    grid, avoided = corridor_with_a_door(), []
+    for _ in range(3):
+        (frontier,) = frontiers_of(grid, Pose2D(0.6, 0.6), 0.2, avoided=avoided)
+        assert all(frontier.pose.distance_to(view) > VIEW_SPACING for view in avoided)
+        avoided.append(frontier.pose)
+    everywhere = [Pose2D(2.0 + 0.3 * k, y) for k in range(5) for y in (0.3, 0.6, 0.9)]
+    assert frontiers_of(grid, Pose2D(0.6, 0.6), 0.2, avoided=everywhere) == []
 
 
 def test_frontiers_behind_a_passage_that_is_too_narrow_are_not_reachable():
