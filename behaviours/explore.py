@@ -18,6 +18,9 @@ SETTLING_TIME = 1.0
 """Seconds without a frontier after which the exploration is over: the newest scans may lag."""
 LOOK_ANGLE = 0.4
 """Radians; SLAM keeps a scan of a place from which the robot has turned this far."""
+GAIN_EXPONENT = 0.25
+"""Of the unknown area in view, divided by the way. With 1 the robot left small rests in a room and
+came back for them at the end: mission 25 took up to 270 s instead of 190 s."""
 SAME_PLACE = 0.75
 """Metres within which two frontiers are the same one."""
 ATTEMPTS = 3
@@ -46,8 +49,8 @@ class _Tried:
 class Explore(RobotBehaviour):
     """Drive to frontiers until nothing reachable is unknown, and return to the start.
 
-    A frontier is where known free space meets unknown space. The next one is the one with the most
-    unknown area in view per metre of the way. Drives end early when the frontier has been seen from
+    A frontier is where known free space meets unknown space. The next one is a near one with much
+    unknown area in view. Drives end early when the frontier has been seen from
     the way. Of a place that cannot be reached or seen, three views are tried. Needs a mission
     without a map, or one that draws its map: `localisation: slam`.
     """
@@ -96,6 +99,25 @@ class Explore(RobotBehaviour):
         return Status.RUNNING
 
     def _explore(self) -> Steps:
+        while True:
+            yield from self._visit_all()
+            if not self.return_home:
+                return True
+            looked = self.start_timer()
+            task = self.robot.navigate_to(self._home)
+            while (status := self.follow(task)) is Status.RUNNING:
+                self.feedback_message = "everything reachable is known; returning"
+                yield
+                if not looked.is_over(LOOK_PERIOD):
+                    continue
+                looked.restart()
+                if self._best() is not None:  # newly drawn scans or a closed loop showed another
+                    break
+            else:
+                return status is Status.SUCCESS
+
+    def _visit_all(self) -> Steps:
+        """Visit frontiers until none has been left for SETTLING_TIME."""
         settling = self.start_timer()
         while not settling.is_over(SETTLING_TIME):
             best = self._best()
@@ -105,13 +127,7 @@ class Explore(RobotBehaviour):
                 continue
             yield from self._visit(best)
             settling.restart()
-        if not self.return_home:
-            return True
-        self.feedback_message = "everything reachable is known; returning"
-        task = self.robot.navigate_to(self._home)
-        while (status := self.follow(task)) is Status.RUNNING:
-            yield
-        return status is Status.SUCCESS
+        return True
 
     def _visit(self, frontier: Frontier) -> Steps:
         """Drive to the view of a frontier until it has vanished; note places that fail."""
@@ -156,9 +172,12 @@ class Explore(RobotBehaviour):
         return True
 
     def _best(self) -> Frontier | None:
-        """Return the frontier with the most gain per metre; None without one."""
+        """Return the frontier to drive to next; None without one."""
         known = [item for item in self._frontiers() if not self._is_forgotten(item)]
-        return max(known, key=lambda item: item.gain / (item.distance + self.detour), default=None)
+        return max(known, key=self._worth, default=None)
+
+    def _worth(self, frontier: Frontier) -> float:
+        return float(frontier.gain**GAIN_EXPONENT / (frontier.distance + self.detour))
 
     def _frontiers(self) -> list[Frontier]:
         return self.robot.frontiers(

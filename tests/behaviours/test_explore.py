@@ -24,19 +24,33 @@ def goals(robot):
     return [call["goal"].x for call in robot.calls_of("navigate_to")]
 
 
-def test_the_most_gain_per_metre_is_next_and_home_is_last():
-    """4 / (2 + 2) = 1, 20 / (5 + 2) = 2.9, 4 / (9 + 2) = 0.36 m² per metre."""
+def test_near_frontiers_with_much_to_see_are_next_and_home_is_last():
+    """Fourth root of the gain by distance + detour: 1.41 / 4 = 0.35, 2.11 / 7 = 0.30, 1.41 / 11."""
     robot = ScriptedRobot(frontier_list=[NEAR, WIDE, FAR], known_area=12.0)
     explore = Explore()
     assert tick(explore, robot) is Status.RUNNING
-    assert goals(robot) == [5.0]
+    assert goals(robot) == [2.0]
     robot.frontier_list = []
     robot.task.succeed()
     assert tick(explore, robot, 1.5) is Status.RUNNING
-    assert goals(robot) == [5.0, 0.0]
+    assert goals(robot) == [2.0, 0.0]
     robot.task.succeed()
     assert tick(explore, robot, 0.5) is Status.SUCCESS
     assert (explore.known_area, explore.unreachable) == (12.0, 0)
+
+
+def test_a_frontier_that_appears_on_the_way_home_is_visited():
+    robot = ScriptedRobot()
+    explore = Explore()
+    tick(explore, robot, 1.5)
+    assert goals(robot) == [0.0]
+    robot.frontier_list = [NEAR]
+    tick(explore, robot, 1.5)
+    assert goals(robot) == [0.0, 2.0]
+    robot.frontier_list = []
+    robot.task.succeed()
+    tick(explore, robot, 1.5)
+    assert goals(robot) == [0.0, 2.0, 0.0]
 
 
 def test_a_drive_ends_when_its_frontier_has_been_seen_from_the_way():
@@ -44,9 +58,9 @@ def test_a_drive_ends_when_its_frontier_has_been_seen_from_the_way():
     explore = Explore()
     tick(explore, robot, 0.5)
     drive = robot.task
-    robot.frontier_list = [NEAR]
+    robot.frontier_list = [WIDE]
     tick(explore, robot, 1.5)
-    assert goals(robot) == [5.0, 2.0]
+    assert goals(robot) == [2.0, 5.0]
     assert drive.status is not TaskStatus.SUCCEEDED
 
 
