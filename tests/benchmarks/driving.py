@@ -23,6 +23,7 @@ from missions.bench.people.table import (
 )
 from missions.bench.runs import Entry, Setup, TrialRow
 from missions.bench.table import TableOptions, fill_table
+from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS
 from tests.benchmarks.table import Rows
 
@@ -71,15 +72,23 @@ def people_table(seeds: int, options: TableOptions) -> Rows:
 
 
 def barn_table(worlds: Path, options: TableOptions) -> Rows:
-    """A row for the mission as it is, one trial in each world."""
-    setup = Setup(str(MISSIONS / "bench" / "barn.yaml"), RULES)
-    return _by_controller(_driven(barn_entries(worlds, [setup], 1), options))
+    """A row for the mission as it is, and one with SLAM; one trial in each world."""
+    mission = str(MISSIONS / "bench" / "barn.yaml")
+    slam = RunOptions(parameters={"localisation.use": "slam"})
+    setups = [Setup(mission, RULES), Setup(mission, RULES, slam)]
+    return _by_controller(_driven(barn_entries(worlds, setups, 1), options))
 
 
 def controller_of(entry: Entry) -> str:
     """The controller that drives, also where it is the mission's."""
     plan, _ = entry.setup.plan(entry.case, entry.trial)
     return plan.choices["controller"].name
+
+
+def localisation_of(entry: Entry) -> str:
+    """The estimator of the pose on the map."""
+    plan, _ = entry.setup.plan(entry.case, entry.trial)
+    return plan.choices["localisation"].name
 
 
 def _driven(entries: list[Entry], options: TableOptions) -> list[tuple[Entry, TrialRow]]:
@@ -93,7 +102,8 @@ def _by_controller(driven: Sequence[tuple[Entry, TrialRow]]) -> Rows:
         runs = [run for _, run in driven if run.setup == setup]
         first = next(entry for entry, _ in driven if entry.setup.label == setup)
         rows.append({
-            "controller": controller_of(first), "worlds": len({run.world for run in runs}),
+            "controller": controller_of(first), "localisation": localisation_of(first),
+            "worlds": len({run.world for run in runs}),
             "success %": 100 * mean(run.success for run in runs),
             "score k=2": mean(score_of(run, K_SINCE_2024) for run in runs),
             "score k=4": mean(score_of(run, K_BEFORE) for run in runs),

@@ -36,7 +36,8 @@ LAYOUTS: dict[str, Layout] = {
     ),
     "barn": Layout(
         {
-            "controller": "{controller}", "worlds": "{worlds}", "success": "{success %:.1f} %",
+            "controller": "{controller}", "localisation": "{localisation}", "worlds": "{worlds}",
+            "success": "{success %:.1f} %",
             "score, k = 2": "{score k=2:.3f}", "score, k = 4": "{score k=4:.3f}",
             "median time": "{time s:.1f} s", "least clearance": "{clearance cm:.1f} cm",
         },
@@ -44,7 +45,9 @@ LAYOUTS: dict[str, Layout] = {
     ),
     "slam": Layout({
         "log": "{log}", "translational error": "{error m:.4f} ± {± m:.4f} m",
-        "rotational error": "{error °:.2f} ± {± °:.2f}°", "scans": "{scans}",
+        "rotational error": "{error °:.2f} ± {± °:.2f}°",
+        "contradicted": "{contradicted} of {relations}",
+        "error of the others": "{error of the others m:.4f} m", "scans": "{scans}",
         "wall time": "{wall s:.0f} s", "median step": "{step median ms:.1f} ms",
         "99 % of the steps": "{step p99 ms:.1f} ms",
     }),

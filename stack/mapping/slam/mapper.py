@@ -36,7 +36,7 @@ LARGE_STEP, LARGE_TURN = 0.4, 0.5
 """Metres and radians between two scans above which the scan is also searched near the last pose:
 odometry that stood still for some scans reports all of their motion at once."""
 
-LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.3, 0.12
+LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.5, 0.12
 """Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
 door most of a scan is new, and what remains gives the heading better than odometry does."""
 
