@@ -19,8 +19,8 @@ SETTLING_TIME = 1.0
 LOOK_ANGLE = 0.4
 """Radians; SLAM keeps a scan of a place from which the robot has turned this far."""
 GAIN_EXPONENT = 0.25
-"""Of the unknown area in view, divided by the way. With 1 the robot left small rests in a room and
-came back for them at the end: mission 25 took up to 270 s instead of 190 s."""
+"""Of the unknown area in view, which is divided by the way. With 1 the robot left small areas in a
+room and came back for them at the end: mission 25 took 273 s instead of 167 s with seed 1."""
 SAME_PLACE = 0.75
 """Metres within which two frontiers are the same one."""
 ATTEMPTS = 3
@@ -50,9 +50,9 @@ class Explore(RobotBehaviour):
     """Drive to frontiers until nothing reachable is unknown, and return to the start.
 
     A frontier is where known free space meets unknown space. The next one is a near one with much
-    unknown area in view. Drives end early when the frontier has been seen from
-    the way. Of a place that cannot be reached or seen, three views are tried. Needs a mission
-    without a map, or one that draws its map: `localisation: slam`.
+    unknown area in view. Drives end early when the frontier has been seen from the way. Of a place
+    that cannot be reached or seen, three views are tried. Needs a mission without a map, or one
+    that draws its map: `localisation: slam`.
     """
 
     sensor_range: float = port(

@@ -243,8 +243,8 @@ class SlamEstimator(Estimator):
     def estimate(self) -> PoseEstimate:
         """The newest pose, its health and its rivals.
 
-        While mapping, the health is the share of the scans that the map explains, scaled. On a map
-        that stays as it is, it is the calibrated probability of Monte-Carlo localisation.
+        While mapping, the health says how well the scans agree with the known walls. On a map that
+        stays as it is, it is the calibrated probability of Monte-Carlo localisation.
         """
         p = self.parameters
         return PoseEstimate(
