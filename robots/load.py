@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 
 from robots.declared import BODY, FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
-from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
+from robots.sensors import (
+    parameters_of,
+    read_camera,
+    read_depth_cameras,
+    read_lidar,
+    read_lidars,
+    read_sonars,
+)
 from robots.urdf import read_urdf
 from robots.wheels import check_joints, check_lateral_speed, read_skid, read_wheels
 from stack.documents import Finding, Findings, Node, Section, read_document
@@ -88,7 +95,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     skid = read_skid(top, wheels)
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
     lidar, camera = read_lidar(top.section("lidar")), read_camera(top.section("camera"))
-    lidars, sonars = read_lidars(top), read_sonars(top)
+    lidars, sonars, depth_cameras = read_lidars(top), read_sonars(top), read_depth_cameras(top)
     imu_section = top.section("imu")
     imu = None if imu_section is None else parameters_of(imu_section, ImuDescription)
     battery = parameters_of(top.section("battery"), BatteryDescription)
@@ -98,7 +105,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     assert footprint is not None and wheels is not None and urdf is not None
     return RobotDescription(
         name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
-        components, path, lidars, sonars, body, skid,
+        components, path, lidars, sonars, body, skid, depth_cameras,
     )  # fmt: skip
 
 

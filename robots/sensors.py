@@ -1,4 +1,4 @@
-"""Reader of the sensors in robot.yaml: lidars, sonars and cameras."""
+"""Reader of the sensors in robot.yaml: lidars, sonars, cameras and depth cameras."""
 
 from __future__ import annotations
 
@@ -8,7 +8,12 @@ from typing import Any, TypeVar, cast
 
 from robots.declared import SHAPE, X, Y, Z
 from stack.documents import Section
-from stack.drivetrain.description import CameraDescription, LidarDescription, SonarDescription
+from stack.drivetrain.description import (
+    CameraDescription,
+    DepthCameraDescription,
+    LidarDescription,
+    SonarDescription,
+)
 from stack.parameters import Declaration, declarations
 from stack.types import CameraModel, Pose2D
 
@@ -24,6 +29,8 @@ PIXELS = tuple(
     )
     for name, default in (("width", 320), ("height", 240))
 )
+RESERVED = ("lidar", "camera", "wheels", "imu", "battery")
+"""Names of the sensors that have sections of their own."""
 FIELD_OF_VIEW = Declaration(
     "field_of_view", float, "horizontal opening angle", "rad", pi * 70 / 180, above=0.0, at_most=2.8
 )
@@ -62,15 +69,29 @@ def read_camera(section: Section | None) -> CameraDescription | None:
     """Read the camera; None without a section."""
     if section is None:
         return None
+    return parameters_of(section, CameraDescription, model=_model(section))
+
+
+def _depth_camera(section: Section | None) -> DepthCameraDescription | None:
+    if section is None:
+        return None
+    camera = parameters_of(section, DepthCameraDescription, model=_model(section))
+    if camera.range_min >= camera.range_max:
+        mark = (section.node.get("range_min") or section.node).mark
+        sentence = f"range_min: {camera.range_min:g} must be below {camera.range_max:g}"
+        section.findings.error(SHAPE, mark, sentence)
+    return camera
+
+
+def _model(section: Section) -> CameraModel:
     width, height = (section.value(declared) for declared in PIXELS)
     focal_length = width / 2 / tan(section.value(FIELD_OF_VIEW) / 2)
     node = section.node_of("position", required=True)
     position = None if node is None else section.parts("position", node, (X, Y, Z))
     x, y, z = position or (0.0, 0.0, 0.0)
-    model = CameraModel(
+    return CameraModel(
         width, height, focal_length, (x, y, z), section.value(PITCH), section.value(YAW)
     )
-    return parameters_of(section, CameraDescription, model=model)
 
 
 def read_lidars(top: Section) -> dict[str, LidarDescription]:
@@ -83,12 +104,17 @@ def read_sonars(top: Section) -> dict[str, SonarDescription]:
     return _named(top, "sonars", _sonar)
 
 
+def read_depth_cameras(top: Section) -> dict[str, DepthCameraDescription]:
+    """Read the depth cameras, by name."""
+    return _named(top, "depth_cameras", _depth_camera)
+
+
 def _named(top: Section, key: str, read: Callable[[Section | None], T | None]) -> dict[str, T]:
     section = top.section(key)
     found: dict[str, T] = {}
     for name, node in section.node.entries if section is not None else ():
-        if name.value == "lidar":
-            top.findings.error(SHAPE, name.mark, f"{key}: the name `lidar` is reserved")
+        if name.value in RESERVED:
+            top.findings.error(SHAPE, name.mark, f"{key}: the name `{name.value}` is reserved")
             continue
         sensor = read(Section(node, top.findings, f"`{key}.{name.value}`", SHAPE))
         if sensor is not None:

@@ -14,13 +14,20 @@ with any subset of sensors in use.
 from __future__ import annotations
 
 from stack.body import Body, BodyCommand, ContactTally, GroundTruth, SimulatedWorld
-from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.description import (
+    CameraDescription,
+    DepthCameraDescription,
+    RobotDescription,
+)
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.rendering import RenderSetup
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Observation, Pose2D
+
+CAMERA = "camera"
+"""Name of the colour camera."""
 
 
 class SimulatedBody(Body, SimulatedWorld):
@@ -54,9 +61,10 @@ class SimulatedBody(Body, SimulatedWorld):
             if simulation is None:
                 self._simulation.close()
             raise
-        self._camera: Camera | None = None
-        if description.camera is not None:
-            self._camera = Camera(RenderSetup(world, description.urdf, description.camera, seed))
+        self._cameras = {
+            name: Camera(RenderSetup(world, description.urdf, camera, seed, name))
+            for name, camera in _cameras(description).items()
+        }
 
     @property
     def description(self) -> RobotDescription:
@@ -71,8 +79,9 @@ class SimulatedBody(Body, SimulatedWorld):
     def sense(self) -> Observation:
         """Return the measurements since the last call: newest scan and picture, all IMU samples."""
         self._simulation.begin()
-        image = self._camera.take(self.time) if self._camera else None
-        return self._robot.observation(self.time, image)
+        pictures = {name: camera.take(self.time) for name, camera in self._cameras.items()}
+        taken = {name: picture for name, picture in pictures.items() if picture is not None}
+        return self._robot.observation(self.time, taken)
 
     def command(self, command: BodyCommand) -> None:
         """Command a velocity; `wait` applies ramps, limits and the dead-man stop.
@@ -80,9 +89,10 @@ class SimulatedBody(Body, SimulatedWorld):
         Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
         """
         self._robot.drive.command(command.twist)
-        camera = self._camera
-        if command.capture and camera is not None and camera.is_ready(self.time):
-            camera.expose(self.time, self._simulation.render_request(self._robot))
+        for name, camera in self._cameras.items():
+            wanted = command.capture if name == CAMERA else command.depth
+            if wanted and camera.is_ready(self.time):
+                camera.expose(self.time, self._simulation.render_request(self._robot))
 
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.
@@ -97,13 +107,15 @@ class SimulatedBody(Body, SimulatedWorld):
     def close(self) -> None:
         """Leave the simulation, which ends with its last robot. Safe to call twice."""
         self._simulation.remove(self._robot)
-        if self._camera is not None:
-            self._camera.close()
+        for camera in self._cameras.values():
+            camera.close()
 
     def rest(self, longest: float) -> bool:
         """Sleep at most `longest` wall seconds until the pace and the camera allow a step."""
         rested = self._simulation.pace.rest(longest)
-        return rested and (self._camera is None or self._camera.await_picture(self.time, longest))
+        return rested and all(
+            camera.await_picture(self.time, longest) for camera in self._cameras.values()
+        )
 
     @property
     def is_due(self) -> bool:
@@ -161,3 +173,9 @@ class SimulatedBody(Body, SimulatedWorld):
     def slept(self) -> float:
         """Wall seconds slept so far to keep the pace."""
         return self._simulation.pace.slept
+
+
+def _cameras(robot: RobotDescription) -> dict[str, CameraDescription | DepthCameraDescription]:
+    """Return the cameras of a robot by name."""
+    colour = {} if robot.camera is None else {CAMERA: robot.camera}
+    return {**colour, **robot.depth_cameras}

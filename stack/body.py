@@ -23,11 +23,13 @@ class BodyCommand:
 
     Attributes:
         twist: velocity of the base, base frame.
-        capture: whether cameras take pictures; they are rendered or transferred only then.
+        capture: whether the camera takes pictures; they are rendered or transferred only then.
+        depth: whether the depth cameras take pictures.
     """
 
     twist: Twist = STANDSTILL
     capture: bool = False
+    depth: bool = False
 
 
 @dataclass(frozen=True, slots=True)

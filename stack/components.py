@@ -76,6 +76,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "static": "stack.costmap.static_layer:StaticLayer",
         "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
         "range": "stack.costmap.range_layer:RangeLayer",
+        "depth": "stack.costmap.depth_layer:DepthLayer",
         "denoise": "stack.costmap.denoise_layer:DenoiseLayer",
         "keepout": "stack.costmap.zone_layers:KeepoutLayer",
         "preferred_lanes": "stack.costmap.zone_layers:PreferredLanesLayer",

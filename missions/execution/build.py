@@ -34,6 +34,7 @@ from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
+from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.markers import MarkerDetector
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
@@ -125,6 +126,7 @@ def build(
         estimator.run_in_real_time()
     odometry: OdometryFusion = plan.choices[ODOMETRY].create(robot)
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
+    depth = DepthObstacles(robot, plan.choices["depth"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     maps = MapService(
@@ -159,6 +161,7 @@ def build(
                 "global_costmap": Tunable.of(global_costmap),
                 "localisation": Tunable.of(estimator),
                 "odometry": Tunable.of(odometry),
+                "depth": Tunable.of(depth),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )
@@ -176,7 +179,8 @@ def build(
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
-        obstacle_memory=obstacle_memory, world_model=world_model, tree=tree, facade=facade,
+        depth=depth, obstacle_memory=obstacle_memory, world_model=world_model, tree=tree,
+        facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
         map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
         sensor_log=sensor_log,

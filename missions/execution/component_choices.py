@@ -22,6 +22,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
+from stack.perception.depth_obstacles import DepthParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
@@ -44,6 +45,7 @@ SETTINGS: dict[str, type] = {
     "evasion": EvasionParameters,
     "safety": SafetyParameters,
     "tracker": TrackerParameters,
+    "depth": DepthParameters,
     "obstacle_memory": ObstacleMemoryParameters,
     "loop": LoopParameters,
     "recording": RecordingParameters,
@@ -124,7 +126,8 @@ def all_chosen(
             wanted.update(source)
         choices[kind] = chosen(kind, wanted, mapped=mapped)
         if kind == "costmap" and "layers" not in wanted:
-            layers = usual_layers(tuple(robot.all_lidars), tuple(robot.sonars))
+            lidars, sonars = tuple(robot.all_lidars), tuple(robot.sonars)
+            layers = usual_layers(lidars, sonars, depth=bool(robot.depth_cameras))
             choices[kind] = replace(choices[kind], parts=layers)
     return choices
 

@@ -21,7 +21,7 @@ def _shapes(world: World, doors_closed: Mapping[str, bool]) -> Iterator[SceneSha
     for wall in world.walls:
         yield from _slabs(wall)
     for box in world.boxes:
-        yield SceneShape("box", box.pose, box.size, box.colour)
+        yield SceneShape("box", box.pose, box.size, box.colour, lift=box.elevation)
     for drum in world.cylinders:
         size = (2 * drum.radius, 2 * drum.radius, drum.height)
         yield SceneShape("cylinder", Pose2D(drum.x, drum.y), size, drum.colour)

@@ -98,11 +98,12 @@ class LayerChoice:
 
 
 def usual_layers(
-    lidars: Sequence[str] = ("lidar",), sonars: Sequence[str] = ()
+    lidars: Sequence[str] = ("lidar",), sonars: Sequence[str] = (), *, depth: bool = False
 ) -> tuple[LayerChoice, ...]:
     """Return the default layers, used when a mission does not list any.
 
-    The map, one obstacle layer for each lidar, and the sonars of a robot without a lidar. Beside a
+    The map, one obstacle layer for each lidar, one for the depth cameras of a robot that has some,
+    and the sonars of a robot without a lidar. Beside a
     lidar, the wide cones of sonars would close doors; list `range` where they are wanted. Paths
     lead past people with some distance: they cost time, and close no way.
     """
@@ -114,6 +115,8 @@ def usual_layers(
     ]  # fmt: skip
     if sonars and not lidars:
         layers.append("range")
+    if depth:
+        layers.append("depth")
     if lidars:
         layers.append({"use": "social", "only": "global"})
     return read_layers(layers, CostmapParameters())

@@ -115,6 +115,7 @@ class LayerUpdate:
         scans: new scans by the name of their sensor.
         readings: new range readings, e.g. of sonars.
         tracks: all tracked objects, at `time`; None when they were not updated.
+        depth: (n, 2) all obstacles of the depth cameras, map frame; None when nothing changed.
     """
 
     pose: Pose2D
@@ -122,6 +123,7 @@ class LayerUpdate:
     scans: Mapping[str, PosedScan] = field(default_factory=dict)
     readings: tuple[PosedReading, ...] = ()
     tracks: tuple[TrackedObject, ...] | None = None
+    depth: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)

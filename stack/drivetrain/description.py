@@ -82,6 +82,24 @@ class CameraDescription:
 
 
 @dataclass(frozen=True)
+class DepthCameraDescription:
+    """A depth camera: stereo, structured light or time of flight."""
+
+    model: CameraModel
+    rate: float = parameter(10.0, "Hz", above=0.0, help="pictures per second")
+    latency: float = parameter(0.05, "s", at_least=0.0, help="time from exposure to delivery")
+    noise: float = parameter(
+        0.005, at_least=0.0,
+        help="standard deviation at 1 m, metres; grows with the square of the distance",
+    )  # fmt: skip
+    dropout: float = parameter(
+        0.01, at_least=0.0, at_most=1.0, help="share of the pixels without a return"
+    )
+    range_min: float = parameter(0.15, "m", above=0.0, help="shortest measured distance")
+    range_max: float = parameter(4.0, "m", above=0.0, help="longest measured distance")
+
+
+@dataclass(frozen=True)
 class ImuDescription:
     """A six-axis inertial sensor at the base frame's origin."""
 
@@ -130,6 +148,7 @@ class RobotDescription:
         source: the robot.yaml.
         lidars: additional lidars by name.
         sonars: by name.
+        depth_cameras: by name.
         body: which body drives it unless the command line says otherwise: simulated | scripted.
     """
 
@@ -150,12 +169,19 @@ class RobotDescription:
     sonars: Mapping[str, SonarDescription] = field(default_factory=dict)
     body: str = "simulated"
     skid: Skid = field(default_factory=Skid)
+    depth_cameras: Mapping[str, DepthCameraDescription] = field(default_factory=dict)
 
     @property
     def all_lidars(self) -> dict[str, LidarDescription]:
         """Every lidar by sensor name; localisation and tracker use the first one."""
         main = {} if self.lidar is None else {"lidar": self.lidar}
         return {**main, **self.lidars}
+
+    def word_for_measurement(self, sensor: str) -> str:
+        """Return what a range sensor delivers, for messages: scan, reading or picture."""
+        if sensor in self.depth_cameras:
+            return "picture"
+        return "reading" if sensor in self.sonars else "scan"
 
     @property
     def main_lidar(self) -> str:

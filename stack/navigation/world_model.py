@@ -9,6 +9,7 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
+from stack.perception.depth_obstacles import NO_DEPTH, DepthPoints
 from stack.perception.people_mask import without_objects
 from stack.perception.tracker import Tracker
 from stack.safety.monitor import moving_discs
@@ -69,12 +70,15 @@ class WorldModel:
         self._walked_at: dict[int, float] = {}
         self._updated_at = 0.0
 
-    def update(self, observation: Observation, frames: TransformBuffer) -> WorldView:
+    def update(
+        self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH
+    ) -> WorldView:
         """Process the new measurements of a step.
 
         Args:
             observation: with deskewed, smoothed scans.
             frames: with the odometry and the estimate of this step.
+            depth: what the depth cameras have seen.
         """
         now = observation.time
         pose = frames.pose_at("map", now)
@@ -87,9 +91,10 @@ class WorldModel:
             PosedReading(reading, frames.pose_at("map", reading.stamp))
             for reading in observation.of(RangeReading).values()
         )
-        if scans or readings or now - self._updated_at >= IDLE_PERIOD:
+        seen = frames.map_from_odom(now).transform(depth.points) if depth.changed else None
+        if scans or readings or depth.changed or now - self._updated_at >= IDLE_PERIOD:
             self._updated_at = now
-            update = LayerUpdate(pose, now, scans, readings, self._track(scans, now))
+            update = LayerUpdate(pose, now, scans, readings, self._track(scans, now), seen)
             self.local_costmap.update(update)
             self.global_costmap.update(self._without_walkers(update))
         tracks = tuple(track.at(now) for track in self._tracks)

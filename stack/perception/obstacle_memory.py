@@ -21,11 +21,13 @@ from stack.compilation import KernelTypes
 from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import parameter
+from stack.perception.depth_obstacles import NO_DEPTH, DepthPoints
 from stack.perception.seen_ground import GroundMemory
 from stack.types import (
     FloatArray,
     Observation,
     ObstaclePoints,
+    Pose2D,
     RangeReading,
     RangeView,
     Scan,
@@ -68,6 +70,9 @@ class ObstacleMemoryParameters:
     )
     blind_range: float = parameter(
         2.0, "m", at_least=0.0, help="largest distance of remembered points"
+    )
+    depth_range: float = parameter(
+        3.0, "m", at_least=0.0, help="largest distance of points from depth cameras"
     )
     seen_time: float = parameter(
         10.0, "s", at_least=0.0, help="how long ground in sectors nothing sees counts as seen"
@@ -124,12 +129,15 @@ class ObstacleMemory:
         """Apply new parameters; remembered points stay."""
         self.parameters = parameters
 
-    def update(self, observation: Observation, frames: TransformBuffer) -> ObstaclePoints:
+    def update(
+        self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH
+    ) -> ObstaclePoints:
         """Process new measurements; return all points, compensated to the observation's time.
 
         Args:
             observation: with deskewed, smoothed scans.
             frames: with the odometry up to the observation's time.
+            depth: what the depth cameras have seen.
         """
         now = observation.time
         new: dict[str, _Measured] = {}
@@ -144,9 +152,13 @@ class ObstacleMemory:
         remembered = self._remember(visible, now, frames, fresh=bool(new))
         ground = self._see_ground([measured.view for measured in new.values()], now, frames)
         ages = {name: self._age(name, now) for name in self._sensors}
-        points = np.concatenate([visible, remembered]) if len(remembered) else visible
+        near = _near(depth.points, frames.pose_at("odom", now), self.parameters.depth_range)
+        more = [part for part in (remembered, near) if len(part)]
+        points = np.concatenate([visible, *more]) if more else visible
         views = {name: measured.view for name, measured in self._newest.items()}
-        return ObstaclePoints(now, points, ages, self._blind_sectors, views, ground)
+        return ObstaclePoints(
+            now, points, {**ages, **depth.ages}, self._blind_sectors, views, ground
+        )
 
     def _see_ground(
         self, views: Sequence[RangeView], now: float, frames: TransformBuffer
@@ -206,6 +218,14 @@ class ObstacleMemory:
         for sensor in self._sensors.values():
             hidden[hidden] = ~_covers(sensor, points[hidden], MARGIN)
         return hidden
+
+
+def _near(points: FloatArray, base: Pose2D, reach: float) -> FloatArray:
+    """Return (m, 2) the points (n, 2), odom frame, within reach of the base, in its frame."""
+    if not len(points):
+        return points
+    local = base.inverse().transform(points)
+    return _thinned(local[np.hypot(local[:, 0], local[:, 1]) <= reach])
 
 
 def _thinned(rows: FloatArray) -> FloatArray:

@@ -110,10 +110,11 @@ class Runtime:
                 p.facade.estimate_jumped(before.pose, estimate.pose)
         with measure("obstacles"):
             smooth = smooth_observation(observation)
-            obstacles = p.obstacle_memory.update(smooth, p.frames)
+            depth = p.depth.update(smooth, p.frames)
+            obstacles = p.obstacle_memory.update(smooth, p.frames, depth)
         with measure("costmap"):
             self._show_map(p.estimator.take_map())
-            world = p.world_model.update(smooth, p.frames)
+            world = p.world_model.update(smooth, p.frames, depth)
         self._publish_state(observation, motion, estimate, obstacles, world)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):
@@ -127,7 +128,8 @@ class Runtime:
                 emergency_stop=self.mission.emergency_stop,
             )  # fmt: skip
         state.commanded = command
-        p.body.command(BodyCommand(command, capture=p.camera.is_active(p.body.time)))
+        capture = p.camera.is_active(p.body.time)
+        p.body.command(BodyCommand(command, capture=capture, depth=p.depth.is_on))
         self._log_pose()
         with measure("publish"):
             p.telemetry.publish(lambda: compose_snapshot(self))

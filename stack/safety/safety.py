@@ -135,7 +135,7 @@ class Safety:
         for name, age in obstacles.ages.items():
             if age <= self.parameters.stale_after + 1e-9:
                 continue
-            what = "reading" if name in self._robot.sonars else "scan"
+            what = self._robot.word_for_measurement(name)
             self.reason = (
                 f"stopped: no {name} {what} yet"
                 if age == inf

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from math import gcd, inf
 
 from stack.body import ContactTally, GroundTruth
@@ -22,7 +23,7 @@ from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import Push, World
-from stack.types import Image, Measurement, Observation, Pose2D, Twist
+from stack.types import DepthImage, Image, Measurement, Observation, Pose2D, Twist
 
 CLEARANCE_REACH = 1.0
 """Largest clearance that is measured, metres."""
@@ -151,17 +152,15 @@ class SimulatedRobot:
         if step % self._clearance_steps == 0:
             self._measure_clearance()
 
-    def observation(self, time: float, image: Image | None) -> Observation:
-        """Return the measurements since the last call."""
+    def observation(self, time: float, pictures: Mapping[str, Image | DepthImage]) -> Observation:
+        """Return the measurements since the last call, with pictures by camera."""
         measurements, self._measured = self._measured, {}
         measurements["wheels"] = self._odometry.reading
         measurements["battery"] = self._battery.reading(time)
         samples = self._imu.take() if self._imu else None
         if samples is not None:
             measurements["imu"] = samples
-        if image is not None:
-            measurements["camera"] = image
-        return Observation(time, measurements)
+        return Observation(time, {**measurements, **pictures})
 
     def set_charge(self, charge: float) -> None:
         """Set the battery charge, 0 to 1."""

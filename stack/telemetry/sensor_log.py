@@ -25,10 +25,20 @@ import numpy as np
 
 from stack.documents.files import RECORD_BYTES, open_regular
 from stack.errors import InputError
-from stack.types import Battery, Image, Imu, Measurement, Observation, Odometry, RangeReading, Scan
+from stack.types import (
+    Battery,
+    DepthImage,
+    Image,
+    Imu,
+    Measurement,
+    Observation,
+    Odometry,
+    RangeReading,
+    Scan,
+)
 
 KINDS: dict[str, type] = {
-    kind.__name__: kind for kind in (Scan, RangeReading, Odometry, Imu, Image, Battery)
+    kind.__name__: kind for kind in (Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
 }
 """Measurement types by the name of their schema."""
 

@@ -34,6 +34,7 @@ from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
     CameraModel,
+    DepthImage,
     Image,
     Imu,
     Measurement,
@@ -61,6 +62,7 @@ from stack.types.world import (
 __all__ = [
     "Assignments",
     "Battery",
+    "DepthImage",
     "CameraModel",
     "CostGrid",
     "CoveragePlan",

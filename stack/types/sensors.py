@@ -1,4 +1,4 @@
-"""Measurements: scans, ranges, odometry, inertial samples, images, battery."""
+"""Measurements: scans, ranges, odometry, inertial samples, images, depth images, battery."""
 
 from __future__ import annotations
 
@@ -177,6 +177,26 @@ class Image:
 
 
 @dataclass(frozen=True, slots=True)
+class DepthImage:
+    """A picture of distances, stamped at mid-exposure.
+
+    Attributes:
+        stamp: seconds on the body's clock.
+        depth: (height, width) float32 metres along the optical axis; +inf: no return; NaN: invalid
+            or below the minimum.
+        camera: model and mount.
+        range_min: metres along the optical axis.
+        range_max: metres along the optical axis.
+    """
+
+    stamp: float
+    depth: NDArray[np.float32]
+    camera: CameraModel
+    range_min: float
+    range_max: float
+
+
+@dataclass(frozen=True, slots=True)
 class Battery:
     """State of the battery: charge in [0, 1], whether it is charging, voltage in volts."""
 
@@ -186,10 +206,10 @@ class Battery:
     stamp: float = 0.0
 
 
-Measurement = Scan | RangeReading | Odometry | Imu | Image | Battery
+Measurement = Scan | RangeReading | Odometry | Imu | Image | DepthImage | Battery
 """A measurement of one sensor; each has its own stamp."""
 
-M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, Battery)
+M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,7 +54,7 @@ def static_meshes(world: World) -> dict[Colour, Mesh]:
     for wall in world.walls:
         parts.setdefault(wall.colour, []).extend(_wall(wall))
     for box in world.boxes:
-        parts.setdefault(box.colour, []).append(box_prism(box.pose, box.size))
+        parts.setdefault(box.colour, []).append(box_prism(box.pose, box.size, box.elevation))
     for cylinder in world.cylinders:
         parts.setdefault(cylinder.colour, []).append(_cylinder(cylinder))
     return {colour: Mesh(np.concatenate(corners)) for colour, corners in parts.items()}
@@ -71,9 +71,10 @@ def box_outline(pose: Pose2D, length: float, width: float) -> FloatArray:
     return pose.transform(half)
 
 
-def box_prism(pose: Pose2D, size: tuple[float, float, float]) -> FloatArray:
-    """Return the triangles (12, 3, 3) of an upright box on the floor, centred on a pose."""
-    return _prism(box_outline(pose, size[0], size[1]), size[2])
+def box_prism(pose: Pose2D, size: tuple[float, float, float], elevation: float = 0.0) -> FloatArray:
+    """Return the triangles (12, 3, 3) of an upright box above a pose, at an elevation."""
+    outline = box_outline(pose, size[0], size[1])
+    return _prism(outline, elevation + size[2], elevation)
 
 
 def slab(start: FloatArray, end: FloatArray) -> tuple[Pose2D, float]:
@@ -114,13 +115,13 @@ def _circle(x: float, y: float, radius: float, sides: int) -> FloatArray:
     return np.array([[x + radius * cos(a), y + radius * sin(a)] for a in angles])
 
 
-def _prism(outline: FloatArray, height: float) -> FloatArray:
+def _prism(outline: FloatArray, height: float, bottom: float = 0.0) -> FloatArray:
     """Return the triangles (4n - 4, 3, 3) of the upright prism on a convex outline (n, 2).
 
     The outline must be anticlockwise.
     """
     n = len(outline)
-    low = np.column_stack([outline, np.zeros(n)])
+    low = np.column_stack([outline, np.full(n, bottom)])
     high = np.column_stack([outline, np.full(n, height)])
     following: NDArray[np.intp] = np.roll(np.arange(n), -1)
     fan = np.arange(1, n - 1)

@@ -1,4 +1,4 @@
-"""Simulated colour camera, rendered in another process while the simulation continues."""
+"""Simulated cameras, rendered in another process while the simulation continues."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
+from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
 from stack.sim.sensors.rendering import RenderRequest, RenderSetup
-from stack.types import Image
+from stack.types import DepthImage, Image
 
 _ROUNDING = 1e-9
 
 
 class Camera:
     """Takes a picture on request and delivers it `latency` simulated seconds later.
+
+    The description decides whether it is a picture of colours or of distances.
 
     The renderer process starts with the first picture. Rendering takes wall time, never simulated
     time: `take` waits for a picture that is due and not rendered yet.
@@ -46,7 +49,7 @@ class Camera:
             return True
         return self._renderer.has_answered(longest)
 
-    def take(self, time: float) -> Image | None:
+    def take(self, time: float) -> Image | DepthImage | None:
         """Return the picture that is due now, once; None if none is due.
 
         Raises:
@@ -56,8 +59,11 @@ class Camera:
         if stamp is None or not self._is_due(time):
             return None
         self._exposed = None
-        shape = (camera.model.height, camera.model.width, 3)
-        pixels = np.frombuffer(self._renderer.receive(), dtype=np.uint8).reshape(shape)
+        shape, received = (camera.model.height, camera.model.width), self._renderer.receive()
+        if isinstance(camera, DepthCameraDescription):
+            depth = np.frombuffer(received, dtype=np.float32).reshape(shape)
+            return DepthImage(stamp, depth, camera.model, camera.range_min, camera.range_max)
+        pixels = np.frombuffer(received, dtype=np.uint8).reshape(*shape, 3)
         return Image(stamp, pixels, camera.model)
 
     def close(self) -> None:

@@ -144,7 +144,7 @@ def _static_outlines(world: World, height: float) -> tuple[FloatArray, FloatArra
             pillars = wall_pillars(wall)
             circles.append(np.column_stack([pillars, np.full(len(pillars), wall.thickness / 2.0)]))
     for box in world.boxes:
-        if box.size[2] > height:
+        if box.reaches(height):
             segments.append(_edges(box.pose, box.size[0], box.size[1]))
     for cylinder in world.cylinders:
         if cylinder.height > height:

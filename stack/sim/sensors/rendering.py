@@ -1,4 +1,4 @@
-"""Camera pictures of a scene, by PyBullet's software renderer with a pinhole model.
+"""Pictures of a scene in colour or depth, by PyBullet's software renderer with a pinhole model.
 
 The same request gives the same picture in any process.
 """
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.drivetrain.description import CameraDescription
+from stack.drivetrain.description import CameraDescription, DepthCameraDescription
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_robot import load_robot
 from stack.sim.physics.scene import Scene
@@ -24,6 +24,9 @@ from stack.types import CameraModel, FloatArray
 NEAR = 0.02
 """Near clipping plane, metres in front of the camera."""
 
+NOTHING = 0.9999
+"""Share of the far clipping plane beyond which a pixel shows nothing."""
+
 Position = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
@@ -33,12 +36,13 @@ _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 
 @dataclass(frozen=True, slots=True)
 class RenderSetup:
-    """The constant inputs of a renderer: world, robot, camera and seed."""
+    """The constant inputs of a renderer: world, robot, camera, seed and the camera's name."""
 
     world: World
     urdf: FilePath
-    camera: CameraDescription
+    camera: CameraDescription | DepthCameraDescription
     seed: int
+    name: str = "camera"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,13 +83,28 @@ class CameraRenderer:
         self._robot = self._load(setup.urdf)
         self._others: list[tuple[int, Any]] = []
         model = setup.camera.model
-        self._projection = projection(model, NEAR, setup.camera.range_max)
+        self._projection = projection(model, NEAR, _far(setup.camera))
 
-    def render(self, request: RenderRequest) -> NDArray[np.uint8]:
-        """Return the picture (height, width, 3), RGB, with image noise."""
-        self._place_bodies(request)
+    def render(self, request: RenderRequest) -> NDArray[np.uint8] | NDArray[np.float32]:
+        """Return the picture with its noise.
+
+        (height, width, 3) uint8 RGB, or (height, width) float32 metres along the optical axis.
+        """
         camera = self._setup.camera
-        model = camera.model
+        colours, buffer = self._rendered(request)
+        random = stream(self._setup.seed, self._setup.name, request.step)
+        if isinstance(camera, DepthCameraDescription):
+            return measured_depth(buffer, camera, random)
+        if camera.noise <= 0.0:
+            return np.ascontiguousarray(colours)
+        noise = random.standard_normal(colours.shape, dtype=np.float32) * np.float32(camera.noise)
+        noisy: NDArray[np.uint8] = np.clip(np.rint(colours + noise), 0, 255).astype(np.uint8)
+        return noisy
+
+    def _rendered(self, request: RenderRequest) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Return colours (height, width, 3) and the depth buffer (height, width)."""
+        self._place_bodies(request)
+        model = self._setup.camera.model
         answer = self._bullet.getCameraImage(
             model.width,
             model.height,
@@ -96,14 +115,9 @@ class CameraRenderer:
             flags=self._bullet.ER_NO_SEGMENTATION_MASK,
             physicsClientId=self._client,
         )
-        shape = (model.height, model.width, 4)
-        pixels: NDArray[np.uint8] = np.asarray(answer[2], dtype=np.uint8).reshape(shape)[:, :, :3]
-        if camera.noise <= 0.0:
-            return np.ascontiguousarray(pixels)
-        random = stream(self._setup.seed, "camera", request.step)
-        noise = random.standard_normal(pixels.shape, dtype=np.float32) * np.float32(camera.noise)
-        noisy: NDArray[np.uint8] = np.clip(np.rint(pixels + noise), 0, 255).astype(np.uint8)
-        return noisy
+        shape = (model.height, model.width)
+        pixels: NDArray[np.uint8] = np.asarray(answer[2], dtype=np.uint8).reshape(*shape, 4)
+        return pixels[:, :, :3], np.asarray(answer[3], dtype=np.float32).reshape(shape)
 
     def close(self) -> None:
         """Disconnect. Safe to call twice."""
@@ -141,6 +155,32 @@ class CameraRenderer:
         base[:3, 3] = request.position
         world_from_optical = base @ self._setup.camera.model.base_from_optical()
         return np.linalg.inv(world_from_optical @ _FLIP).astype(np.float64)
+
+
+def measured_depth(
+    buffer: NDArray[np.float32], camera: DepthCameraDescription, random: np.random.Generator
+) -> NDArray[np.float32]:
+    """Return (height, width) what the camera measures, metres along the optical axis.
+
+    Args:
+        buffer: (height, width) of the renderer, 0 at the near and 1 at the far clipping plane.
+        camera: with its noise, dropout and ranges.
+        random: for noise and dropout.
+    """
+    far = _far(camera)
+    true = far * NEAR / (far - (far - NEAR) * buffer.astype(np.float64))
+    noise = random.standard_normal(true.shape, dtype=np.float32)
+    depth = true + camera.noise * true * true * noise
+    lost = random.random(true.shape, dtype=np.float32) < camera.dropout
+    depth[lost | (true >= NOTHING * far) | (depth > camera.range_max)] = np.inf
+    depth[depth < camera.range_min] = np.nan
+    return depth.astype(np.float32)
+
+
+def _far(camera: CameraDescription | DepthCameraDescription) -> float:
+    """Return the distance of the far clipping plane, metres; noise may bring what is beyond."""
+    beyond = 1.25 if isinstance(camera, DepthCameraDescription) else 1.0
+    return beyond * camera.range_max
 
 
 def projection(model: CameraModel, near: float, far: float) -> FloatArray:

@@ -15,6 +15,7 @@ from stack.documents import Section
 from stack.parameters import Declaration
 from stack.sim.worlds.values import (
     COLOUR,
+    ELEVATION,
     FRICTION,
     HEIGHT,
     NAME,
@@ -76,10 +77,10 @@ def box(reading: Reading, section: Section) -> Box | None:
     size_node = section.node_of("size", required=True)
     size = None if size_node is None else section.parts("size", size_node, SIZE)
     name, on_map = section.value(NAME), section.value(ON_MAP)
-    colour = _colour(section, Box)
+    colour, elevation = _colour(section, Box), section.value(ELEVATION)
     if pose is None or size is None:
         return None
-    return Box(pose, (size[0], size[1], size[2]), colour, on_map, name)
+    return Box(pose, (size[0], size[1], size[2]), colour, on_map, name, elevation)
 
 
 def cylinder(reading: Reading, section: Section) -> Cylinder | None:

@@ -41,6 +41,10 @@ NAME = Declaration("name", str, "name in messages", default="")
 ON_MAP = Declaration("on_map", bool, "show it on maps made from the world", default=True)
 THICKNESS = length("thickness", "thickness of the slab", 0.1, at_least=0.01, at_most=10.0)
 HEIGHT = length("height", "height above the floor", 1.0, at_most=20.0)
+ELEVATION = Declaration(
+    "elevation", float, "height of its underside above the floor", "m", 0.0,
+    at_least=0.0, at_most=20.0,
+)  # fmt: skip
 RADIUS = length("radius", "radius of the circle")
 SIZE = tuple(length(name, "") for name in ("length", "width", "height"))
 COLOUR = tuple(

@@ -27,13 +27,21 @@ class Wall:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An upright box: pose of its centre on the floor, size (length, width, height) in metres."""
+    """An upright box: pose of its centre on the floor, size (length, width, height) in metres.
+
+    Its underside is `elevation` metres above the floor.
+    """
 
     pose: Pose2D
     size: tuple[float, float, float]
     colour: Colour = (0.55, 0.42, 0.32)
     on_map: bool = True
     name: str = ""
+    elevation: float = 0.0
+
+    def reaches(self, height: float) -> bool:
+        """Return whether the box is at a height, metres above the floor."""
+        return self.elevation <= height < self.elevation + self.size[2]
 
 
 @dataclass(frozen=True, slots=True)
