@@ -34,6 +34,7 @@ LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
     "doors": (items.door, "Doors: panels that close a gap, removed while open."),
     "markers": (items.marker, "Fiducial markers on walls."),
     "friction_zones": (items.friction_zone, "Rectangles with another floor friction."),
+    "drops": (items.drop, "Rectangles without floor, such as a stairwell."),
     "people": (people, "People who walk."),
     "docks": (items.dock, "Charging docks."),
     "timeline": (event, "World events; each entry happens once."),

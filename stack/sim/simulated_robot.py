@@ -6,6 +6,8 @@ from collections import deque
 from collections.abc import Mapping
 from math import gcd, inf
 
+import numpy as np
+
 from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.sim.battery import Battery
@@ -84,7 +86,7 @@ class SimulatedRobot:
         self._battery = Battery(
             description.battery, description.limits, world.docks, settings.battery_charge
         )
-        self._contacts = ContactCounter()
+        self._contacts, self._drops = ContactCounter(), world.drops
         self.touched: set[str] = set()
         self._push: PushMotion | None = None
         self._pushed_at = -inf
@@ -238,7 +240,7 @@ class SimulatedRobot:
         return Encoders(wheels, self.physics.steering_angles())
 
     def _count_contacts(self, time: float, truth: GroundTruth) -> None:
-        touching = self.physics.touching()
+        touching = [*self.physics.touching(), *self._fallen(truth.pose)]
         self.touched = {name for name, _, _ in touching}
         if self.is_pushed:
             self._pushed_at = time
@@ -247,6 +249,19 @@ class SimulatedRobot:
         if self._contacts.update(time, bool(touching), own):
             obstacle, x, y = touching[0]
             self.report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")
+
+    def _fallen(self, pose: Pose2D) -> list[tuple[str, float, float]]:
+        """Return the drops below the robot: with what, and x, y of the base in metres.
+
+        It falls when a wheel, or a point at three quarters of the way to the outline, has no floor.
+        """
+        if not self._drops:
+            return []
+        below = np.concatenate(
+            [self.physics.wheel_places, 0.75 * self.description.footprint.points]
+        )
+        points = pose.transform(below)
+        return [(d.name or "a drop", pose.x, pose.y) for d in self._drops if d.contains(points)]
 
     def _measure(self, name: str, scene: SceneState, step: int, time: float) -> None:
         truth = self.truth.pose

@@ -6,7 +6,7 @@ which fills joints of any angle. A cylinder is a prism with many sides.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import pairwise
@@ -15,8 +15,10 @@ from math import cos, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.sim.worlds.world import Colour, Cylinder, Wall, World
+from stack.sim.worlds.world import Colour, Cylinder, Drop, Wall, World
 from stack.types import FloatArray, Pose2D
+
+Bounds = tuple[float, float, float, float]
 
 CYLINDER_SIDES = 32
 """The sides lie at most radius x (1 - cos(pi / 32)) = 0.5 % of the radius inside the circle."""
@@ -48,16 +50,56 @@ def file_name(content: str | bytes, ending: str) -> str:
     return f"{sha256(raw).hexdigest()[:24]}.{ending}"
 
 
-def static_meshes(world: World) -> dict[Colour, Mesh]:
-    """Return the static meshes of a world by colour, in order of first appearance."""
+def static_meshes(world: World, *, glass: bool = True) -> dict[Colour, Mesh]:
+    """Return the static meshes of a world by colour, in order of first appearance.
+
+    Args:
+        world: with walls, boxes and cylinders.
+        glass: whether walls of glass are contained.
+    """
     parts: dict[Colour, list[FloatArray]] = {}
     for wall in world.walls:
+        if wall.glass and not glass:
+            continue
         parts.setdefault(wall.colour, []).extend(_wall(wall))
     for box in world.boxes:
         parts.setdefault(box.colour, []).append(box_prism(box.pose, box.size, box.elevation))
     for cylinder in world.cylinders:
         parts.setdefault(cylinder.colour, []).append(_cylinder(cylinder))
-    return {colour: Mesh(np.concatenate(corners)) for colour, corners in parts.items()}
+    return {colour: Mesh(np.concatenate(corners)) for colour, corners in parts.items() if corners}
+
+
+def floor(bounds: Bounds, drops: Sequence[Drop]) -> Mesh:
+    """Return the floor at height 0 within x_min, y_min, x_max, y_max, with its drops cut out."""
+    x_min, y_min, x_max, y_max = bounds
+    xs = sorted({x_min, x_max, *(x for d in drops for x in d.bounds[::2] if x_min < x < x_max)})
+    ys = sorted({y_min, y_max, *(y for d in drops for y in d.bounds[1::2] if y_min < y < y_max)})
+    quads = [
+        _quad((left, low, 0.0), (right, low, 0.0), (right, high, 0.0), (left, high, 0.0))
+        for low, high in pairwise(ys)
+        for left, right in pairwise(xs)
+        if not any(d.contains(np.array([[(left + right) / 2, (low + high) / 2]])) for d in drops)
+    ]
+    return Mesh(np.concatenate(quads))
+
+
+def pits(drops: Sequence[Drop]) -> list[Mesh]:
+    """Return the bottom and the sides of every drop, seen from above."""
+    found = []
+    for drop in drops:
+        x_min, y_min, x_max, y_max = drop.bounds
+        corners = [(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)]
+        low, high = ([(x, y, z) for x, y in corners] for z in (-drop.depth, 0.0))
+        quads = [_quad(*low)]
+        quads += [_quad(low[n], high[n], high[n - 1], low[n - 1]) for n in range(4)]
+        found.append(Mesh(np.concatenate(quads)))
+    return found
+
+
+def _quad(*corners: tuple[float, float, float]) -> FloatArray:
+    """Return the two triangles (2, 3, 3) of a rectangle with these four corners."""
+    a, b, c, d = (np.array(corner) for corner in corners)
+    return np.array([[a, b, c], [a, c, d]])
 
 
 def merged(meshes: dict[Colour, Mesh]) -> Mesh:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stack.sim.physics.boards import board_quad, board_texture
-from stack.sim.physics.meshes import Mesh, file_name, merged, slab, static_meshes
+from stack.sim.physics.meshes import Mesh, file_name, floor, merged, pits, slab, static_meshes
 from stack.sim.worlds.world import Colour, Door, World
 from stack.types import Pose2D
 
@@ -18,6 +18,7 @@ PERSON_HEIGHT = 1.7
 HIDDEN_HEIGHT = -20.0
 """Height of an open door, metres: below the floor, out of sight and reach."""
 
+PIT_COLOUR: Colour = (0.30, 0.28, 0.26)
 FLOOR_COLOUR: Colour = (0.42, 0.43, 0.44)
 PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
 
@@ -76,12 +77,14 @@ class Scene:
     def with_visual_shapes(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
         """Build a scene for rendering: one mesh per colour, floor, doors, people and markers.
 
+        Glass is not drawn: neither a lidar nor a depth camera sees it.
+
         Raises:
             BodyError: a marker's dictionary or number is unknown to OpenCV.
         """
         scene = cls(bullet, client, world, folder)
         scene.floor = scene._add_visual_floor(world)
-        for colour, mesh in static_meshes(world).items():
+        for colour, mesh in static_meshes(world, glass=False).items():
             scene._add_visual_mesh(scene._write(mesh), colour)
         for door in world.doors:
             scene._add_door(door, visible=True)
@@ -142,11 +145,10 @@ class Scene:
     def _add_visual_floor(self, world: World) -> int:
         x_min, y_min, x_max, y_max = world.bounds
         margin = 2.0  # the floor extends beyond the edge of the map
-        low = np.array([x_min - margin, y_min - margin, 0.0])
-        size = np.array([x_max - x_min + 2 * margin, y_max - y_min + 2 * margin, 0.0])
-        a, b, c, d = (low + size * (u, v, 0.0) for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)))
-        floor = Mesh(np.array([[a, b, c], [a, c, d]]))
-        return self._add_visual_mesh(self._write(floor), FLOOR_COLOUR)
+        bounds = (x_min - margin, y_min - margin, x_max + margin, y_max + margin)
+        for pit in pits(world.drops):
+            self._add_visual_mesh(self._write(pit), PIT_COLOUR)
+        return self._add_visual_mesh(self._write(floor(bounds, world.drops)), FLOOR_COLOUR)
 
     def _add_door(self, door: Door, *, visible: bool) -> int:
         pose, length = slab(np.array(door.start), np.array(door.end))

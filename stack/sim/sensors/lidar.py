@@ -114,11 +114,17 @@ class Lidar:
 
 
 class SensedScene:
-    """Outlines, in a horizontal plane at some height, of everything that reaches above it."""
+    """Outlines, in a horizontal plane at some height, of everything that reaches above it.
 
-    def __init__(self, world: World, height: float) -> None:
+    Args:
+        world: with its fixed things and doors.
+        height: of the plane, metres above the floor.
+        glass: whether walls of glass are contained.
+    """
+
+    def __init__(self, world: World, height: float, *, glass: bool = False) -> None:
         self._height = height
-        self._segments, self._circles = _static_outlines(world, height)
+        self._segments, self._circles = _static_outlines(world, height, glass=glass)
         self._doors = {door.name: _door(door) for door in world.doors if door.height > height}
         self._sees_people = height < PERSON_HEIGHT
 
@@ -134,12 +140,12 @@ class SensedScene:
         return np.concatenate([self._segments, *closed, *robots]), circles
 
 
-def _static_outlines(world: World, height: float) -> tuple[FloatArray, FloatArray]:
-    """Return segments (n, 4) and circles (m, 3) of the static parts that reach above a height."""
+def _static_outlines(world: World, height: float, *, glass: bool) -> tuple[FloatArray, FloatArray]:
+    """Return segments (n, 4) and circles (m, 3) of the static parts at a height."""
     segments = [np.zeros((0, 4))]
     circles = [np.zeros((0, 3))]
     for wall in world.walls:
-        if wall.height > height:
+        if wall.height > height and (glass or not wall.glass):
             segments += [_edges(pose, length, wall.thickness) for pose, length in wall_slabs(wall)]
             pillars = wall_pillars(wall)
             circles.append(np.column_stack([pillars, np.full(len(pillars), wall.thickness / 2.0)]))

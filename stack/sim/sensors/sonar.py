@@ -37,7 +37,7 @@ class Sonar:
 
         self._cast = cast
         self._description, self._seed, self._name = description, seed, name
-        self._scene = SensedScene(world, description.height)
+        self._scene = SensedScene(world, description.height, glass=True)
 
     def reading(self, robot: Pose2D, scene: SceneState, step: int, time: float) -> RangeReading:
         """Measure one distance; arguments as in `Lidar.scan`."""

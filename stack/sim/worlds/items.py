@@ -17,6 +17,7 @@ from stack.sim.worlds.values import (
     COLOUR,
     ELEVATION,
     FRICTION,
+    GLASS,
     HEIGHT,
     NAME,
     ON_MAP,
@@ -34,6 +35,7 @@ from stack.sim.worlds.world import (
     Cylinder,
     Dock,
     Door,
+    Drop,
     FrictionZone,
     Wall,
 )  # fmt: skip
@@ -63,11 +65,12 @@ def wall(reading: Reading, section: Section) -> Wall | None:
     )
     thickness, height = section.value(THICKNESS), section.value(HEIGHT)
     colour, on_map = _colour(section, Wall), section.value(ON_MAP)
+    glass = section.value(GLASS)
     if points is None:
         return None
     if closed:
         points = np.vstack([points, points[:1]])
-    return Wall(points, thickness, height, colour, on_map)
+    return Wall(points, thickness, height, colour, on_map, glass)
 
 
 def box(reading: Reading, section: Section) -> Box | None:
@@ -141,17 +144,31 @@ def marker(reading: Reading, section: Section) -> Marker | None:
 
 def friction_zone(reading: Reading, section: Section) -> FrictionZone | None:
     """Read a friction zone: a rectangle between two opposite corners."""
+    bounds, friction = _rectangle(reading, section, "zone"), section.value(FRICTION)
+    return None if bounds is None or friction is None else FrictionZone(bounds, friction)
+
+
+def drop(reading: Reading, section: Section) -> Drop | None:
+    """Read a drop: a rectangle without floor."""
+    bounds, name = _rectangle(reading, section, "drop"), section.value(NAME)
+    depth = section.value(length("depth", "depth below the floor", 0.2, at_most=20.0))
+    return None if bounds is None else Drop(bounds, depth, name)
+
+
+def _rectangle(
+    reading: Reading, section: Section, what: str
+) -> tuple[float, float, float, float] | None:
+    """Read the opposite corners of a rectangle; return x_min, y_min, x_max, y_max."""
     one, other = reading.point(section, "from"), reading.point(section, "to")
-    friction = section.value(FRICTION)
-    if one is None or other is None or friction is None:
+    if one is None or other is None:
         return None
     (x_min, x_max), (y_min, y_max) = sorted((one[0], other[0])), sorted((one[1], other[1]))
     if x_min == x_max or y_min == y_max:
-        sentence = f"the zone from {list(one)} to {list(other)} has no area"
+        sentence = f"the {what} from {list(one)} to {list(other)} has no area"
         reading.findings.error(
             SHAPE, section.node.mark, sentence, "`from` and `to` are opposite corners"
         )
-    return FrictionZone((x_min, y_min, x_max, y_max), friction)
+    return x_min, y_min, x_max, y_max
 
 
 def dock(reading: Reading, section: Section) -> Dock | None:

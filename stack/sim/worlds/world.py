@@ -16,13 +16,17 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """A polyline of upright slabs with filled joints. points: (n, 2) metres, n >= 2."""
+    """A polyline of upright slabs with filled joints. points: (n, 2) metres, n >= 2.
+
+    Sonars measure glass; lidars and cameras see through it.
+    """
 
     points: FloatArray
     thickness: float = 0.1
     height: float = 1.0
     colour: Colour = (0.75, 0.77, 0.80)
     on_map: bool = True
+    glass: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,24 @@ class FrictionZone:
 
     bounds: tuple[float, float, float, float]
     friction: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drop:
+    """A rectangle without floor, such as a stairwell: x_min, y_min, x_max, y_max, and its depth.
+
+    The simulated robot does not fall: driving into a drop is a contact.
+    """
+
+    bounds: tuple[float, float, float, float]
+    depth: float
+    name: str = ""
+
+    def contains(self, points: FloatArray) -> bool:
+        """Return whether one of the points (n, 2) is over the drop."""
+        x_min, y_min, x_max, y_max = self.bounds
+        inside = (points > (x_min, y_min)) & (points < (x_max, y_max))
+        return bool(inside.all(axis=1).any())
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,6 +212,7 @@ class World:
     doors: tuple[Door, ...] = ()
     markers: tuple[Marker, ...] = ()
     friction_zones: tuple[FrictionZone, ...] = ()
+    drops: tuple[Drop, ...] = ()
     people: tuple[Person, ...] = ()
     docks: tuple[Dock, ...] = ()
     timeline: tuple[WorldEvent, ...] = ()

@@ -38,7 +38,7 @@ MARGIN = 0.5
 
 KEYS = (
     "world", "walls", "boxes", "places", "bounds", "cylinders", "doors", "markers", "people",
-    "docks", "timeline", "start", "friction", "friction_zones", "format", "doc",
+    "docks", "timeline", "start", "friction", "friction_zones", "drops", "format", "doc",
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
@@ -100,6 +100,7 @@ def read_world(path: Path, text: str | None = None) -> World:
         doors=reading.each(top, "doors", "a door", items.door),
         markers=reading.each(top, "markers", "a marker", items.marker),
         friction_zones=reading.each(top, "friction_zones", "a zone", items.friction_zone),
+        drops=reading.each(top, "drops", "a drop", items.drop),
         people=tuple(chain.from_iterable(reading.each(top, "people", "a person", people))),
         docks=reading.each(top, "docks", "a dock", items.dock),
         timeline=reading.each(top, "timeline", "a timeline entry", event),
