@@ -73,14 +73,14 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "wheels_gyro": "stack.localisation.fusion.wheels_gyro:WheelGyroOdometry",
     },
     "costmap_layer": {
-        "static": "stack.costmap.static_layer:StaticLayer",
-        "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
-        "range": "stack.costmap.range_layer:RangeLayer",
-        "depth": "stack.costmap.depth_layer:DepthLayer",
-        "denoise": "stack.costmap.denoise_layer:DenoiseLayer",
-        "keepout": "stack.costmap.zone_layers:KeepoutLayer",
-        "preferred_lanes": "stack.costmap.zone_layers:PreferredLanesLayer",
-        "social": "stack.costmap.social_layer:SocialLayer",
+        "static": "stack.costmap.layers.static_layer:StaticLayer",
+        "obstacle": "stack.costmap.layers.obstacle_layer:ObstacleLayer",
+        "range": "stack.costmap.layers.range_layer:RangeLayer",
+        "depth": "stack.costmap.layers.depth_layer:DepthLayer",
+        "denoise": "stack.costmap.layers.denoise_layer:DenoiseLayer",
+        "keepout": "stack.costmap.layers.zone_layers:KeepoutLayer",
+        "preferred_lanes": "stack.costmap.layers.zone_layers:PreferredLanesLayer",
+        "social": "stack.costmap.layers.social_layer:SocialLayer",
     },
 }
 GROUPS = {

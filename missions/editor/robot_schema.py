@@ -11,6 +11,7 @@ from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STE
 from stack.drivetrain.description import (
     BatteryDescription,
     CameraDescription,
+    DepthCameraDescription,
     ImuDescription,
     LidarDescription,
     OdometryNoise,
@@ -29,11 +30,12 @@ def robot_schema() -> Schema:
     mount = {"position": parts((X, Y)), "yaw": _of(YAW)}
     lidar = {**mount, **_fields(LidarDescription)}
     sonar = {**mount, **_fields(SonarDescription)}
-    camera = {
+    model = {
         "position": parts((X, Y, Z)), "yaw": _of(YAW), "pitch": _of(PITCH),
         "field_of_view": _of(FIELD_OF_VIEW), **{item.name: _of(item) for item in PIXELS},
-        **_fields(CameraDescription),
     }  # fmt: skip
+    camera = {**model, **_fields(CameraDescription)}
+    depth_camera = {**model, **_fields(DepthCameraDescription)}
     keys = {
         "robot": documented({"type": "string"}, "Name of the robot."),
         "format": documented({"enum": [1]}, "Version of robot files: `1`."),
@@ -50,6 +52,7 @@ def robot_schema() -> Schema:
         "lidars": documented(_named(lidar), "Additional lidars by name."),
         "sonars": documented(_named(sonar), "Sonars by name."),
         "camera": documented(section(camera, ["position"]), str(CameraDescription.__doc__)),
+        "depth_cameras": documented(_named(depth_camera, ["position"]), "Depth cameras by name."),
         "imu": _part(ImuDescription),
         "battery": _part(BatteryDescription),
         "navigation": documented(_navigation(), "Default components; missions override them."),
@@ -59,8 +62,8 @@ def robot_schema() -> Schema:
     return {"$schema": DRAFT, "title": "treepilot robot, format 1", **section(keys, required)}
 
 
-def _named(fields: dict[str, Schema]) -> Schema:
-    return {"type": "object", "additionalProperties": section(fields)}
+def _named(fields: dict[str, Schema], required: list[str] | None = None) -> Schema:
+    return {"type": "object", "additionalProperties": section(fields, required or [])}
 
 
 def _footprint() -> Schema:

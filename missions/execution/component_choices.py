@@ -22,7 +22,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
-from stack.perception.depth_obstacles import DepthParameters
+from stack.perception.depth_parameters import DepthParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
@@ -114,7 +114,7 @@ def all_chosen(
         mission: kind -> name and parameters.
         mapped: whether there is a map; without one `MAPLESS_DEFAULTS` apply.
     """
-    choices = {}
+    choices, listed = {}, False
     for kind in (*DEFAULTS, *SETTINGS):
         wanted: dict[str, Any] = {} if mapped else dict(MAPLESS_DEFAULTS.get(kind, {}))
         use, values = mission.get(kind, (None, {}))
@@ -125,10 +125,12 @@ def all_chosen(
                 wanted = {}
             wanted.update(source)
         choices[kind] = chosen(kind, wanted, mapped=mapped)
-        if kind == "costmap" and "layers" not in wanted:
-            lidars, sonars = tuple(robot.all_lidars), tuple(robot.sonars)
-            layers = usual_layers(lidars, sonars, depth=bool(robot.depth_cameras))
-            choices[kind] = replace(choices[kind], parts=layers)
+        if kind == "costmap":
+            listed = "layers" in wanted
+    if not listed:
+        seen = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
+        layers = usual_layers(tuple(robot.all_lidars), tuple(robot.sonars), depth=seen)
+        choices["costmap"] = replace(choices["costmap"], parts=layers)
     return choices
 
 

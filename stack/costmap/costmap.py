@@ -13,12 +13,12 @@ import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.costmap.choosing import LayerChoice, usual_layers
-from stack.costmap.denoise_layer import DenoiseLayer
 from stack.costmap.grid_copies import REMEMBERED, GridCopies, GridCopy
 from stack.costmap.inflation import Inflation
 from stack.costmap.lattice import Lattice
 from stack.costmap.layer import Box, CellProvenance, Layer, LayerUpdate, Region, is_some, joined
 from stack.costmap.layer_compositor import LayerCompositor
+from stack.costmap.layers.denoise_layer import DenoiseLayer
 from stack.costmap.parameters import CostmapParameters, InflationParameters
 from stack.errors import ParameterError
 from stack.parameters import suggestion

@@ -9,8 +9,6 @@ the kept points into the new picture instead of tracing its rays.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import lru_cache
 from math import inf, tan
 
@@ -21,8 +19,16 @@ from numpy.typing import NDArray
 from stack.drivetrain.description import DepthCameraDescription, RobotDescription
 from stack.frames.buffer import TransformBuffer
 from stack.geometry.polygons import points_inside
-from stack.parameters import parameter
-from stack.types import CameraModel, DepthImage, FloatArray, Observation, Pose2D
+from stack.perception.depth_parameters import DepthParameters
+from stack.types import (
+    NO_DEPTH,
+    CameraModel,
+    DepthImage,
+    DepthPoints,
+    FloatArray,
+    Observation,
+    Pose2D,
+)
 
 CLEAR_MARGIN, CLEAR_SHARE = 0.05, 0.04
 """Metres, and share of the distance, by which a picture must see beyond a point to forget it."""
@@ -37,57 +43,6 @@ MOST_POINTS = 4000
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
-@dataclass(frozen=True)
-class DepthParameters:
-    """Use of the depth cameras."""
-
-    obstacles: bool = parameter(
-        True, help="what depth cameras see is an obstacle; without it they take no pictures"
-    )
-    lowest: float = parameter(
-        0.04, "m", above=0.0, help="height above the floor from which on a point is an obstacle"
-    )
-    clearance: float = parameter(
-        0.05, "m", at_least=0.0, help="distance above the robot that counts as in its way"
-    )
-    deepest: float = parameter(
-        0.04, "m", above=0.0, help="depth below the floor from which on the floor ends"
-    )
-    tilt: float = parameter(
-        0.015, "rad", at_least=0.0,
-        help="error of the camera's pitch; widens `lowest` and `deepest` with the distance",
-    )  # fmt: skip
-    voxel: float = parameter(0.05, "m", at_least=0.01, help="side of a voxel")
-    least_pixels: int = parameter(
-        3, at_least=1, help="pixels in a voxel that make it an obstacle or a missing floor"
-    )
-    memory: float = parameter(
-        60.0, "s", at_least=0.0, help="how long a point is kept that no picture shows again"
-    )
-    least_valid: float = parameter(
-        0.05, at_least=0.0, at_most=1.0,
-        help="share of valid pixels below which a picture is ignored; the robot then stops",
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class DepthPoints:
-    """Obstacles that the depth cameras have seen.
-
-    Attributes:
-        points: (n, 2) odom frame, metres.
-        ages: seconds since the newest usable picture of each depth camera; inf before the first.
-        changed: whether the points have changed since the last step.
-    """
-
-    points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
-    ages: Mapping[str, float] = field(default_factory=dict)
-    changed: bool = False
-
-
-NO_DEPTH = DepthPoints()
-
-
 class DepthObstacles:
     """Collects obstacles from the depth cameras of a robot.
 
@@ -96,9 +51,7 @@ class DepthObstacles:
         parameters: of the processing.
     """
 
-    def __init__(
-        self, robot: RobotDescription, parameters: DepthParameters = DepthParameters()
-    ) -> None:
+    def __init__(self, robot: RobotDescription, parameters: DepthParameters) -> None:
         self.parameters = parameters
         self._robot = robot
         self._stamps: dict[str, float] = {}

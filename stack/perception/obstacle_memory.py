@@ -21,9 +21,10 @@ from stack.compilation import KernelTypes
 from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import parameter
-from stack.perception.depth_obstacles import NO_DEPTH, DepthPoints
 from stack.perception.seen_ground import GroundMemory
 from stack.types import (
+    NO_DEPTH,
+    DepthPoints,
     FloatArray,
     Observation,
     ObstaclePoints,

@@ -29,7 +29,7 @@ from stack.types.grids import (
     CostGrid,
     OccupancyGrid,
 )
-from stack.types.obstacles import ObstaclePoints, RangeView, SeenGround
+from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
@@ -63,6 +63,8 @@ __all__ = [
     "Assignments",
     "Battery",
     "DepthImage",
+    "DepthPoints",
+    "NO_DEPTH",
     "CameraModel",
     "CostGrid",
     "CoveragePlan",

@@ -60,6 +60,24 @@ class SeenGround:
 
 
 @dataclass(frozen=True, slots=True)
+class DepthPoints:
+    """Obstacles that the depth cameras have seen.
+
+    Attributes:
+        points: (n, 2) odom frame, metres.
+        ages: seconds since the newest usable picture of each depth camera; inf before the first.
+        changed: whether the points have changed since the last step.
+    """
+
+    points: FloatArray = field(default_factory=_none)
+    ages: Mapping[str, float] = field(default_factory=dict)
+    changed: bool = False
+
+
+NO_DEPTH = DepthPoints()
+
+
+@dataclass(frozen=True, slots=True)
 class ObstaclePoints:
     """Newest points of all range sensors, compensated for the motion since each measurement.
 

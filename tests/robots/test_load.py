@@ -2,6 +2,7 @@
 
 from math import pi, tan
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -156,6 +157,19 @@ def test_a_robot_stands_still_and_upright_for_a_second(name):
         assert position[2] == pytest.approx(robot.wheels.radius, abs=1e-3), joint
 
 
+def tops_and_widths(urdf):
+    """Height of the top and width (y) of the base's upright collision shapes, metres."""
+    base = ElementTree.parse(urdf).getroot().find("link")
+    for shape in base.iter("collision"):
+        height = float(shape.find("origin").get("xyz").split()[2])
+        cylinder, box = shape.find("geometry/cylinder"), shape.find("geometry/box")
+        if cylinder is not None:
+            yield height + float(cylinder.get("length")) / 2, 2 * float(cylinder.get("radius"))
+        else:
+            _, width, tall = map(float, box.get("size").split())
+            yield height + tall / 2, width
+
+
 @pytest.mark.parametrize("name", robot_names())
 def test_a_robot_s_shapes_stay_inside_its_footprint_and_under_its_lidar(name):
     import pybullet
@@ -175,9 +189,11 @@ def test_a_robot_s_shapes_stay_inside_its_footprint_and_under_its_lidar(name):
     finally:
         pybullet.disconnect(client)
     reach_x, reach_y = abs(robot.footprint.points).max(axis=0)
+    # Where the lidar sees, and above, a body has only its head and what is thinner than that.
+    for top, width in tops_and_widths(robot.urdf):
+        assert top < robot.lidar.height or width <= 0.09
     # Bullet's boxes have a margin of a few millimetres.
     for low, high in boxes:
         assert max(-low[0], high[0]) <= reach_x + 6e-3
         assert max(-low[1], high[1]) <= reach_y + 6e-3
-        assert high[2] < robot.lidar.height
     assert mass == pytest.approx(MASSES[name], abs=1e-6)

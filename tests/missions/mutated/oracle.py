@@ -91,6 +91,8 @@ def told(data: Any) -> Any:
     if isinstance(data, dict):
         # A key may be a time, as below a test's `at`.
         said = {told(key): told(value) for key, value in data.items() if key not in WITHOUT_EFFECT}
+        if "mission" in said and "world" not in said and said.get("map") == "none":
+            del said["map"]  # without a world there is none by default
         return {key: value for key, value in said.items() if DEFAULTS.get(key) != value}
     if isinstance(data, list):
         return [told(item) for item in data]

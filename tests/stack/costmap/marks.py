@@ -3,8 +3,8 @@
 import numpy as np
 
 from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
-from stack.costmap.obstacle_layer import ObstacleLayer
-from stack.costmap.range_layer import RangeLayer
+from stack.costmap.layers.obstacle_layer import ObstacleLayer
+from stack.costmap.layers.range_layer import RangeLayer
 
 
 def seen(pose, scan, time, *, source="lidar", readings=(), tracks=None):

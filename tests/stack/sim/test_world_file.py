@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from stack.errors import InputError
 from stack.sim.worlds.outlines import Rectangle
 from stack.sim.worlds.rasterise import rasterise
-from stack.sim.worlds.world import Push, Trigger, Wall, WorldEvent
+from stack.sim.worlds.world import Drop, Push, Trigger, Wall, WorldEvent
 from stack.sim.worlds.world_file import find_world, read_world
 from stack.types import FREE, OCCUPIED, Pose2D
 
@@ -72,7 +72,8 @@ def test_all_keys_of_a_world_file(read):
 bounds: [-1, -1, 5, 4]
 friction: 0.7
 places: {home: [1, 1], far: [3 m, 200 cm, 180 deg]}
-boxes: [{name: desk, at: [3, 1, 90 deg], size: [1, 50 cm, 0.7], on_map: false}]
+boxes: [{name: desk, at: [3, 1, 90 deg], size: [1, 50 cm, 0.7], on_map: false, elevation: 20 cm}]
+drops: [{name: stairs, from: [2, 3], to: [1, 2], depth: 1.5}]
 cylinders: [{at: [3.5, 2.5], radius: 20 cm}]
 doors: [{name: front, from: [0, 1], to: [0, 2], closed: true}]
 markers: [{id: 7, at: [3.94, 1], facing: 180 deg}]
@@ -90,6 +91,8 @@ timeline:
     assert world.bounds == (-1, -1, 5, 4) and world.friction == 0.7
     assert world.places["far"] == Pose2D(3.0, 2.0, pi)
     assert world.boxes[0].size == (1.0, 0.5, 0.7) and not world.boxes[0].on_map
+    assert world.boxes[0].elevation == 0.2
+    assert world.drops == (Drop((1, 2, 2, 3), 1.5, "stairs"),)
     assert world.cylinders[0].radius == pytest.approx(0.2)
     assert world.doors[0].closed and world.doors[0].end == (0.0, 2.0)
     assert world.markers[0].heading == pi and world.markers[0].dictionary == "DICT_4X4_50"
