@@ -15,7 +15,7 @@ from math import cos, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.sim.worlds.world import Colour, Cylinder, Drop, Wall, World
+from stack.sim.worlds.world import Colour, Cylinder, Drop, FloorLine, Wall, World
 from stack.types import FloatArray, Pose2D
 
 Bounds = tuple[float, float, float, float]
@@ -24,6 +24,13 @@ CYLINDER_SIDES = 32
 """The sides lie at most radius x (1 - cos(pi / 32)) = 0.5 % of the radius inside the circle."""
 
 PILLAR_SIDES = 12
+
+
+PAINT_HEIGHT = 0.004
+"""Metres of paint above the floor, enough for the renderer to tell which is on top."""
+
+LEAST_MITRE = 0.35
+"""Cosine of half the turn at a corner, below which its outer point is cut off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +90,24 @@ def floor(bounds: Bounds, drops: Sequence[Drop]) -> Mesh:
     return Mesh(np.concatenate(quads))
 
 
+def painted(line: FloorLine) -> Mesh:
+    """Return a painted line: a ribbon just above the floor, with mitred corners."""
+    points = np.asarray(line.points, dtype=np.float64)
+    along = np.diff(points, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    before, after = np.vstack([along[:1], along]), np.vstack([along, along[-1:]])
+    if len(points) > 3 and np.allclose(points[0], points[-1]):
+        before[0], after[-1] = along[-1], along[0]
+    middle = before + after
+    middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9)
+    cosine = np.maximum((middle * after).sum(axis=1, keepdims=True), LEAST_MITRE)
+    offset = line.width / 2.0 * np.column_stack([-middle[:, 1], middle[:, 0]]) / cosine
+    height = np.full(len(points), PAINT_HEIGHT)
+    left, right = (np.column_stack([points + side * offset, height]) for side in (1, -1))
+    quads = [_quad(right[n], right[n + 1], left[n + 1], left[n]) for n in range(len(points) - 1)]
+    return Mesh(np.concatenate(quads))
+
+
 def pits(drops: Sequence[Drop]) -> list[Mesh]:
     """Return the bottom and the sides of every drop, seen from above."""
     found = []
@@ -96,8 +121,8 @@ def pits(drops: Sequence[Drop]) -> list[Mesh]:
     return found
 
 
-def _quad(*corners: tuple[float, float, float]) -> FloatArray:
-    """Return the two triangles (2, 3, 3) of a rectangle with these four corners."""
+def _quad(*corners: tuple[float, float, float] | FloatArray) -> FloatArray:
+    """Return the two triangles (2, 3, 3) of a quadrilateral with these four corners."""
     a, b, c, d = (np.array(corner) for corner in corners)
     return np.array([[a, b, c], [a, c, d]])
 

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 
 from stack.sim.physics.boards import board_quad, board_texture
-from stack.sim.physics.meshes import Mesh, file_name, floor, merged, pits, slab, static_meshes
+from stack.sim.physics.meshes import (
+    Mesh,
+    file_name,
+    floor,
+    merged,
+    painted,
+    pits,
+    slab,
+    static_meshes,
+)
 from stack.sim.worlds.world import Colour, Door, World
 from stack.types import Pose2D
 
@@ -86,6 +95,8 @@ class Scene:
         scene.floor = scene._add_visual_floor(world)
         for colour, mesh in static_meshes(world, glass=False).items():
             scene._add_visual_mesh(scene._write(mesh), colour)
+        for line in world.lines:
+            scene._add_visual_mesh(scene._write(painted(line)), line.colour)
         for door in world.doors:
             scene._add_door(door, visible=True)
         for person in world.people:

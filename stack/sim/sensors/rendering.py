@@ -95,11 +95,13 @@ class CameraRenderer:
         random = stream(self._setup.seed, self._setup.name, request.step)
         if isinstance(camera, DepthCameraDescription):
             return measured_depth(buffer, camera, random)
-        if camera.noise <= 0.0:
+        light = np.float32(self._setup.world.light)
+        if camera.noise <= 0.0 and light == 1.0:
             return np.ascontiguousarray(colours)
         noise = random.standard_normal(colours.shape, dtype=np.float32) * np.float32(camera.noise)
-        noisy: NDArray[np.uint8] = np.clip(np.rint(colours + noise), 0, 255).astype(np.uint8)
-        return noisy
+        noisy = np.clip(np.rint(light * colours + noise), 0, 255)
+        picture: NDArray[np.uint8] = noisy.astype(np.uint8)
+        return picture
 
     def _rendered(self, request: RenderRequest) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Return colours (height, width, 3) and the depth buffer (height, width)."""

@@ -13,8 +13,10 @@ import numpy as np
 
 from stack.documents import Section
 from stack.parameters import Declaration
+from stack.sim.worlds.polylines import rounded
 from stack.sim.worlds.values import (
     COLOUR,
+    CORNER_RADIUS,
     ELEVATION,
     FRICTION,
     GLASS,
@@ -36,6 +38,7 @@ from stack.sim.worlds.world import (
     Dock,
     Door,
     Drop,
+    FloorLine,
     FrictionZone,
     Wall,
 )  # fmt: skip
@@ -153,6 +156,20 @@ def drop(reading: Reading, section: Section) -> Drop | None:
     bounds, name = _rectangle(reading, section, "drop"), section.value(NAME)
     depth = section.value(length("depth", "depth below the floor", 0.2, at_most=20.0))
     return None if bounds is None else Drop(bounds, depth, name)
+
+
+def line(reading: Reading, section: Section) -> FloorLine | None:
+    """Read a painted line; `corner_radius` rounds its corners, `closed` joins its ends."""
+    points = reading.points(section, "points")
+    closed = section.value(
+        Declaration("closed", bool, "join the last point to the first", default=False)
+    )
+    radius = section.value(CORNER_RADIUS)
+    width = section.value(length("width", "width of the paint", 0.05, at_least=0.01, at_most=1.0))
+    colour = _colour(section, FloorLine)
+    if points is None:
+        return None
+    return FloorLine(rounded(points, radius, closed=closed), width, colour)
 
 
 def _rectangle(

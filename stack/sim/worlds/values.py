@@ -57,6 +57,16 @@ COLOUR = tuple(
 FRICTION = Declaration("friction", float, "Coulomb friction coefficient", at_least=0.0, at_most=2.0)
 
 
+CORNER_RADIUS = Declaration(
+    "corner_radius", float, "radius of the arcs at its corners", "m", 0.0,
+    at_least=0.0, at_most=FARTHEST,
+)  # fmt: skip
+LIGHT = Declaration(
+    "light", float, "brightness of camera pictures; above 1 bright surfaces saturate",
+    default=1.0, at_least=0.0, at_most=10.0,
+)  # fmt: skip
+
+
 @dataclass
 class Reading:
     """State shared by the readers of one world file.

@@ -104,6 +104,21 @@ class Drop:
 
 
 @dataclass(frozen=True, slots=True)
+class FloorLine:
+    """A line painted on the floor: only cameras see it.
+
+    Attributes:
+        points: (n, 2) metres along its centre, n >= 2, with rounded corners.
+        width: metres.
+        colour: of the paint.
+    """
+
+    points: FloatArray
+    width: float = 0.05
+    colour: Colour = (0.05, 0.05, 0.05)
+
+
+@dataclass(frozen=True, slots=True)
 class Person:
     """A person who walks.
 
@@ -200,6 +215,7 @@ class World:
         places: named poses for missions; places of the mission take precedence.
         start: start pose of the robot when the mission has none.
         friction: friction coefficient of the floor outside the friction zones.
+        light: brightness of camera pictures: 1 normal; above it bright surfaces saturate.
         source: the file that the world was read from.
         warnings: elements of that file that were ignored or replaced.
     """
@@ -213,11 +229,13 @@ class World:
     markers: tuple[Marker, ...] = ()
     friction_zones: tuple[FrictionZone, ...] = ()
     drops: tuple[Drop, ...] = ()
+    lines: tuple[FloorLine, ...] = ()
     people: tuple[Person, ...] = ()
     docks: tuple[Dock, ...] = ()
     timeline: tuple[WorldEvent, ...] = ()
     places: dict[str, Pose2D] = field(default_factory=dict)
     start: Pose2D = Pose2D(0.0, 0.0)
     friction: float = 0.9
+    light: float = 1.0
     source: FilePath | None = None
     warnings: tuple[Finding, ...] = ()

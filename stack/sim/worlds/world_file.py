@@ -25,6 +25,7 @@ from stack.sim.worlds.timeline import event
 from stack.sim.worlds.values import (
     EMPTY,
     FRICTION,
+    LIGHT,
     PLACEMENT,
     SHAPE,
     TOO_MANY,
@@ -38,7 +39,8 @@ MARGIN = 0.5
 
 KEYS = (
     "world", "walls", "boxes", "places", "bounds", "cylinders", "doors", "markers", "people",
-    "docks", "timeline", "start", "friction", "friction_zones", "drops", "format", "doc",
+    "docks", "timeline", "start", "friction", "friction_zones", "drops", "lines", "light",
+    "format", "doc",
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
@@ -101,12 +103,14 @@ def read_world(path: Path, text: str | None = None) -> World:
         markers=reading.each(top, "markers", "a marker", items.marker),
         friction_zones=reading.each(top, "friction_zones", "a zone", items.friction_zone),
         drops=reading.each(top, "drops", "a drop", items.drop),
+        lines=reading.each(top, "lines", "a line", items.line),
         people=tuple(chain.from_iterable(reading.each(top, "people", "a person", people))),
         docks=reading.each(top, "docks", "a dock", items.dock),
         timeline=reading.each(top, "timeline", "a timeline entry", event),
         places=reading.places,
         start=_start(reading, top),
         friction=top.value(replace(FRICTION, default=0.9)),
+        light=top.value(LIGHT),
         source=path,
     )
     bounds = _bounds(top)
@@ -162,6 +166,7 @@ def bounds_around(world: World, solid: list[Outline], margin: float) -> Bounds:
 
 def _check_size(top: Section, reading: Reading, world: World) -> None:
     count = reading.count + sum(len(wall.points) for wall in world.walls)
+    count += sum(len(line.points) for line in world.lines)
     if count > MAX_ITEMS:
         sentence = f"{count} items and wall points; a world may have at most {MAX_ITEMS}"
         top.findings.error(TOO_MANY, top.node.mark, sentence)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.sim.physics.meshes import box_prism, file_name, merged, static_meshes
-from stack.sim.worlds.world import Box, Cylinder, Wall, World
+from stack.sim.physics.meshes import box_prism, file_name, merged, painted, static_meshes
+from stack.sim.worlds.world import Box, Cylinder, FloorLine, Wall, World
 from stack.types import Pose2D
 
 
@@ -57,3 +57,21 @@ def test_an_empty_world_has_no_mesh():
 
 def test_files_are_named_by_content():
     assert file_name("a", "obj") == file_name(b"a", "obj") != file_name("b", "obj")
+
+
+def area(mesh):
+    sides = np.diff(mesh.corners, axis=1)
+    return np.cross(sides[:, 0], sides[:, 1])[:, 2].sum() / 2
+
+
+def test_paint_faces_up_and_covers_length_times_width_also_around_a_corner():
+    # A mitred corner loses inside what it gains outside: 3 m x 0.1 m.
+    line = FloorLine(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]]), width=0.1)
+    assert area(painted(line)) == pytest.approx(0.3)
+
+
+def test_paint_of_a_closed_line_closes_its_corner():
+    square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 0.0]])
+    mesh = painted(FloorLine(square, width=0.1))
+    assert area(mesh) == pytest.approx(8 * 0.1)
+    assert np.abs(mesh.corners[:, :, :2] - 1.0).max() == pytest.approx(1.05)

@@ -80,6 +80,8 @@ markers: [{id: 7, at: [3.94, 1], facing: 180 deg}]
 friction_zones: [{from: [2, 2], to: [1, 1], friction: 0.3}]
 people: [{name: Ada, waypoints: [[1, 2], [3, 2]], pause: 1 s, start: 0.5}]
 docks: [{at: [1, 1]}]
+lines: [{points: [[1, 1], [3, 1], [3, 2]], width: 3 cm, colour: [1, 0, 0]}]
+light: 0.4
 timeline:
   - {when: {time: 20 s}, close_door: front}
   - {when: {near: [3, 2, 50 cm], time: 1 min}, after: 2 s, move_robot: home}
@@ -97,6 +99,8 @@ timeline:
     assert world.doors[0].closed and world.doors[0].end == (0.0, 2.0)
     assert world.markers[0].heading == pi and world.markers[0].dictionary == "DICT_4X4_50"
     assert world.friction_zones[0].bounds == (1, 1, 2, 2)
+    assert world.lines[0].points.tolist() == [[1, 1], [3, 1], [3, 2]] and world.light == 0.4
+    assert world.lines[0].width == pytest.approx(0.03) and world.lines[0].colour == (1, 0, 0)
     assert world.people[0].waypoints.shape == (2, 2) and world.people[0].start == 0.5
     assert world.timeline == (
         WorldEvent(Trigger(time=20.0), close_door="front"),
@@ -113,6 +117,9 @@ WRONG = {  # `^` marks the place that must be reported
     "cylinders: [{at: [1, ^2000], radius: 1}]": "E201 y: 2000 m must be at most 1000 m",
     "cylinders: [^{at: [1, 2]}]": "E201 a cylinder needs the key 'radius'",
     "cylinders: [{at: [1, 2], radius: ^0}]": "E201 radius: 0 m must be above 0 m",
+    "lines: [{points: ^[[1, 2]]}]": "E201 points needs at least two points [x, y]",
+    "lines: [{points: [[1, 2], [2, 2]], width: ^2 m}]": "E201 width: 2 m must be at most 1 m",
+    "light: ^-1": "E201 light: -1 must be at least 0",
     "cylinders: [^plant]": "E201 a cylinder must be a mapping of keys, got 'plant'",
     "cylinders: ^plant": "E201 cylinders: expected a list, got 'plant'",
     "boxes: [{at: ^[1], size: [1, 1, 1]}]": "E201 at: expected [x, y, heading], got a list of 1",
