@@ -27,9 +27,11 @@ from stack.types import (
     Failure,
     FailureCode,
     FloatArray,
+    FloorLines,
     Footprint,
     Frontier,
     Image,
+    LineColour,
     Marker,
     MarkerSighting,
     OccupancyGrid,
@@ -85,6 +87,7 @@ class ScriptedRobot:
     Attributes:
         picture: returned by `image()`.
         sightings: returned by `marker_sightings()`.
+        lines: returned by `floor_lines()`.
         fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
         rivals: other poses that explain the scans as well, in `estimate`.
@@ -114,6 +117,7 @@ class ScriptedRobot:
     markers: tuple[Marker, ...] = ()
     picture: Image | None = None
     sightings: tuple[MarkerSighting, ...] = ()
+    lines: FloorLines | None = None
     fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
@@ -180,6 +184,10 @@ class ScriptedRobot:
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Return `sightings`."""
         return self.sightings
+
+    def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
+        """Return `lines`."""
+        return self.lines
 
     def fit_at(self, pose: Pose2D) -> float:
         """Return `fit(pose)`."""

@@ -9,9 +9,9 @@ import numpy as np
 from py_trees.common import Status
 
 from behaviours import _wall_geometry as geometry
+from behaviours._motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
 from behaviours._odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
-from behaviours.timer import Timer
 from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist, wrap_angle
 
 TIME_TO_LIVE = 0.3
@@ -26,24 +26,14 @@ SPARE_ROOM, SPARE_ROOM_BACK, TURNED_BACK = 0.06, 0.02, 1.5
 """Metres of clearance below which a passage is not entered: normally, and on the way out of a dead
 end, which is the first TURNED_BACK metres after turning back."""
 LOOP_LENGTH, LOOP_DISTANCE, LOOP_TURN = 3.0, 0.4, pi / 3.0
-STUCK_TIME, STUCK_DISTANCE = 10.0, 0.15
 BLIND_TIME = 2.0
-
-
-@dataclass(frozen=True, slots=True)
-class _FollowStart:
-    """Start of wall following at the wanted distance; the `until_…` ports count from it."""
-
-    timer: Timer
-    travelled: float
-    pose: Pose2D
 
 
 @dataclass(slots=True)
 class _Record:
     """Progress of wall following; distance errors are recorded on straight walls only."""
 
-    start: _FollowStart | None = None
+    start: FollowStart | None = None
     bent_at: float = 0.0
     count: int = 0
     squares: float = 0.0
@@ -90,8 +80,8 @@ class WallFollow(RobotBehaviour):
         """Start to search for the wall."""
         self._radius = self.robot.footprint.circumscribed_radius
         self._trail = OdometryTrail()
-        self._since_moved, self._since_seen = self.start_timer(), self.start_timer()
-        self._rest = self.robot.odometry
+        self._since_seen = self.start_timer()
+        self._watch = StuckWatch(self.start_timer(), self.robot.odometry)
         self._course = self.robot.odometry.heading
         self._record = _Record()
         self._turned_back_at = -TURNED_BACK
@@ -108,7 +98,7 @@ class WallFollow(RobotBehaviour):
             )
         if self._is_over():
             return Status.SUCCESS
-        if self._is_stuck():
+        if self._watch.is_stuck(self.robot.odometry):
             return self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
         if self._record.start is None and self._trail.distance > self.search:
             return self.fail(FailureCode.NO_WALL, f"no wall found within {self.search:g} m")
@@ -175,7 +165,7 @@ class WallFollow(RobotBehaviour):
         off_course = abs(atan2(curve.tangent[1], curve.tangent[0]))
         record, distance = self._record, self._trail.distance
         if record.start is None and abs(curve.error) < 0.1 and off_course < 0.35:
-            record.start = _FollowStart(self.start_timer(), distance, self.robot.pose)
+            record.start = FollowStart(self.start_timer(), distance, self.robot.pose)
         if record.start is None or _bend(curve.points) > STRAIGHT:
             record.bent_at = distance
         elif distance - record.bent_at > SETTLING:
@@ -191,20 +181,12 @@ class WallFollow(RobotBehaviour):
         back = here.distance_to(start.pose) <= LOOP_DISTANCE and (
             abs(wrap_angle(here.heading - start.pose.heading)) <= LOOP_TURN
         )
-        place = self.until_place
-        return (
-            (self.until_travelled is not None and travelled >= self.until_travelled)
-            or (self.until_time is not None and start.timer.is_over(self.until_time))
-            or (place is not None and here.distance_to(place) <= self.place_radius)
-            or (self.until_loop and travelled >= LOOP_LENGTH and back)
+        limits = FollowLimits(
+            self.until_travelled, self.until_time, self.until_place, self.place_radius
         )
-
-    def _is_stuck(self) -> bool:
-        here = self.robot.odometry
-        if here.distance_to(self._rest) > STUCK_DISTANCE:
-            self._rest = here
-            self._since_moved.restart()
-        return self._since_moved.is_over(STUCK_TIME)
+        return limits.are_reached(start, travelled, here) or (
+            self.until_loop and travelled >= LOOP_LENGTH and back
+        )
 
     def _write_outputs(self) -> None:
         start = self._record.start

@@ -137,14 +137,14 @@ class Declaration:
         Raises:
             ParameterError: it is not.
         """
-        if self.one_of and value is not None and value not in self.one_of:
-            raise ParameterError(
-                self.name, f"{value!r} is not one of {', '.join(self.one_of)}",
-                suggestion(str(value), self.one_of),
-            )  # fmt: skip
-        for number in value if isinstance(value, list | tuple) else (value,):
-            if isinstance(number, int | float) and not isinstance(number, bool):
-                self._check_number(number)
+        for item in value if isinstance(value, list | tuple) else (value,):
+            if self.one_of and item is not None and item not in self.one_of:
+                raise ParameterError(
+                    self.name, f"{item!r} is not one of {', '.join(self.one_of)}",
+                    suggestion(str(item), self.one_of),
+                )  # fmt: skip
+            if isinstance(item, int | float) and not isinstance(item, bool):
+                self._check_number(item)
 
     def _check_number(self, number: float) -> None:
         unit = f" {self.unit}" if self.unit else ""

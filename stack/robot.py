@@ -13,9 +13,11 @@ from stack.types import (
     Battery,
     CoveragePlan,
     Failure,
+    FloorLines,
     Footprint,
     Frontier,
     Image,
+    LineColour,
     Marker,
     MarkerSighting,
     OccupancyGrid,
@@ -192,6 +194,17 @@ class Robot(Protocol):
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Known markers in the newest picture; keeps the camera on, as `image` does."""
+        ...
+
+    def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
+        """Lines on the floor around the robot; keeps the camera on, as `image` does.
+
+        None before the first picture, and when the newest one is out of date.
+
+        Args:
+            colour: of the lines; `dark` and `light` are relative to the floor.
+            width: of the lines, metres.
+        """
         ...
 
     def fit_at(self, pose: Pose2D) -> float:

@@ -290,6 +290,36 @@ def people(  # noqa: PLR0913 - each is an option of the command
     _print(report(rows, scene_rows(rows)))
 
 
+@bench_app.command("line")
+def line(  # noqa: PLR0913 - each is an option of the command
+    courses: Annotated[int, typer.Option(min=1, help="number of courses")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the first course")] = 0,
+    robots: Annotated[
+        str,
+        typer.Option(
+            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
+        ),
+    ] = "scout",
+    speed: Annotated[float, typer.Option(min=0.05, max=2.0, help="speed in m/s")] = 0.4,
+    jobs: Jobs = 1,
+    out: Out = Path("bench/line"),
+    parameter: Parameter = None,
+) -> None:
+    """Follow random lines on the floor with the camera, in dim, normal and bright light.
+
+    A course has six curves of 0.6 to 1.6 m radius, a gap of 20 to 40 cm, a junction whose branch is
+    told, and an end mark. A run passes when the robot stops at the mark. The distance is that of
+    its true position from the line.
+    """
+    from missions.bench.resumable import TableOptions
+    from missions.bench.vision.line_runs import line_entries, measured, report
+
+    given = assignments(parameter or [], "--parameter", "safety.top_speed=0.3")
+    seeds = range(seed, seed + courses)
+    entries = line_entries(named(robots), seeds, out / "worlds", speed, given)
+    _print(report(measured(entries, TableOptions(out, jobs), _tell)))
+
+
 @bench_app.command("world")
 def world(  # noqa: PLR0913 - each is an option of the command
     kind: Annotated[str, typer.Argument(help="flat, office, warehouse, hotel, twin, corridor")],

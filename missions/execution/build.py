@@ -35,6 +35,7 @@ from stack.navigation.tuning import Tunable
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
 from stack.perception.depth_obstacles import DepthObstacles
+from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
@@ -150,6 +151,7 @@ def build(
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
+            floor_lines=FloorLineDetector() if robot.camera else None,
             cover=world_model.cover,
             draw=world_model.draw,
             forget_tracks=world_model.forget_tracks,

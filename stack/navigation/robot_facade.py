@@ -27,9 +27,12 @@ from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
     CoveragePlan,
+    FloatArray,
+    FloorLines,
     Footprint,
     Frontier,
     Image,
+    LineColour,
     Marker,
     MarkerSighting,
     OccupancyGrid,
@@ -47,6 +50,19 @@ class MarkerDetector(Protocol):
 
     def sightings(self, image: Image) -> tuple[MarkerSighting, ...]:
         """Return the known markers in an image."""
+        ...
+
+
+class FloorLineDetector(Protocol):
+    """Detects lines on the floor in images."""
+
+    def see(
+        self, image: Image, base: Pose2D, colour: LineColour, width: float, obstacles: FloatArray
+    ) -> FloorLines:
+        """Return the lines after an image that was taken at a base pose in the odom frame.
+
+        Obstacles (n, 2), odom frame, hide the floor behind them.
+        """
         ...
 
 
@@ -69,13 +85,14 @@ class FacadeParts:
         frames: poses by time stamp.
         camera: keeps the camera on while pictures are requested.
         markers: the known markers of the world, map frame.
-        detector: None when the robot has no camera.
+        detector: of markers; None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
         cover: without a map, grows the costmaps to contain some poses.
         draw: replaces the map of the costmaps.
         forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
         maps: the map so far.
         recording_over: whether all measurements of a replayed log have been played.
+        floor_lines: None when the robot has no camera.
     """
 
     robot: RobotDescription
@@ -97,6 +114,7 @@ class FacadeParts:
     draw: Callable[[OccupancyGrid], None] = lambda grid: None
     forget_tracks: Callable[[], None] = lambda: None
     recording_over: Callable[[], bool] = lambda: False
+    floor_lines: FloorLineDetector | None = None
 
 
 class RobotFacade:
@@ -240,6 +258,15 @@ class RobotFacade:
         if image is None or detector is None:
             return ()
         return detector.sightings(image)
+
+    def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
+        """Lines on the floor around the robot; keeps the camera on like `image`."""
+        image, detector = self.image(), self._parts.floor_lines
+        if image is None or detector is None:
+            return None
+        base = self._parts.frames.pose_at("odom", image.stamp)
+        obstacles = self.odometry.transform(self._state.obstacles.points)
+        return detector.see(image, base, colour, width, obstacles)
 
     def fit_at(self, pose: Pose2D) -> float:
         """Localisation health of the newest scan at another pose; 0 without a scan."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
 from stack.geometry.polygons import fill_polygon
+from stack.perception.rolling_grid import shifted
 from stack.types import FloatArray, Pose2D, RangeReading, RangeView, Scan, SeenGround
 
 CELL = 0.03
@@ -100,17 +101,8 @@ class GroundMemory:
         columns, rows = wanted[0] - self._corner[0], wanted[1] - self._corner[1]
         if max(abs(columns), abs(rows)) * CELL <= SLACK:
             return
-        moved, size = np.full_like(self._stamps, -inf), 2 * self._half
-        if max(abs(columns), abs(rows)) < size:
-            moved[_kept(-rows, size), _kept(-columns, size)] = self._stamps[
-                _kept(rows, size), _kept(columns, size)
-            ]
-        self._stamps, self._corner = moved, (wanted[0], wanted[1])
-
-
-def _kept(shift: int, size: int) -> slice:
-    """Return the part of an axis that is still in a grid moved by `shift` cells."""
-    return slice(max(0, shift), min(size, size + shift))
+        self._stamps = shifted(self._stamps, rows, columns, -inf)
+        self._corner = (wanted[0], wanted[1])
 
 
 def _cone(reading: RangeReading) -> tuple[FloatArray, FloatArray]:

@@ -9,6 +9,7 @@ from stack.types.expressions import (
     Assignments,
     Expression,
 )
+from stack.types.floor_lines import LINE_COLOURS, FloorLines, LineColour
 from stack.types.geometry import (
     STANDSTILL,
     FloatArray,
@@ -60,6 +61,9 @@ from stack.types.world import (
 )
 
 __all__ = [
+    "LINE_COLOURS",
+    "FloorLines",
+    "LineColour",
     "Assignments",
     "Battery",
     "DepthImage",

@@ -31,6 +31,7 @@ class FailureCode(StrEnum):
     TIMED_OUT = "TIMED_OUT"
     AMBIGUOUS = "AMBIGUOUS"
     NO_WALL = "NO_WALL"
+    NO_LINE = "NO_LINE"
     NO_IMAGE = "NO_IMAGE"
     CHECK_FAILED = "CHECK_FAILED"
     NOT_SET = "NOT_SET"

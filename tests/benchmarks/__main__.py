@@ -145,6 +145,11 @@ DRIVING = {
         lambda given: driving.people_table(given.seeds, given.table("people")), ("seeds",),
         {**OFF, "first seed": driving.FLATS_HELD_OUT},
     ),
+    "line": Benchmark(
+        "Random lines on the floor, 0.4 m/s",
+        lambda given: driving.line_table(given.worlds, given.table("line")), ("worlds",),
+        {**OFF, "first seed": driving.LINES_HELD_OUT},
+    ),
     "barn": Benchmark(
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
         ("barn",), {**OFF, "trials": 1},
@@ -219,7 +224,7 @@ def _arguments() -> argparse.ArgumentParser:
     arguments.add_argument("names", nargs="*", metavar="NAME", help=", ".join(BENCHMARKS))
     arguments.add_argument("--docs", action="store_true", help="keep the figures in docs/figures")
     whole = {
-        "trials": (20, "of each narrow passage"), "worlds": (20, "of moving cylinders"),
+        "trials": (20, "of each narrow passage"), "worlds": (20, "generated worlds"),
         "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
         "runs": (2, "seeds of the speed table"),
         "cases": (20, "of each experiment of the localisation"),

@@ -23,12 +23,17 @@ from missions.bench.people.table import (
 )
 from missions.bench.runs import Entry, Setup, TrialRow
 from missions.bench.table import TableOptions, fill_table
+from missions.bench.vision.line_runs import line_entries
+from missions.bench.vision.line_runs import measured as line_runs
+from missions.bench.vision.line_runs import rows_of as line_rows
 from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS
 from tests.benchmarks.table import Rows
 
 FLATS_HELD_OUT = 9100
 """First seed of the flats that are not used for development."""
+LINES_HELD_OUT = 9000
+"""First seed of the lines that are not used for development."""
 FLAT_ROBOTS = ("scout", "jackal", "glide")
 FAILURES = ("contact", "struck", "timeout", "gave_up")
 
@@ -69,6 +74,14 @@ def people_table(seeds: int, options: TableOptions) -> Rows:
     )  # fmt: skip
     rows = measured(entries, options, lambda line: print(line, file=sys.stderr))
     return [dict(row) for row in scene_rows(rows)]
+
+
+def line_table(worlds: int, options: TableOptions) -> Rows:
+    """A row for each light, on courses that were not used for development."""
+    seeds = range(LINES_HELD_OUT, LINES_HELD_OUT + worlds)
+    entries = line_entries(("scout",), seeds, options.out / "worlds", 0.4, {})
+    rows = line_runs(entries, options, lambda line: print(line, file=sys.stderr))
+    return [dict(row) for row in line_rows(rows)]
 
 
 def barn_table(worlds: Path, options: TableOptions) -> Rows:

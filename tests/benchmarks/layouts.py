@@ -81,6 +81,11 @@ LAYOUTS: dict[str, Layout] = {
         "way": "{way}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
         "least distance": "{least distance}",
     }),
+    "line": Layout({
+        "light": "{light}", "end mark reached": "{passed}", "95 %": "{95 % interval}",
+        "gaps": "{gaps}", "junctions": "{junctions}", "mean RMS": "{RMS}",
+        "worst RMS": "{worst RMS}", "largest": "{largest}", "mean speed": "{speed}",
+    }),
     "missions": Layout(
         {
             "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",

@@ -76,6 +76,7 @@ CASES: dict[FailureCode, tuple[str, str]] = {
     FailureCode.NO_WALL: (
         "hall.yaml", "run: {wall_follow: {side: left, distance: 0.4 m, until_travelled: 2 m}}",
     ),
+    FailureCode.NO_LINE: ("small_room", "run: follow_line"),
     FailureCode.NO_IMAGE: ("small_room", "run: {take_photo: {}}"),
     FailureCode.CHECK_FAILED: ("small_room", "run: {check: battery.charge < 0.1}"),
     FailureCode.EXCEPTION: ("small_room", "plugins: [./plugins]\nrun: fall_over"),

@@ -42,6 +42,7 @@ EXPECTED = {
     "26_use_the_map",
     "27_map_a_log",
     "28_cover_a_room",
+    "30_follow_the_line",
     "32_table_tops",
     "36_glass_and_edges",
 }

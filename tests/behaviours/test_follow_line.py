@@ -1,0 +1,124 @@
+"""follow_line on a kinematic robot that sees the floor from 0.8 m ahead."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from py_trees.common import Status
+
+from behaviours.follow_line import FollowLine
+from behaviours.testing import tick
+from stack.sim.worlds.polylines import rounded
+from stack.types import Pose2D
+from tests.behaviours.line_robot import LineRobot, distances
+
+
+def line(*points, radius=0.0):
+    return rounded(np.array(points, dtype=float), radius)
+
+
+def follow(robot, seconds=60.0, **ports):
+    behaviour = FollowLine(**ports)
+    tick(behaviour, robot, seconds)
+    return behaviour
+
+
+def track(robot):
+    return np.array([(pose.x, pose.y) for pose in robot.way])
+
+
+BAR = line([4.0, 1.35], [4.0, 1.65])
+BEND = line([0.5, 0.0], [2.0, 0.0], [2.0, 1.5], [4.0, 1.5], radius=0.7)
+
+
+def test_it_follows_a_bend_to_the_end_mark():
+    robot = LineRobot(floor=(BEND, BAR))
+    behaviour = follow(robot, speed=0.4)
+    assert behaviour.status is Status.SUCCESS, behaviour.failure
+    assert (robot.pose.x, robot.pose.y) == pytest.approx((4.0, 1.5), abs=0.06)
+    on_line = track(robot)[60:]
+    assert np.sqrt(np.mean(distances(on_line, (BEND,)) ** 2)) < 0.02
+    # 3.5 m + 1.5 m, less what two quarters of a circle cut off, 2 (2 - pi / 2) 0.7 m = 0.60 m, and
+    # the first 0.3 m, which the camera never sees.
+    assert behaviour.travelled == pytest.approx(4.1, abs=0.15)
+    assert behaviour.error_rms < 0.02 and behaviour.junctions == 0
+
+
+@pytest.mark.parametrize(("word", "end"), [("left", 0.8), ("right", -0.8)])
+def test_it_takes_the_branch_it_is_told(word, end):
+    trunk = line([0.5, 0.0], [2.0, 0.0])
+    branches = [line([2.0, 0.0], [3.0, side], [4.5, side], radius=0.5) for side in (0.8, -0.8)]
+    robot = LineRobot(floor=(trunk, *branches))
+    behaviour = follow(robot, at_junction=[word], until_travelled=3.5)
+    assert behaviour.status is Status.SUCCESS and behaviour.junctions == 1
+    assert robot.pose.y == pytest.approx(end, abs=0.1)
+
+
+def test_each_junction_has_its_own_word():
+    trunk = line([0.5, 0.0], [5.5, 0.0])
+    first, second = line([1.8, 0.0], [2.6, 0.8]), line([3.6, 0.0], [4.6, -1.0], [6.0, -1.0])
+    robot = LineRobot(floor=(trunk, first, second))
+    behaviour = follow(robot, at_junction=["straight", "right"], until_travelled=4.5)
+    assert behaviour.status is Status.SUCCESS and behaviour.junctions == 2
+    assert robot.pose.y == pytest.approx(-1.0, abs=0.15)
+
+
+def test_it_crosses_a_gap():
+    parts = line([0.5, 0.0], [2.0, 0.0]), line([2.4, 0.0], [4.5, 0.0])
+    robot = LineRobot(floor=parts)
+    behaviour = follow(robot, until_place=Pose2D(4.2, 0.0), place_radius=0.1)
+    assert behaviour.status is Status.SUCCESS and abs(robot.pose.y) < 0.03
+
+
+def test_it_approaches_a_line_that_begins_aside():
+    robot = LineRobot(floor=(line([1.0, 0.35], [5.0, 0.35]),))
+    behaviour = follow(robot, until_travelled=2.0)
+    assert behaviour.status is Status.SUCCESS and robot.pose.y == pytest.approx(0.35, abs=0.03)
+
+
+def test_it_turns_to_look_for_a_line_beside_it():
+    robot = LineRobot(floor=(line([0.3, 1.2], [-3.0, 1.2]),))
+    behaviour = follow(robot, until_travelled=2.0)
+    assert behaviour.status is Status.SUCCESS and robot.pose.y == pytest.approx(1.2, abs=0.05)
+
+
+def test_a_line_that_ends_without_a_mark_is_lost():
+    robot = LineRobot(floor=(line([0.5, 0.0], [2.5, 0.0]),))
+    behaviour = follow(robot)
+    assert behaviour.status is Status.FAILURE and behaviour.failure.code == "NO_LINE"
+    assert "lost after 2." in behaviour.failure.sentence
+    assert robot.pose.x == pytest.approx(3.0, abs=0.15)  # the line and a gap of 0.5 m
+
+
+def test_without_a_line_it_stays_where_it_is():
+    robot = LineRobot()
+    behaviour = follow(robot)
+    assert behaviour.failure.code == "NO_LINE" and "no dark line" in behaviour.failure.sentence
+    assert np.abs(track(robot)).max() < 0.01
+
+
+def test_a_camera_that_stops_stops_the_robot():
+    robot = LineRobot(floor=(line([0.5, 0.0], [9.0, 0.0]),))
+    behaviour = follow(robot, seconds=5.0)
+    robot.camera_works = False
+    tick(behaviour, robot, 5.0)
+    assert behaviour.failure.code == "NO_IMAGE" and robot.twist.linear == 0.0
+    assert robot.time == pytest.approx(5.0 + 2.0, abs=0.4)
+
+
+def test_a_robot_that_is_held_fast_notices():
+    class Stuck(LineRobot):
+        def _moved(self, pose, distance, turn):
+            return pose
+
+    behaviour = follow(Stuck(floor=(line([0.5, 0.0], [9.0, 0.0]),)))
+    assert behaviour.failure.code == "NO_PROGRESS"
+
+
+def test_a_circle_is_followed_for_a_time():
+    angles = np.linspace(-pi / 2, 1.5 * pi, 200)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)]) * 1.2 + [0.0, 1.2]
+    robot = LineRobot(floor=(circle,))
+    behaviour = follow(robot, seconds=90.0, until_time=40.0)
+    assert behaviour.status is Status.SUCCESS
+    assert np.sqrt(np.mean(distances(track(robot)[100:], (circle,)) ** 2)) < 0.02
