@@ -112,6 +112,11 @@ class _Unsupported(yaml.MarkedYAMLError):
     """Valid YAML that is not accepted."""
 
 
+def _too_deep(event: Any) -> _Unsupported:
+    sentence = f"nested more than {MAX_DEPTH} deep"
+    return _Unsupported(problem=sentence, problem_mark=event.start_mark)
+
+
 _Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -123,12 +128,16 @@ def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
             Mark(name, problem.line, problem.column), "E004", problem.sentence, problem.hint
         )
     try:
-        # libyaml stopped at the same place. PyYAML's scanner takes quadratic time in the depth.
-        depth = 0
+        # libyaml stopped at the same place, or reads ahead and reached its own limit of the depth.
+        # PyYAML's scanner takes quadratic time in the depth.
+        depth = -1
         for event in yaml.parse(text, Loader=yaml.SafeLoader):
             depth += isinstance(event, yaml.CollectionStartEvent)
             depth -= isinstance(event, yaml.CollectionEndEvent)
-            if depth > MAX_DEPTH or isinstance(error, _Unsupported):
+            if isinstance(error, _Unsupported):
+                break
+            if depth > MAX_DEPTH:
+                error = _too_deep(event)
                 break
     except yaml.YAMLError as own:
         error = own
@@ -183,9 +192,7 @@ class _Composer:
         self._counted(1, mark)
         before = self.count
         if depth > MAX_DEPTH:
-            raise _Unsupported(
-                problem=f"nested more than {MAX_DEPTH} deep", problem_mark=event.start_mark
-            )
+            raise _too_deep(event)
         if event.tag is not None:
             self.findings.error("E009", mark, f"tags are not supported, got {event.tag!r}")
         if event.anchor is not None:
