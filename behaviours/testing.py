@@ -23,6 +23,7 @@ from stack.robot import Robot
 from stack.types import (
     STANDSTILL,
     Battery,
+    ContactZone,
     CoveragePlan,
     Failure,
     FailureCode,
@@ -93,6 +94,7 @@ class ScriptedRobot:
         rivals: other poses that explain the scans as well, in `estimate`.
         said: messages for the operator.
         twist: last velocity of `drive_for`.
+        contact: where that one may touch something.
         calls: all calls in order.
         task: the newest task; the test sets its outcome.
         motion: the newest motion task; a newer one cancels it.
@@ -121,6 +123,7 @@ class ScriptedRobot:
     fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
+    contact: ContactZone | None = None
     calls: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     task: ScriptedTask = field(default_factory=ScriptedTask)
     motion: ScriptedTask = field(default_factory=ScriptedTask)
@@ -247,7 +250,10 @@ class ScriptedRobot:
         """Return a new motion task."""
         return self._move("assisted_teleop", seconds=seconds, silence=silence)
 
-    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
+    def drive_for(
+        self, twist: Twist, seconds: float, *, while_lost: bool = False,
+        contact: ContactZone | None = None,
+    ) -> None:  # fmt: skip
         """Store the velocity in `twist`; cancel the motion task, as the real robot does.
 
         Raises:
@@ -256,7 +262,7 @@ class ScriptedRobot:
         if self.estimate.is_lost and not while_lost and twist != STANDSTILL:
             raise NavigationError(FailureCode.LOST, "the robot is lost")
         self.motion.cancel()
-        self.twist = twist
+        self.twist, self.contact = twist, contact
         self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
 
     def clear_costmap(

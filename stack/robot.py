@@ -11,6 +11,7 @@ from typing import Protocol
 
 from stack.types import (
     Battery,
+    ContactZone,
     CoveragePlan,
     Failure,
     FloorLines,
@@ -293,10 +294,20 @@ class Robot(Protocol):
         """
         ...
 
-    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
+    def drive_for(
+        self, twist: Twist, seconds: float, *, while_lost: bool = False,
+        contact: ContactZone | None = None,
+    ) -> None:  # fmt: skip
         """Drive a velocity for some seconds, for behaviours with their own control loop.
 
         Safety still limits the velocity. Cancels the current motion task.
+
+        Args:
+            twist: base frame.
+            seconds: after which the robot stops, unless the call is repeated.
+            while_lost: drive also while the robot is lost.
+            contact: where the robot may touch something, such as a dock: what the sensors see there
+                does not stop it, and it drives slowly.
 
         Raises:
             NavigationError: LOST, while the robot is, unless `while_lost` is set or the twist is

@@ -311,12 +311,38 @@ def line(  # noqa: PLR0913 - each is an option of the command
     told, and an end mark. A run passes when the robot stops at the mark. The distance is that of
     its true position from the line.
     """
+    from missions.bench.perception.line_runs import line_entries, measured, report
     from missions.bench.resumable import TableOptions
-    from missions.bench.vision.line_runs import line_entries, measured, report
 
     given = assignments(parameter or [], "--parameter", "safety.top_speed=0.3")
     seeds = range(seed, seed + courses)
     entries = line_entries(named(robots), seeds, out / "worlds", speed, given)
+    _print(report(measured(entries, TableOptions(out, jobs), _tell)))
+
+
+@bench_app.command("docking")
+def docking(  # noqa: PLR0913 - each is an option of the command
+    starts: Annotated[int, typer.Option(min=1, help="number of starts")] = 50,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the first start")] = 0,
+    robots: Annotated[
+        str,
+        typer.Option(
+            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
+        ),
+    ] = "scout",
+    jobs: Jobs = 1,
+    out: Out = Path("bench/docking"),
+    parameter: Parameter = None,
+) -> None:
+    """Dock at a charger from random starts within 3 m, with a wrong initial pose.
+
+    A run passes when the battery charges. The error is that of the true pose at the end.
+    """
+    from missions.bench.perception.docking_runs import docking_entries, measured, report
+    from missions.bench.resumable import TableOptions
+
+    given = assignments(parameter or [], "--parameter", "safety.top_speed=0.3")
+    entries = docking_entries(named(robots), range(seed, seed + starts), out / "worlds", given)
     _print(report(measured(entries, TableOptions(out, jobs), _tell)))
 
 

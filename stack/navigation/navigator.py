@@ -33,7 +33,7 @@ from stack.navigation.recoveries import (
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
-from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
+from stack.types import STANDSTILL, ContactZone, FailureCode, Path, Pose2D, TaskStatus, Twist
 
 NEW_EVASION = 3.0
 """Seconds without evasion after which the next one is an event of its own."""
@@ -356,7 +356,16 @@ class Navigator:
         executor = Escape(task, escape_goal, self._surroundings, self._recovery_tools())
         return self._recover(executor, while_lost)
 
-    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> MotionTask:
+    @property
+    def contact_zone(self) -> ContactZone | None:
+        """Where the robot may touch something in its current motion."""
+        current = self._activities.current
+        return current.contact if isinstance(current, DriveFor) else None
+
+    def drive_for(
+        self, twist: Twist, seconds: float, *, while_lost: bool = False,
+        contact: ContactZone | None = None,
+    ) -> MotionTask:  # fmt: skip
         """Drive a velocity for some seconds; a call during this time renews it.
 
         Raises:
@@ -368,9 +377,10 @@ class Navigator:
             raise NavigationError(FailureCode.LOST, monitor.refusal(state.estimate))
         now = 0.0 if state is None else state.time
         if isinstance(current, DriveFor):
-            current.renew(twist, now, seconds)
+            current.renew(twist, now, seconds, contact)
         else:
             current = DriveFor(self._task("drive on command"), twist, now, seconds)
+            current.contact = contact
             self.start(current, "goal", "driving on command")
         current.while_lost = while_lost or twist == STANDSTILL
         return current.task

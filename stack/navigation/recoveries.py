@@ -16,7 +16,7 @@ from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.safety.monitor import CollisionMonitor
-from stack.types import STANDSTILL, FailureCode, Odometry, Pose2D, Twist, wrap_angle
+from stack.types import STANDSTILL, ContactZone, FailureCode, Odometry, Pose2D, Twist, wrap_angle
 
 DONE = 0.02
 """Remaining metres or radians at which a motion is complete: half a slow control step."""
@@ -313,10 +313,12 @@ class DriveFor(MotionExecutor):
         self._age = self.timers.new()
         self.renew(twist, now, seconds)
 
-    def renew(self, twist: Twist, now: float, seconds: float) -> None:
-        """Set a new velocity and the seconds for which it is driven."""
+    def renew(
+        self, twist: Twist, now: float, seconds: float, contact: ContactZone | None = None
+    ) -> None:
+        """Set a new velocity, the seconds for which it is driven, and what the robot may touch."""
         self.timers.resume(now)
-        self._twist, self._seconds = twist, seconds
+        self._twist, self._seconds, self.contact = twist, seconds, contact
         self._age.start(now)
 
     def step(self, state: NavigationState) -> Twist:

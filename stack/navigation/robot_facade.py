@@ -26,6 +26,7 @@ from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
+    ContactZone,
     CoveragePlan,
     FloatArray,
     FloorLines,
@@ -333,9 +334,12 @@ class RobotFacade:
         """Let the operator drive, within the limits of the safety stage."""
         return self._navigation.assisted_teleop(seconds, silence=silence)
 
-    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
+    def drive_for(
+        self, twist: Twist, seconds: float, *, while_lost: bool = False,
+        contact: ContactZone | None = None,
+    ) -> None:  # fmt: skip
         """Drive a velocity for some seconds; cancels another running motion task."""
-        self._navigation.drive_for(twist, seconds, while_lost=while_lost)
+        self._navigation.drive_for(twist, seconds, while_lost=while_lost, contact=contact)
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None

@@ -125,7 +125,7 @@ class Runtime:
             command = p.safety.limit(
                 wanted, motion, obstacles,
                 moving=world.moving, speed_limit=world.speed_limit,
-                emergency_stop=self.mission.emergency_stop,
+                emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
             )  # fmt: skip
         state.commanded = command
         capture = p.camera.is_active(p.body.time)

@@ -30,7 +30,7 @@ from stack.safety.smoother import (
 from stack.safety.unseen import UnseenGroundLimit
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
-from stack.types import STANDSTILL, FloatArray, ObstaclePoints, Odometry, Twist
+from stack.types import STANDSTILL, ContactZone, FloatArray, ObstaclePoints, Odometry, Twist
 
 
 class _Around(NamedTuple):
@@ -78,6 +78,7 @@ class Safety:
     def limit(  # noqa: PLR0913 - what a step knows, by keyword
         self, twist: Twist, motion: Odometry, obstacles: ObstaclePoints, *,
         moving: FloatArray = NOTHING_MOVES, speed_limit: float = inf, emergency_stop: str = "",
+        contact: ContactZone | None = None,
     ) -> Twist:  # fmt: skip
         """Return the limited twist for this step.
 
@@ -88,15 +89,19 @@ class Safety:
             moving: (k, 5) tracked objects, as `stack.safety.monitor.moving_discs` returns them.
             speed_limit: at this position, m/s.
             emergency_stop: reason of the engaged emergency stop; empty if it is released.
+            contact: where the robot may touch something; points in it do not stop the robot, which
+                drives at most at the contact speed.
         """
         self.reason = ""
         if emergency_stop:
             self.reason = f"emergency stop: {emergency_stop}"
             self._smoother.last = STANDSTILL
             return STANDSTILL
-        around = _Around(
-            obstacles.points, moving if self.parameters.predict_motion else NOTHING_MOVES
-        )
+        points = obstacles.points
+        if contact is not None:
+            points = points[~contact.contains(motion.pose.transform(points))]
+            speed_limit = min(speed_limit, self.parameters.contact_speed)
+        around = _Around(points, moving if self.parameters.predict_motion else NOTHING_MOVES)
         wanted = self._unless_stale(self._robot.drivetrain.feasible(self._finite(twist)), obstacles)
         wanted = self._limited_where_blind(wanted, obstacles)
         wanted = self._limited_where_unseen(wanted, obstacles)

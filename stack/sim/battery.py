@@ -25,8 +25,19 @@ class Battery:
         limits: Limits,
         docks: tuple[Dock, ...],
         charge: float,
+        front: float,
     ) -> None:
+        """Create a battery.
+
+        Args:
+            description: of the battery.
+            limits: of the robot, whose speeds need the drive power.
+            docks: of the world.
+            charge: at the start, in [0, 1].
+            front: distance from the robot's base to its front, where its contacts are, metres.
+        """
         self._description, self._limits, self._docks = description, limits, docks
+        self._front = front
         self.charge, self._charging = charge, False
 
     def update(self, truth: GroundTruth, period: float) -> None:
@@ -54,5 +65,4 @@ class Battery:
         twist = truth.twist
         if max(abs(twist.linear), abs(twist.lateral), abs(twist.angular)) > STANDSTILL_SPEED:
             return False
-        pose = truth.pose
-        return any(hypot(pose.x - d.x, pose.y - d.y) <= d.radius for d in self._docks)
+        return any(dock.charges(truth.pose, self._front) for dock in self._docks)

@@ -84,7 +84,11 @@ class SimulatedRobot:
         )
         self._imu = Imu(description.imu, seed) if description.imu else None
         self._battery = Battery(
-            description.battery, description.limits, world.docks, settings.battery_charge
+            description.battery,
+            description.limits,
+            world.docks,
+            settings.battery_charge,
+            description.footprint.front,
         )
         self._contacts, self._drops = ContactCounter(), world.drops
         self.touched: set[str] = set()

@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
     Assignments,
@@ -61,6 +62,8 @@ from stack.types.world import (
 )
 
 __all__ = [
+    "ContactZone",
+    "DockShape",
     "LINE_COLOURS",
     "FloorLines",
     "LineColour",

@@ -134,6 +134,11 @@ class Footprint:
         return Footprint(outer * np.column_stack([np.cos(angles), np.sin(angles)]))
 
     @property
+    def front(self) -> float:
+        """Distance from the base to the foremost corner, in metres."""
+        return float(self.points[:, 0].max())
+
+    @property
     def inscribed_radius(self) -> float:
         """Distance from the base to the nearest edge, in metres."""
         starts, ends = self.points, np.roll(self.points, -1, axis=0)

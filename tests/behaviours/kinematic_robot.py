@@ -10,7 +10,7 @@ import numpy as np
 
 from behaviours.testing import ScriptedRobot
 from stack.streams import stream
-from stack.types import STANDSTILL, FloatArray, Pose2D, Scan, Twist, wrap_angle
+from stack.types import STANDSTILL, ContactZone, FloatArray, Pose2D, Scan, Twist, wrap_angle
 
 PERIOD = 0.05
 LINEAR_ACCELERATION, ANGULAR_ACCELERATION = 1.0, 3.2
@@ -67,8 +67,11 @@ class KinematicRobot(ScriptedRobot):
     def __post_init__(self) -> None:
         self._scan()
 
-    def drive_for(self, twist: Twist, seconds: float, *, while_lost: bool = False) -> None:
-        super().drive_for(twist, seconds, while_lost=while_lost)
+    def drive_for(
+        self, twist: Twist, seconds: float, *, while_lost: bool = False,
+        contact: ContactZone | None = None,
+    ) -> None:  # fmt: skip
+        super().drive_for(twist, seconds, while_lost=while_lost, contact=contact)
         self.alive_until = self.time + seconds
 
     def advance(self, seconds: float) -> None:

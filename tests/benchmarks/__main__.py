@@ -61,6 +61,7 @@ class Given:
     twists: int
     presses: int
     largest: int
+    starts: int
     jobs: int
     barn: Path | None
     logs: Path | None
@@ -150,6 +151,11 @@ DRIVING = {
         lambda given: driving.line_table(given.worlds, given.table("line")), ("worlds",),
         {**OFF, "first seed": driving.LINES_HELD_OUT},
     ),
+    "docking": Benchmark(
+        "Docking from random starts",
+        lambda given: driving.docking_table(given.starts, given.table("docking")), ("starts",),
+        {**OFF, "first seed": driving.LINES_HELD_OUT},
+    ),
     "barn": Benchmark(
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
         ("barn",), {**OFF, "trials": 1},
@@ -231,6 +237,7 @@ def _arguments() -> argparse.ArgumentParser:
         "twists": (100_000, "random velocities over four robots"),
         "presses": (200, "of the emergency stop in each situation"),
         "largest": (4000, "cells on a side of the largest map to plan on"),
+        "starts": (50, "of each robot that docks"),
         "jobs": (1, "processes of the driving tables"),
     }  # fmt: skip
     for name, (default, text) in whole.items():

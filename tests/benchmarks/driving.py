@@ -21,11 +21,14 @@ from missions.bench.people.table import (
     scene_entries,
     scene_rows,
 )
+from missions.bench.perception.docking_runs import docking_entries
+from missions.bench.perception.docking_runs import measured as docking_runs
+from missions.bench.perception.docking_runs import rows_of as docking_rows
+from missions.bench.perception.line_runs import line_entries
+from missions.bench.perception.line_runs import measured as line_runs
+from missions.bench.perception.line_runs import rows_of as line_rows
 from missions.bench.runs import Entry, Setup, TrialRow
 from missions.bench.table import TableOptions, fill_table
-from missions.bench.vision.line_runs import line_entries
-from missions.bench.vision.line_runs import measured as line_runs
-from missions.bench.vision.line_runs import rows_of as line_rows
 from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS
 from tests.benchmarks.table import Rows
@@ -33,7 +36,7 @@ from tests.benchmarks.table import Rows
 FLATS_HELD_OUT = 9100
 """First seed of the flats that are not used for development."""
 LINES_HELD_OUT = 9000
-"""First seed of the lines that are not used for development."""
+"""First seed of the lines and docks that are not used for development."""
 FLAT_ROBOTS = ("scout", "jackal", "glide")
 FAILURES = ("contact", "struck", "timeout", "gave_up")
 
@@ -82,6 +85,14 @@ def line_table(worlds: int, options: TableOptions) -> Rows:
     entries = line_entries(("scout",), seeds, options.out / "worlds", 0.4, {})
     rows = line_runs(entries, options, lambda line: print(line, file=sys.stderr))
     return [dict(row) for row in line_rows(rows)]
+
+
+def docking_table(starts: int, options: TableOptions) -> Rows:
+    """A row for each robot, from starts that were not used for development."""
+    seeds = range(LINES_HELD_OUT, LINES_HELD_OUT + starts)
+    entries = docking_entries(("scout", "jackal"), seeds, options.out / "worlds", {})
+    rows = docking_runs(entries, options, lambda line: print(line, file=sys.stderr))
+    return [dict(row) for row in docking_rows(rows)]
 
 
 def barn_table(worlds: Path, options: TableOptions) -> Rows:

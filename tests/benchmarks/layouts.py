@@ -86,6 +86,12 @@ LAYOUTS: dict[str, Layout] = {
         "gaps": "{gaps}", "junctions": "{junctions}", "mean RMS": "{RMS}",
         "worst RMS": "{worst RMS}", "largest": "{largest}", "mean speed": "{speed}",
     }),
+    "docking": Layout({
+        "robot": "{robot}", "charging": "{charging}", "95 %": "{95 % interval}",
+        "within 1 cm and 1.5 deg": "{within 1 cm, 1.5 deg}", "median error": "{median error}",
+        "largest": "{largest error}", "largest turn": "{largest turn}", "contacts": "{contacts}",
+        "median time": "{median time}",
+    }),
     "missions": Layout(
         {
             "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",

@@ -77,6 +77,12 @@ CASES: dict[FailureCode, tuple[str, str]] = {
         "hall.yaml", "run: {wall_follow: {side: left, distance: 0.4 m, until_travelled: 2 m}}",
     ),
     FailureCode.NO_LINE: ("small_room", "run: follow_line"),
+    FailureCode.DOCK_NOT_FOUND: (
+        "hall.yaml", "run: {dock: {dock: [13.0, 15.0, 0 deg], tries: 1}}",
+    ),
+    FailureCode.NOT_CHARGING: (
+        "block.yaml", "run: {dock: {dock: [0.25, 2.0, 0 deg], tries: 1}}",
+    ),
     FailureCode.NO_IMAGE: ("small_room", "run: {take_photo: {}}"),
     FailureCode.CHECK_FAILED: ("small_room", "run: {check: battery.charge < 0.1}"),
     FailureCode.EXCEPTION: ("small_room", "plugins: [./plugins]\nrun: fall_over"),
@@ -88,6 +94,10 @@ CASES: dict[FailureCode, tuple[str, str]] = {
 WORLDS = {
     "hall.yaml": "world: hall\nbounds: [-1, -1, 31, 31]\nstart: [15.0, 15.0, 0 deg]\n"
     "walls: [{points: [[0, 0], [30, 0], [30, 30], [0, 30]], closed: true}]\n",
+    "block.yaml": "world: block\nbounds: [-1, -1, 5, 5]\nstart: [2.0, 2.0, 180 deg]\n"
+    "walls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]\n"
+    "boxes: [{at: [0.1, 2.0], size: [0.1, 0.4, 0.4]}, {at: [0.2, 2.14], size: [0.1, 0.12, 0.4]},"
+    " {at: [0.2, 1.86], size: [0.1, 0.12, 0.4]}]\n",
     "passage.yaml": "world: passage\nbounds: [-1, -1, 13, 2]\nstart: [1, 0.45, 0 deg]\n"
     "walls: [{points: [[0, 0], [12, 0], [12, 0.9], [0, 0.9]], closed: true}]\n"
     "people: [{name: Ada, waypoints: [[9, 0.45], [0.5, 0.45]], speed: 0.7 m/s}]\n",

@@ -194,4 +194,9 @@ def dock(reading: Reading, section: Section) -> Dock | None:
     radius = section.value(
         length("radius", "distance within which a robot charges", 0.35, at_most=5.0)
     )
-    return None if at is None else Dock(at[0], at[1], radius)
+    facing = section.value(
+        Declaration("facing", float | None, "direction out of its face", "rad", default=None)
+    )
+    if at is None:
+        return None
+    return Dock(at[0], at[1], radius, None if facing is None else wrap_angle(facing))

@@ -6,12 +6,19 @@ All coordinates are in the world frame, which is the map frame of a map made fro
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import hypot, pi, radians
 from pathlib import Path as FilePath
 
 from stack.documents import Finding
-from stack.types import FloatArray, Marker, Pose2D
+from stack.types import DockShape, FloatArray, Marker, Pose2D, wrap_angle
 
 Colour = tuple[float, float, float]
+
+CONTACT_GAP, CONTACT_ASIDE, CONTACT_ANGLE = (-0.005, 0.04), 0.02, radians(4.0)
+"""Gap between a robot's front and the face of a dock, metres to the side, and radians, within which
+its sprung contacts touch."""
+
+DOCK_HEIGHT, DOCK_COLOUR = 0.4, (0.2, 0.4, 0.35)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,11 +162,56 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class Dock:
-    """A charging station: charges a robot that stands within `radius` metres of it."""
+    """A charging station.
+
+    Without a direction it charges every robot that stands within `radius` of it. With one it is a
+    block with contacts: it charges a robot whose front is at its face.
+
+    Attributes:
+        x: metres; of a block the middle of its face.
+        y: metres.
+        radius: metres.
+        facing: direction out of the face, radians.
+    """
 
     x: float
     y: float
     radius: float = 0.35
+    facing: float | None = None
+
+    def charges(self, robot: Pose2D, front: float) -> bool:
+        """Return whether a robot is charged that stands at a pose.
+
+        Args:
+            robot: map frame.
+            front: distance from its base to its front, metres.
+        """
+        if self.facing is None:
+            return hypot(robot.x - self.x, robot.y - self.y) <= self.radius
+        local = robot.relative_to(Pose2D(self.x, self.y, self.facing))
+        return (
+            CONTACT_GAP[0] <= local.x - front <= CONTACT_GAP[1]
+            and abs(local.y) <= CONTACT_ASIDE
+            and abs(wrap_angle(local.heading - pi)) <= CONTACT_ANGLE
+        )
+
+    def boxes(self) -> tuple[Box, ...]:
+        """Return the boxes of the block; none without a direction."""
+        if self.facing is None:
+            return ()
+        shape, pose = DockShape(), Pose2D(self.x, self.y, self.facing)
+        post = (shape.width - shape.slot_width) / 2.0
+        aside = (shape.slot_width + post) / 2.0
+        back = shape.depth - shape.slot_depth
+        parts = (
+            (-shape.slot_depth - back / 2.0, 0.0, back, shape.width),
+            (-shape.slot_depth / 2.0, aside, shape.slot_depth, post),
+            (-shape.slot_depth / 2.0, -aside, shape.slot_depth, post),
+        )
+        return tuple(
+            Box(pose.compose(Pose2D(x, y)), (length, width, DOCK_HEIGHT), DOCK_COLOUR, name="dock")
+            for x, y, length, width in parts
+        )
 
 
 @dataclass(frozen=True, slots=True)

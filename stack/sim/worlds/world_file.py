@@ -113,6 +113,8 @@ def read_world(path: Path, text: str | None = None) -> World:
         light=top.value(LIGHT),
         source=path,
     )
+    blocks = chain.from_iterable(dock.boxes() for dock in world.docks)
+    world = replace(world, boxes=(*world.boxes, *blocks))
     bounds = _bounds(top)
     top.done()
     findings.raise_errors()

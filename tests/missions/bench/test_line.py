@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.bench.resumable import TableOptions
-from missions.bench.vision.line_courses import APART, GAPS, MAIN, cross_track, make_course
-from missions.bench.vision.line_runs import (
+from missions.bench.perception.line_courses import APART, GAPS, MAIN, cross_track, make_course
+from missions.bench.perception.line_runs import (
     LIGHTS,
     LINE_WORK,
     LineEntry,
@@ -21,6 +20,7 @@ from missions.bench.vision.line_runs import (
     report,
     rows_of,
 )
+from missions.bench.resumable import TableOptions
 from stack.sim.worlds.world_file import read_world
 
 ROW = LineRow(

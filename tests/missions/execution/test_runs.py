@@ -43,6 +43,7 @@ EXPECTED = {
     "27_map_a_log",
     "28_cover_a_room",
     "30_follow_the_line",
+    "31_dock_and_charge",
     "32_table_tops",
     "36_glass_and_edges",
 }

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 from stack.safety.monitor import CollisionMonitor
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
-from stack.types import STANDSTILL, Footprint, ObstaclePoints, Odometry, Pose2D, Scan, Twist
+from stack.types import (
+    STANDSTILL,
+    ContactZone,
+    Footprint,
+    ObstaclePoints,
+    Odometry,
+    Pose2D,
+    Scan,
+    Twist,
+)
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, moving, robot, room
 from tests.stack.safety.obstacles import drive_until_still, seen, standing
 
@@ -297,3 +306,20 @@ def test_a_robot_whose_lidars_are_all_further_ones_is_guarded_by_them():
     for _ in range(300):
         world.drive(safety.limit(Twist(0.8), world.odometry, world.obstacles))
     assert 0.0 < world.nearest < 0.1
+
+
+def test_a_robot_may_touch_what_is_in_its_contact_zone_slowly_and_nothing_else():
+    def pushed(zone):
+        world = ToyWorld(room(4, 4), robot(Footprint.circle(0.25)), Pose2D(3.0, 2.0), beams=720)
+        driven = run(world, Twist(0.3), 9.0, contact=zone)
+        return world, driven
+
+    stopped, _ = pushed(None)
+    assert stopped.nearest > 0.02
+    here = stopped.odometry.pose  # the wall is ahead: the robot's radius and the room left
+    wall = Pose2D(here.x + 0.25 + stopped.clearance(), here.y)
+    touching, driven = pushed(ContactZone(wall, 0.4, 3.0))
+    assert touching.nearest < 0.001
+    assert max(twist.linear for twist in driven) == pytest.approx(0.1)
+    elsewhere = ContactZone(wall.compose(Pose2D(-3.0, 0.0)), 0.4, 3.0)
+    assert pushed(elsewhere)[0].nearest > 0.02

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from stack.errors import InputError
 from stack.sim.worlds.outlines import Rectangle
 from stack.sim.worlds.rasterise import rasterise
-from stack.sim.worlds.world import Drop, Push, Trigger, Wall, WorldEvent
+from stack.sim.worlds.world import Dock, Drop, Push, Trigger, Wall, WorldEvent
 from stack.sim.worlds.world_file import find_world, read_world
 from stack.types import FREE, OCCUPIED, Pose2D
 
@@ -80,8 +80,8 @@ markers: [{id: 7, at: [3.94, 1], facing: 180 deg}]
 friction_zones: [{from: [2, 2], to: [1, 1], friction: 0.3}]
 people: [{name: Ada, waypoints: [[1, 2], [3, 2]], pause: 1 s, start: 0.5}]
 docks: [{at: [1, 1]}]
-lines: [{points: [[1, 1], [3, 1], [3, 2]], width: 3 cm, colour: [1, 0, 0]}]
 light: 0.4
+lines: [{points: [[1, 1], [3, 1], [3, 2]], width: 3 cm, colour: [1, 0, 0]}]
 timeline:
   - {when: {time: 20 s}, close_door: front}
   - {when: {near: [3, 2, 50 cm], time: 1 min}, after: 2 s, move_robot: home}
@@ -340,3 +340,27 @@ def steps_between(grid, start, goal):
             return steps
         reached = cv2.dilate(reached, cross) & free
     raise AssertionError("there is no way")
+
+
+def test_a_dock_that_faces_a_direction_is_a_block_with_a_slot(read):
+    world = read(ROOM + "docks: [{at: [2.0, 0.25], facing: 90 deg}]\n")
+    assert world.docks == (Dock(2.0, 0.25, 0.35, pi / 2),)
+    # 40 x 20 cm with a slot of 16 x 10 cm: 0.064 m².
+    assert sum(box.size[0] * box.size[1] for box in world.boxes) == pytest.approx(0.064)
+    assert all(box.pose.y < 0.25 for box in world.boxes)
+
+
+@pytest.mark.parametrize(
+    ("robot", "charged"),
+    [
+        ((2.0, 0.49, -90), True),  # 2 cm in front of the face, facing it
+        ((2.0, 0.53, -90), False),  # 6 cm
+        ((2.03, 0.49, -90), False),  # 3 cm to the side
+        ((2.0, 0.49, -84), False),  # 6 degrees off
+        ((2.0, 0.49, 90), False),  # with its back to it
+    ],
+)
+def test_contacts_charge_only_a_robot_that_stands_at_them(robot, charged):
+    x, y, heading = robot
+    dock = Dock(2.0, 0.25, facing=pi / 2)
+    assert dock.charges(Pose2D(x, y, radians(heading)), front=0.22) is charged

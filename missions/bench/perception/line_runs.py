@@ -12,14 +12,15 @@ import numpy as np
 
 from missions.bench.layout import write_world
 from missions.bench.localisation.report import wilson
+from missions.bench.perception.line_courses import LineCourse, cross_track, make_course
+from missions.bench.perception.truth import TruthRecorder
 from missions.bench.resumable import Key, TableOptions, Work, fill, record_settings
 from missions.bench.runs import CRASHED
-from missions.bench.vision.line_courses import LineCourse, cross_track, make_course
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS
 from missions.execution.run import execute
-from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
+from stack.telemetry.records import MissionState
 from stack.types import FloatArray
 
 MISSION = MISSIONS / "bench" / "line.yaml"
@@ -101,42 +102,6 @@ class LineRow:
         return self.robot, self.light, self.seed
 
 
-class _TruthRecorder:
-    """A telemetry sink that records the true position at every step."""
-
-    def __init__(self) -> None:
-        self.times: list[float] = []
-        self._points: list[tuple[float, float]] = []
-
-    @property
-    def points(self) -> FloatArray:
-        """(n, 2) metres."""
-        return np.array(self._points).reshape(-1, 2)
-
-    @property
-    def time(self) -> float:
-        return self.times[-1] if self.times else 0.0
-
-    def open(self, info: RunInfo) -> None:
-        """Do nothing."""
-
-    def event(self, event: Event) -> None:
-        """Do nothing."""
-
-    def wants_snapshot(self, time: float) -> bool:
-        """Return True: every step is recorded."""
-        return True
-
-    def snapshot(self, snapshot: Snapshot) -> None:
-        """Record a step; the last step arrives twice and counts once."""
-        if snapshot.truth is not None and snapshot.time > self.time:
-            self.times.append(snapshot.time)
-            self._points.append((snapshot.truth.x, snapshot.truth.y))
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """Do nothing."""
-
-
 def line_entries(
     robots: Sequence[str], seeds: range, folder: Path, speed: float, parameters: Mapping[str, str]
 ) -> list[LineEntry]:
@@ -158,7 +123,7 @@ def run_entry(entry: LineEntry) -> LineRow:
     began = perf_counter()
     course = make_course(entry.seed)
     plan, options = _plan(entry, course)
-    recorder = _TruthRecorder()
+    recorder = TruthRecorder()
     report = execute(plan, options, [recorder], lambda: recorder.time >= TIME_LIMIT)
     away, along = cross_track(course.route, recorder.points)
     on_line = along >= BEGUN

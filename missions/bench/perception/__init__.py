@@ -1,0 +1,1 @@
+"""Benchmarks of behaviours that steer by what they perceive: lines and docks."""

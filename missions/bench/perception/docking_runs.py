@@ -1,0 +1,256 @@
+"""Docking from random starts, and its table: `treepilot bench docking`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees, hypot, pi, radians
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from missions.bench.layout import write_world
+from missions.bench.localisation.report import wilson
+from missions.bench.perception.truth import TruthRecorder
+from missions.bench.resumable import Key, TableOptions, Work, fill, record_settings
+from missions.bench.runs import CRASHED
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.resources import MISSIONS
+from missions.execution.run import execute
+from stack.streams import stream
+from stack.telemetry.records import MissionState
+from stack.types import Pose2D, wrap_angle
+
+MISSION = MISSIONS / "bench" / "docking.yaml"
+
+TIME_LIMIT = 240.0
+GAP = 0.02
+"""Metres between the robot's front and the dock that `dock` aims at."""
+
+FARTHEST, NEAREST = 3.0, 0.9
+"""Metres of the start from the dock."""
+
+GUESS_OFF, GUESS_TURN = 0.15, radians(8.0)
+"""Standard deviations of the pose that the robot begins with: metres and radians."""
+
+ROOM = ((0.0, 5.0), (-2.6, 2.6))
+"""x and y of the walls; the dock's face is at x = 0.2, y = 0."""
+
+FACE = Pose2D(0.2, 0.0, 0.0)
+PASSED, FAILED = "passed", "failed"
+
+
+@dataclass(frozen=True)
+class DockingEntry:
+    """One run to make.
+
+    Attributes:
+        robot: name or file. seed: of the world, the start and the run.
+        folder: of the generated world files.
+        parameters: `safety.top_speed` -> value as text.
+    """
+
+    robot: str
+    seed: int
+    folder: Path
+    parameters: Mapping[str, str]
+
+    @property
+    def key(self) -> Key:
+        """Unique key of the run in a table."""
+        return Path(self.robot).stem, "docking", self.seed
+
+
+@dataclass(frozen=True, slots=True)
+class DockingRow:
+    """One row of the table: a run.
+
+    Attributes:
+        status: passed (the battery charges) | failed | crashed. cause: why it failed.
+        error: true distance from the aimed at pose at the end, metres. turn: heading error,
+            radians.
+        contacts: of the robot with anything.
+        time: seconds. wall_seconds: compute time.
+    """
+
+    robot: str
+    seed: int
+    status: str
+    cause: str
+    error: float
+    turn: float
+    contacts: int
+    time: float
+    wall_seconds: float
+
+    @property
+    def success(self) -> bool:
+        """Whether the battery charges."""
+        return self.status == PASSED
+
+    @property
+    def key(self) -> Key:
+        """Key of its entry."""
+        return self.robot, "docking", self.seed
+
+
+def docking_entries(
+    robots: Sequence[str], seeds: range, folder: Path, parameters: Mapping[str, str]
+) -> list[DockingEntry]:
+    """Return the runs, seed by seed."""
+    return [DockingEntry(robot, seed, folder, parameters) for seed in seeds for robot in robots]
+
+
+def world_text(seed: int) -> tuple[str, Pose2D]:
+    """Return the world file of a seed, and the pose that the robot begins with.
+
+    The dock stands at a wall. Two boxes and a cylinder stand beside the way from it into the room,
+    and the start is in front of it, with any heading.
+    """
+    random = stream(seed, "docking")
+    (x_min, x_max), (y_min, y_max) = ROOM
+    while True:
+        distance, bearing = random.uniform(NEAREST, FARTHEST), random.uniform(-1.2, 1.2)
+        start = FACE.compose(Pose2D(float(distance * np.cos(bearing)),
+                                    float(distance * np.sin(bearing)),
+                                    float(random.uniform(-pi, pi))))  # fmt: skip
+        if x_min + 0.7 < start.x < x_max - 0.7 and y_min + 0.7 < start.y < y_max - 0.7:
+            break
+    things: list[tuple[float, float, float]] = []
+    while len(things) < 3:
+        x, y = random.uniform(0.5, x_max - 0.5), random.uniform(y_min + 0.4, y_max - 0.4)
+        if abs(y) > 0.9 and hypot(x - start.x, y - start.y) > 1.0:
+            things.append((round(float(x), 2), round(float(y), 2), float(random.uniform(0, 180))))
+    boxes = [
+        {"at": [x, y, f"{turn:.0f} deg"], "size": [0.5, 0.3, 0.8]} for x, y, turn in things[:2]
+    ]
+    corners = [[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]]
+    guess = Pose2D(
+        start.x + float(random.normal(0.0, GUESS_OFF)),
+        start.y + float(random.normal(0.0, GUESS_OFF)),
+        start.heading + float(random.normal(0.0, GUESS_TURN)),
+    )
+    text = "\n".join([
+        f"world: docking_{seed}", "format: 1", f"start: {json.dumps(_written(start))}",
+        f"places: {{hall: {json.dumps(_written(start))}}}",
+        f"walls: [{{points: {json.dumps(corners)}, closed: true}}]",
+        f"boxes: {json.dumps(boxes)}",
+        f"cylinders: [{{at: {json.dumps(things[2][:2])}, radius: 0.2}}]",
+        f"docks: [{{at: [{FACE.x}, {FACE.y}], facing: 0}}]", "",
+    ])  # fmt: skip
+    return text, guess
+
+
+def _written(pose: Pose2D) -> list[Any]:
+    return [round(pose.x, 3), round(pose.y, 3), f"{degrees(pose.heading):.2f} deg"]
+
+
+def run_entry(entry: DockingEntry) -> DockingRow:
+    """Make one run.
+
+    Raises:
+        InputError: the mission or a parameter has errors.
+    """
+    began = perf_counter()
+    text, guess = world_text(entry.seed)
+    name = f"docking_{entry.seed}"
+    case = write_world(text, name, entry.folder / f"{name}.yaml")
+    options = RunOptions(
+        seed=entry.seed, robot=entry.robot, world=str(case.file), serve=False,
+        arguments={
+            "guess": json.dumps(_written(guess)), "charger": json.dumps(_written(FACE)),
+        },
+        parameters=dict(entry.parameters),
+    )  # fmt: skip
+    plan, recorder = prepare(MISSION, options), TruthRecorder()
+    report = execute(plan, options, [recorder], lambda: recorder.time >= TIME_LIMIT)
+    end = recorder.poses[-1].relative_to(FACE)
+    done = report.status == MissionState.SUCCESS
+    return DockingRow(
+        Path(entry.robot).stem, entry.seed, status=PASSED if done else FAILED,
+        cause="" if done else report.reason or str(report.status),
+        error=round(hypot(end.x - plan.robot.footprint.front - GAP, end.y), 4),
+        turn=round(abs(wrap_angle(end.heading - pi)), 4),
+        contacts=report.collisions or 0, time=round(report.simulated_seconds, 2),
+        wall_seconds=round(perf_counter() - began, 2),
+    )  # fmt: skip
+
+
+def line_of(row: DockingRow) -> str:
+    """Return a run as one line."""
+    figures = f"{1000 * row.error:.0f} mm, {degrees(row.turn):.1f} deg, {row.time:.0f} s"
+    if row.contacts:
+        figures += f", {row.contacts} contacts"
+    return f"{row.robot} seed {row.seed}: " + (
+        figures if row.success else f"{row.cause}; {figures}"
+    )
+
+
+def measured(
+    entries: Sequence[DockingEntry], options: TableOptions, log: Callable[[str], None]
+) -> list[DockingRow]:
+    """Make the runs that are missing in the table; return all.
+
+    Raises:
+        InputError: the folder has results of other settings.
+    """
+    settings = {
+        entry.robot: {"parameters": dict(entry.parameters), "time_limit": TIME_LIMIT}
+        for entry in entries
+    }
+    record_settings(options.out, settings)
+    return fill(entries, options, DOCKING_WORK, log)
+
+
+def rows_of(rows: Sequence[DockingRow]) -> list[dict[str, object]]:
+    """Return a row of figures for each robot."""
+    found: list[dict[str, object]] = []
+    for robot in dict.fromkeys(row.robot for row in rows):
+        own = [row for row in rows if row.robot == robot]
+        good = [row for row in own if row.success] or own
+        passed = sum(row.success for row in own)
+        low, high = wilson(passed, len(own))
+        found.append({
+            "robot": robot, "charging": f"{passed}/{len(own)}",
+            "95 % interval": f"{low:.0%} to {high:.0%}",
+            "within 1 cm, 1.5 deg": f"{sum(_is_exact(row) for row in own)}/{len(own)}",
+            "median error": f"{1000 * float(np.median([row.error for row in good])):.1f} mm",
+            "largest error": f"{1000 * max(row.error for row in good):.1f} mm",
+            "largest turn": f"{degrees(max(row.turn for row in good)):.1f} deg",
+            "contacts": sum(row.contacts for row in own),
+            "median time": f"{float(np.median([row.time for row in good])):.0f} s",
+        })  # fmt: skip
+    return found
+
+
+def _is_exact(row: DockingRow) -> bool:
+    return row.success and row.error <= 0.01 and row.turn <= radians(1.5)
+
+
+def report(rows: Sequence[DockingRow]) -> list[str]:
+    """Return a line per robot, and one per run that failed."""
+    lines = [
+        f"{row['robot']:<9}{row['charging']:>7} charging, {row['within 1 cm, 1.5 deg']} within "
+        f"1 cm and 1.5 deg, median {row['median error']}, largest {row['largest error']} and "
+        f"{row['largest turn']}, contacts {row['contacts']}, {row['median time']}"
+        for row in rows_of(rows)
+    ]
+    return lines + [line_of(row) for row in rows if not row.success]
+
+
+def _crashed(entry: DockingEntry, sentence: str) -> DockingRow:
+    """Return the row of a run that ended with an exception."""
+    return DockingRow(
+        Path(entry.robot).stem, entry.seed, status=CRASHED, cause=sentence, error=0.0, turn=0.0,
+        contacts=0, time=0.0, wall_seconds=0.0,
+    )  # fmt: skip
+
+
+def _read(values: dict[str, Any]) -> DockingRow:
+    return DockingRow(**values)
+
+
+DOCKING_WORK: Work[DockingEntry, DockingRow] = Work(run_entry, _read, line_of, _crashed)

@@ -1,1 +1,0 @@
-"""Benchmarks of cameras: line following."""
