@@ -88,7 +88,7 @@ LAYOUTS: dict[str, Layout] = {
     }),
     "docking": Layout({
         "robot": "{robot}", "charging": "{charging}", "95 %": "{95 % interval}",
-        "within 1 cm and 1.5 deg": "{within 1 cm, 1.5 deg}", "median error": "{median error}",
+        "within 1 cm and 1.5 deg": "{exact}", "median error": "{median error}",
         "largest": "{largest error}", "largest turn": "{largest turn}", "contacts": "{contacts}",
         "median time": "{median time}",
     }),

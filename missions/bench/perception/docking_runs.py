@@ -216,7 +216,7 @@ def rows_of(rows: Sequence[DockingRow]) -> list[dict[str, object]]:
         found.append({
             "robot": robot, "charging": f"{passed}/{len(own)}",
             "95 % interval": f"{low:.0%} to {high:.0%}",
-            "within 1 cm, 1.5 deg": f"{sum(_is_exact(row) for row in own)}/{len(own)}",
+            "exact": f"{sum(_is_exact(row) for row in own)}/{len(own)}",
             "median error": f"{1000 * float(np.median([row.error for row in good])):.1f} mm",
             "largest error": f"{1000 * max(row.error for row in good):.1f} mm",
             "largest turn": f"{degrees(max(row.turn for row in good)):.1f} deg",
@@ -233,7 +233,7 @@ def _is_exact(row: DockingRow) -> bool:
 def report(rows: Sequence[DockingRow]) -> list[str]:
     """Return a line per robot, and one per run that failed."""
     lines = [
-        f"{row['robot']:<9}{row['charging']:>7} charging, {row['within 1 cm, 1.5 deg']} within "
+        f"{row['robot']:<9}{row['charging']:>7} charging, {row['exact']} within "
         f"1 cm and 1.5 deg, median {row['median error']}, largest {row['largest error']} and "
         f"{row['largest turn']}, contacts {row['contacts']}, {row['median time']}"
         for row in rows_of(rows)

@@ -46,7 +46,7 @@ def test_a_start_is_in_front_of_the_dock_and_clear(seed, tmp_path):
 def test_the_table_counts_exact_runs_apart():
     rows = [ROW, replace(ROW, seed=1, turn=radians(2.0)), replace(ROW, seed=2, status="failed")]
     (row,) = rows_of(rows)
-    assert (row["charging"], row["within 1 cm, 1.5 deg"]) == ("2/3", "1/3")
+    assert (row["charging"], row["exact"]) == ("2/3", "1/3")
     assert row["largest turn"] == "2.0 deg"
     assert len(report(rows)) == 2
 
