@@ -26,7 +26,7 @@ def test_a_battery_drains_by_power_and_charges_on_the_dock():
         capacity=10.0, idle_power=36.0, drive_power=36.0, charge_power=72.0,
         voltage_full=24.0, voltage_empty=20.0,
     )  # fmt: skip
-    battery = Battery(description, Limits(linear_speed=0.5), (Dock(1.0, 0.0, 0.3),), 0.5)
+    battery = Battery(description, Limits(linear_speed=0.5), (Dock(1.0, 0.0, 0.3),), 0.5, 0.2)
     battery.update(at(0.0, 0.0), 100.0)
     assert battery.charge == pytest.approx(0.4)  # 36 W for 100 s is 1 Wh of 10
     battery.update(at(1.0, 0.0, MOVING), 100.0)
