@@ -25,6 +25,7 @@ from stack.types import (
     Battery,
     ContactZone,
     CoveragePlan,
+    Detection,
     Failure,
     FailureCode,
     FloatArray,
@@ -35,6 +36,7 @@ from stack.types import (
     LineColour,
     Marker,
     MarkerSighting,
+    ObjectColour,
     OccupancyGrid,
     Path,
     Pose2D,
@@ -89,6 +91,7 @@ class ScriptedRobot:
         picture: returned by `image()`.
         sightings: returned by `marker_sightings()`.
         lines: returned by `floor_lines()`.
+        objects: returned by `coloured_objects()`, those of the colour.
         fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
         rivals: other poses that explain the scans as well, in `estimate`.
@@ -120,6 +123,7 @@ class ScriptedRobot:
     picture: Image | None = None
     sightings: tuple[MarkerSighting, ...] = ()
     lines: FloorLines | None = None
+    objects: tuple[Detection, ...] | None = None
     fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
@@ -153,7 +157,7 @@ class ScriptedRobot:
 
     def frontiers(
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
-        avoided: Sequence[Pose2D] = (),
+        avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
         """Return `frontier_list`."""
         return list(self.frontier_list)
@@ -191,6 +195,12 @@ class ScriptedRobot:
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Return `lines`."""
         return self.lines
+
+    def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
+        """Return those of `objects` with the colour."""
+        if self.objects is None:
+            return None
+        return tuple(item for item in self.objects if item.label == colour)
 
     def fit_at(self, pose: Pose2D) -> float:
         """Return `fit(pose)`."""

@@ -13,6 +13,7 @@ from stack.types import (
     Battery,
     ContactZone,
     CoveragePlan,
+    Detection,
     Failure,
     FloorLines,
     Footprint,
@@ -21,6 +22,7 @@ from stack.types import (
     LineColour,
     Marker,
     MarkerSighting,
+    ObjectColour,
     OccupancyGrid,
     Path,
     Pose2D,
@@ -134,7 +136,7 @@ class Robot(Protocol):
 
     def frontiers(
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
-        avoided: Sequence[Pose2D] = (),
+        avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
         """Places where the robot can see unknown space, the nearest first; takes milliseconds.
 
@@ -143,6 +145,8 @@ class Robot(Protocol):
             least_size: shorter frontiers are ignored, metres.
             least_gain: views that show less are ignored, square metres.
             avoided: views that are not returned again, for example because no way leads there.
+            seen_from: places where the robot has looked around; what the map does not show to be
+                in view of them counts as unknown. None: only what the map does not know.
         """
         ...
 
@@ -205,6 +209,13 @@ class Robot(Protocol):
         Args:
             colour: of the lines; `dark` and `light` are relative to the floor.
             width: of the lines, metres.
+        """
+        ...
+
+    def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
+        """Objects of a colour on the floor, the nearest first; keeps the camera on, as `image`.
+
+        None before the first picture, and when the newest one is out of date.
         """
         ...
 

@@ -34,6 +34,7 @@ from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
+from stack.perception.coloured_objects import ColouredObjectDetector
 from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
@@ -128,6 +129,7 @@ def build(
     odometry: OdometryFusion = plan.choices[ODOMETRY].create(robot)
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     depth = DepthObstacles(robot, plan.choices["depth"].parameters)
+    coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     maps = MapService(
@@ -152,6 +154,7 @@ def build(
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
             floor_lines=FloorLineDetector() if robot.camera else None,
+            coloured_objects=coloured_objects if robot.camera else None,
             cover=world_model.cover,
             draw=world_model.draw,
             forget_tracks=world_model.forget_tracks,
@@ -164,6 +167,7 @@ def build(
                 "localisation": Tunable.of(estimator),
                 "odometry": Tunable.of(odometry),
                 "depth": Tunable.of(depth),
+                "coloured_objects": Tunable.of(coloured_objects),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )

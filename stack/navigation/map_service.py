@@ -13,6 +13,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError, ParameterError
 from stack.mapping.exploration.coverage import coverage_plan
 from stack.mapping.exploration.frontiers import FrontierParameters, frontiers_of, known_area
+from stack.mapping.exploration.views import only_in_view
 from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.tasks import CostmapLike
@@ -92,11 +93,18 @@ class MapService:
         return self._area[1]
 
     def frontiers(
-        self, pose: Pose2D, parameters: FrontierParameters, avoided: Sequence[Pose2D] = ()
-    ) -> list[Frontier]:
-        """Return the frontiers that the robot can reach, the nearest first, with other views."""
+        self, pose: Pose2D, parameters: FrontierParameters, avoided: Sequence[Pose2D] = (),
+        seen_from: Sequence[Pose2D] | None = None,
+    ) -> list[Frontier]:  # fmt: skip
+        """Return the frontiers that the robot can reach, the nearest first, with other views.
+
+        With `seen_from`, all that is out of view from these places counts as unknown.
+        """
         radius = self._robot.footprint.inscribed_radius + SPARE
-        return frontiers_of(self.grid, pose, radius, parameters, avoided)
+        grid = self.grid
+        if seen_from is not None:
+            grid = only_in_view(grid, seen_from, parameters.sensor_range)
+        return frontiers_of(grid, pose, radius, parameters, avoided)
 
     def coverage(
         self, pose: Pose2D, corners: FloatArray | None, spacing: float, clearance: float | None

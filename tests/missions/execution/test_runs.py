@@ -45,6 +45,7 @@ EXPECTED = {
     "30_follow_the_line",
     "31_dock_and_charge",
     "32_table_tops",
+    "33_find_the_red_box",
     "36_glass_and_edges",
 }
 
