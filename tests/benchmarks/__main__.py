@@ -27,6 +27,7 @@ from tests.benchmarks import (
     estop,
     hall,
     mapping,
+    markers,
     missions,
     planners,
     planning,
@@ -155,6 +156,10 @@ DRIVING = {
         "Docking from random starts",
         lambda given: driving.docking_table(given.starts, given.table("docking")), ("starts",),
         {**OFF, "first seed": driving.LINES_HELD_OUT},
+    ),
+    "markers": Benchmark(
+        "The pose from a marker", lambda given: markers.run(),
+        setting={"camera": "scout", "pictures": markers.PICTURES},
     ),
     "barn": Benchmark(
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),

@@ -92,6 +92,11 @@ LAYOUTS: dict[str, Layout] = {
         "largest": "{largest error}", "largest turn": "{largest turn}", "contacts": "{contacts}",
         "median time": "{median time}",
     }),
+    "markers": Layout({
+        "distance": "{distance:g} m", "from the normal": "{angle:.0f} deg",
+        "detected": "{detected %:.0f} %", "median error": "{error cm:.1f} cm, {error °:.1f}°",
+        "95 %": "{error 95 % cm:.1f} cm, {error 95 % °:.1f}°", "mirrored": "{mirrored %:.0f} %",
+    }),
     "missions": Layout(
         {
             "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",
