@@ -171,14 +171,14 @@ def projected(
     ahead = np.where(depth > 1e-6, depth, inf)
     columns = camera.focal_length * optical[:, 0] / ahead + camera.width / 2
     rows = camera.focal_length * optical[:, 1] / ahead + camera.height / 2
-    return np.rint(rows).astype(np.int64), np.rint(columns).astype(np.int64), depth
+    return np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64), depth
 
 
 @lru_cache(maxsize=8)
 def _rays(camera: CameraModel) -> FloatArray:
     """Return (height, width, 3) points at depth 1 m of every pixel, seen from the camera, base."""
-    columns = (np.arange(camera.width) - camera.width / 2) / camera.focal_length
-    rows = (np.arange(camera.height) - camera.height / 2) / camera.focal_length
+    columns = (np.arange(camera.width) + 0.5 - camera.width / 2) / camera.focal_length
+    rows = (np.arange(camera.height) + 0.5 - camera.height / 2) / camera.focal_length
     optical = np.ones((camera.height, camera.width, 3))
     optical[:, :, 0], optical[:, :, 1] = columns[None, :], rows[:, None]
     rays: FloatArray = optical @ camera.base_from_optical()[:3, :3].T

@@ -24,13 +24,13 @@ def refine_corners(grey: NDArray[np.uint8], corners: FloatArray, cells: int) -> 
     Args:
         grey: (height, width) brightness.
         corners: (4, 2) pixels, (0, 0) at a pixel centre, in order; accurate to one or two pixels.
-        cells: cells along a side, including the black border; a profile must be shorter than a
-            cell on each side of the edge.
+        cells: cells along a side, including the black border. A profile reaches half a cell to each
+            side of the edge, and stays within a white margin of an eighth of the side.
     """
     refined = corners
     for _ in range(_ROUNDS):
         side = np.linalg.norm(np.roll(refined, -1, axis=0) - refined, axis=1).min()
-        reach = float(np.clip(0.7 * side / cells, 1.25, 4.0))
+        reach = float(np.clip(0.5 * side / cells, 1.25, 4.0))
         lines = [
             _edge_line(grey, refined[i], refined[(i + 1) % 4], refined.mean(axis=0), reach)
             for i in range(4)

@@ -157,10 +157,6 @@ DRIVING = {
         lambda given: driving.docking_table(given.starts, given.table("docking")), ("starts",),
         {**OFF, "first seed": driving.LINES_HELD_OUT},
     ),
-    "markers": Benchmark(
-        "The pose from a marker", lambda given: markers.run(),
-        setting={"camera": "scout", "pictures": markers.PICTURES},
-    ),
     "barn": Benchmark(
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
         ("barn",), {**OFF, "trials": 1},
@@ -189,6 +185,12 @@ DRIVING = {
         {**OFF, "parameters": "default"},
     ),
 }  # fmt: skip
+PERCEPTION = {
+    "markers": Benchmark(
+        "The pose from a marker", lambda given: markers.run(),
+        setting={"camera": "scout", "pictures": markers.PICTURES},
+    ),
+}  # fmt: skip
 NEEDS = {"barn": "barn", "slam": "logs"}
 """Benchmarks on data that are not part of treepilot, and the option that names their folder."""
 RECORDED = {
@@ -198,8 +200,8 @@ RECORDED = {
         ("logs",), {"parameters": "default"},
     ),
 }  # fmt: skip
-BENCHMARKS = {**TIMING, **DRIVING, **RECORDED}
-GROUPS = {"timing": [*TIMING], "driving": [*DRIVING]}
+BENCHMARKS = {**TIMING, **DRIVING, **PERCEPTION, **RECORDED}
+GROUPS = {"timing": [*TIMING], "driving": [*DRIVING], "perception": [*PERCEPTION]}
 
 
 def main() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from robots.load import find_robot, read_robot
 from stack.perception.markers import MarkerDetector
 from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.worlds.world import Wall
 from stack.streams import stream
 from stack.types import CameraModel, Image, Marker, Pose2D, wrap_angle
 from tests.benchmarks.table import Rows
@@ -30,13 +31,14 @@ OTHER_POSE = 0.05
 """Metres by which another solution is nearer to the truth than the best one, to count."""
 
 MARKER = Marker(7, 0.2, (0.0, 0.0, 0.4), 0.0)
+WALL = Wall(np.array([[-0.05, -3.0], [-0.05, 3.0]]))
 
 
 def run() -> Rows:
     """Rows of detections, errors in cm and degrees, and how often the mirrored pose fits better."""
     robot = read_robot(find_robot("scout", Path()))
     assert robot.camera is not None
-    world = replace(EMPTY, markers=(MARKER,))
+    world = replace(EMPTY, markers=(MARKER,), walls=(WALL,))
     setup = RenderSetup(world, robot.urdf, robot.camera, 1, "camera")
     renderer, detector = CameraRenderer(setup), MarkerDetector([MARKER])
     places = [(distance, angle) for distance in DISTANCES for angle in ANGLES]

@@ -188,14 +188,14 @@ def _far(camera: CameraDescription | DepthCameraDescription) -> float:
 def projection(model: CameraModel, near: float, far: float) -> FloatArray:
     """Return (4, 4) OpenGL clip space from eye frame, for a pinhole camera.
 
-    TinyRenderer's pixel centres have integer coordinates, as in OpenCV: column = (x + 1) width / 2
-    is right. Its rows are counted from the other end, height - 1 - row, which shifts the picture
-    up by one pixel; the y offset corrects this.
+    TinyRenderer samples column i at (x + 1) width / 2 = i, and row j at (y + 1) height / 2 =
+    height - 1 - j, where the camera model has the centres of pixels at i + 0.5 and j + 0.5. The
+    offsets of half a pixel correct this.
     """
     f, width, height = model.focal_length, model.width, model.height
     matrix = np.zeros((4, 4))
     matrix[0, 0], matrix[1, 1] = 2.0 * f / width, 2.0 * f / height
-    matrix[1, 2] = 2.0 / height
+    matrix[0, 2], matrix[1, 2] = 1.0 / width, 1.0 / height
     matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
     matrix[3, 2] = -1.0
     return matrix

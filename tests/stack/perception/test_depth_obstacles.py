@@ -101,7 +101,7 @@ def test_a_projected_point_is_where_its_ray_goes(pitch, yaw, ahead, left, z):
     rows, columns, depth = projected(camera, point[None])
     if depth[0] < 0.1:
         return
-    x, y = (columns[0] - 160) / 200.0, (rows[0] - 120) / 200.0
+    x, y = (columns[0] + 0.5 - 160) / 200.0, (rows[0] + 0.5 - 120) / 200.0
     back = camera.base_from_optical() @ [x * depth[0], y * depth[0], depth[0], 1.0]
     # Half a pixel at this depth, in both directions.
     assert np.linalg.norm(back[:3] - point) <= depth[0] * np.hypot(0.5, 0.5) / 200.0 + 1e-9

@@ -53,7 +53,8 @@ def test_a_line_is_where_it_was_painted_in_any_light(light):
     assert points[:, 0].max() > 1.7
     assert points[:, 1].mean() == pytest.approx(0.0, abs=0.5 * CELL)
     near = points[points[:, 0] < 1.2]
-    assert len(near) * CELL**2 / np.ptp(near[:, 0]) == pytest.approx(0.05, abs=0.01)
+    # The threshold, 1 / 1.4 of the floor's brightness, is in the lighter half of a blurred edge.
+    assert len(near) * CELL**2 / np.ptp(near[:, 0]) == pytest.approx(0.055, abs=0.01)
 
 
 def test_a_bare_floor_has_no_line():

@@ -82,9 +82,10 @@ def test_a_marker_is_found_where_the_camera_model_says(marker, model):
     alone = replace(SHOT, people=np.zeros((0, 3)), doors={})
     pixels = picture(alone, camera=camera, world=replace(EMPTY, markers=(marker,)))
     found = corners_in(pixels, marker)
-    errors = found[marker.number] - corners_predicted(marker, camera.model)
+    # OpenCV's origin is the centre of the first pixel, the camera model's origin is its corner.
+    errors = found[marker.number] + 0.5 - corners_predicted(marker, camera.model)
     assert np.abs(errors).max() < 1.5
-    assert np.abs(errors.mean(axis=0)).max() < 0.5  # no half-pixel shift of the whole picture
+    assert np.abs(errors.mean(axis=0)).max() < 0.3  # no half-pixel shift of the whole picture
 
 
 def test_moving_objects_are_drawn_at_their_current_pose():
