@@ -39,7 +39,7 @@ from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
 from stack.perception.obstacle_memory import ObstacleMemory
-from stack.perception.tracker import Tracker
+from stack.perception.tracking.tracker import Tracker
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
 from stack.safety.parameters import SafetyParameters

@@ -25,7 +25,7 @@ from stack.parameters import build, suggestion
 from stack.perception.colour_parameters import ColourParameters
 from stack.perception.depth_parameters import DepthParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
-from stack.perception.tracker_parameters import TrackerParameters
+from stack.perception.tracking.parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_zones

@@ -9,8 +9,8 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
-from stack.perception.people_mask import without_objects
-from stack.perception.tracker import Tracker
+from stack.perception.tracking.people_mask import without_objects
+from stack.perception.tracking.tracker import Tracker
 from stack.safety.monitor import moving_discs
 from stack.types import (
     NO_DEPTH,

@@ -10,8 +10,8 @@ from stack.costmap.choosing import read_layers
 from stack.costmap.costmap import Costmap
 from stack.costmap.layer import LayerUpdate, PosedScan
 from stack.costmap.parameters import CostmapParameters
-from stack.perception.tracker import Tracker
-from stack.perception.tracker_parameters import TrackerParameters
+from stack.perception.tracking.parameters import TrackerParameters
+from stack.perception.tracking.tracker import Tracker
 from stack.types import (
     FREE,
     OCCUPIED,

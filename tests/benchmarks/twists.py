@@ -25,8 +25,8 @@ from stack.localisation.fusion.ekf import EkfOdometry
 from stack.localisation.fusion.parameters import EkfParameters
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.smoothing import smooth_observation
-from stack.perception.tracker import Tracker
-from stack.perception.tracker_parameters import TrackerParameters
+from stack.perception.tracking.parameters import TrackerParameters
+from stack.perception.tracking.tracker import Tracker
 from stack.safety.monitor import moving_discs
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stack.perception.people_mask import AROUND, without_objects
+from stack.perception.tracking.people_mask import AROUND, without_objects
 from stack.types import Pose2D, Scan, TrackedObject
 
 POSE = Pose2D(1.0, 2.0, 0.5)

@@ -3,89 +3,47 @@
 Circles are fitted to clusters of returns that are not on the map. Each is associated with the
 nearest track inside a gate and updates it by a Kalman filter with a constant-velocity model
 (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", 2001,
-sections 5.2 and 6.2).
+sections 5.2 and 6.2). A moving object that is partly hidden, or touches another one, shows no whole
+circle: its returns are fitted to the surface of a circle of the known radius. One whose place is
+seen through is not there any more.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, replace
-from math import ceil, floor, hypot, pi
+from dataclasses import replace
+from math import floor, hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.clusters import Disc, bridged, clusters, disc_of, spread_of
-from stack.perception.tracker_parameters import TrackerParameters
+from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, spread_of
+from stack.perception.tracking.object_filter import ObjectFilter
+from stack.perception.tracking.parameters import TrackerParameters
+from stack.perception.tracking.surface_fit import has_edge, surface_fit
+from stack.perception.tracking.view import View
 from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, TrackedObject
 
-_HIDDEN_NOISE = 4.0
+HIDDEN_NOISE = 4.0
 """Factor on the position deviation of a partly hidden disc."""
+
 VIEWS = 10
 """Number of newest scans that tell which ground was free."""
+
 PART = 1.25
 """Radii from the centre of a moving object within which a disc is a part of it."""
-BESIDE = 0.05
-"""Metres to each side of a point in which no beam may end if the point is free."""
-BEHIND = 0.15
-"""Metres behind a point at which beams must not have ended if it is free."""
+
 SHARE = 0.5
 """Share of an object's returns on ground seen free that shows that it has moved."""
-_RADIUS_SHARE = 0.2
-"""Gain of the radius's exponential mean."""
 
+ABSENT = 2
+"""Scans in a row that see through an object's place after which it is not there."""
 
-@dataclass(frozen=True, slots=True)
-class _View:
-    """A scan and the pose of its sensor, map frame."""
+PARTLY = 2.0
+"""Seconds after its last whole view for which a part of its surface shows an object."""
 
-    sensor: Pose2D
-    scan: Scan
-
-    def points(self, run: tuple[int, int]) -> FloatArray:
-        """Return (n, 2) the returns of a run of beams, map frame."""
-        scan = self.scan
-        beams = np.arange(*run) % scan.ranges.size
-        ranges = scan.ranges[beams].astype(np.float64)
-        angles = self.sensor.heading + scan.angle_min + scan.angle_increment * beams
-        found: FloatArray = np.column_stack((np.cos(angles), np.sin(angles))) * ranges[:, None]
-        found += self.sensor.x, self.sensor.y
-        return found[np.isfinite(ranges)]
-
-    def share_passed(self, points: FloatArray) -> float:
-        """Return the share of points (n, 2), map frame, past which all beams around them end.
-
-        A beam that ends close behind a point may have met the same surface, and so may one beside
-        it.
-        """
-        scan = self.scan
-        if not len(points):
-            return 0.0
-        away = points - (self.sensor.x, self.sensor.y)
-        distances = np.hypot(away[:, 0], away[:, 1])
-        angles = np.arctan2(away[:, 1], away[:, 0]) - self.sensor.heading - scan.angle_min
-        increment, count = abs(scan.angle_increment), scan.ranges.size
-        middle = np.rint(angles / scan.angle_increment).astype(np.intp)
-        beside = ceil(BESIDE / max(float(distances.min()), BESIDE) / increment)
-        beams = (middle[:, None] + np.arange(-beside, beside + 1)) % round(2.0 * pi / increment)
-        ranges = np.append(scan.ranges, -np.inf)[np.minimum(beams, count)]  # -inf: not seen
-        passed = ranges.min(axis=1) > distances + BEHIND
-        return float(np.mean(passed & (distances + BEHIND < scan.range_max)))
-
-
-@dataclass
-class _ObjectFilter:
-    """Kalman filter of one object: state (4,) x, y, velocity x, y; covariance (4, 4)."""
-
-    id: int
-    state: FloatArray
-    covariance: FloatArray
-    radius: float
-    began: tuple[float, float]
-    seen_at: float
-    seen: deque[tuple[_View, tuple[int, int]]]
-    hits: int = 1
-    has_moved: bool = False
+MANOEUVRE = 0.6
+"""Metres from its expected place within which a lost object is a disc that nothing has matched."""
 
 
 class Tracker:
@@ -105,9 +63,9 @@ class Tracker:
             static: the map, whose obstacles do not move; None without a map.
         """
         self.parameters = parameters
-        self._filters: list[_ObjectFilter] = []
+        self._filters: list[ObjectFilter] = []
         self._next_id, self._time = 1, 0.0
-        self._views: deque[_View] = deque(maxlen=VIEWS)
+        self._views: deque[View] = deque(maxlen=VIEWS)
         self._static: OccupancyGrid | None = None
         self._near_map: NDArray[np.bool_] = np.zeros((0, 0), dtype=np.bool_)
         if static is not None:
@@ -135,17 +93,24 @@ class Tracker:
         Returns:
             The moving objects, in order of their ids.
         """
-        self._predict(max(0.0, time - self._time))
+        for item in self._filters:
+            item.predict(max(0.0, time - self._time), self.parameters.acceleration)
         self._time = time
-        self._views.append(_View(pose.compose(scan.mount), scan))
+        self._views.append(View(pose.compose(scan.mount), scan))
         discs = self.discs(pose, scan)
         taken = self._correct(discs)
+        taken |= self._correct_manoeuvring(discs, taken)
+        self._correct_by_surface(pose)
         for index, disc in enumerate(discs):
             if index not in taken and disc.is_whole and not self._is_known(disc):
                 self._begin(disc)
+        self._note_absent()
         oldest = time - self.parameters.forget
-        self._filters = [item for item in self._filters if item.seen_at > oldest - 1e-9]
-        return tuple(self._track(item) for item in self._filters if item.has_moved)
+        self._filters = [
+            item for item in self._filters
+            if item.seen_at > oldest - 1e-9 and item.absent < ABSENT
+        ]  # fmt: skip
+        return tuple(item.track(time) for item in self._filters if item.has_moved)
 
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
@@ -182,19 +147,6 @@ class Tracker:
         near: NDArray[np.bool_] = self._near_map[row * on_grid, column * on_grid] & on_grid
         return near
 
-    def _predict(self, seconds: float) -> None:
-        """x' = F x, P' = F P F^T + Q; Q of a random acceleration that is constant over the step."""
-        if not self._filters:
-            return
-        forward = np.eye(4)
-        forward[0, 2] = forward[1, 3] = seconds
-        push = np.array([[0.5 * seconds**2, 0.0], [0.0, 0.5 * seconds**2],
-                         [seconds, 0.0], [0.0, seconds]])  # fmt: skip
-        noise = self.parameters.acceleration**2 * push @ push.T
-        for item in self._filters:
-            item.state = forward @ item.state
-            item.covariance = forward @ item.covariance @ forward.T + noise
-
     def _correct(self, discs: list[Disc]) -> set[int]:
         """Associate discs with filters; return the indices of used discs.
 
@@ -206,6 +158,7 @@ class Tracker:
         pairs = sorted(
             (self._filters[order].hits < confirm, float(distances[order, index]), index, order)
             for order, index in np.argwhere(distances <= self.parameters.gate).tolist()
+            if not self._filters[order].has_moved or self._filters[order].is_like(discs[index])
         )
         taken: set[int] = set()
         updated: set[int] = set()
@@ -216,9 +169,68 @@ class Tracker:
                 self._correct_filter(self._filters[order], discs[index])
         return taken
 
+    def _lost(self) -> list[ObjectFilter]:
+        """Return the moving objects that this scan has not updated."""
+        return [item for item in self._filters if item.has_moved and item.seen_at < self._time]
+
+    def _correct_manoeuvring(self, discs: list[Disc], taken: set[int]) -> set[int]:
+        """Associate lost objects with discs of their size nearby: they have changed direction."""
+        found: set[int] = set()
+        for item in self._lost():
+            near = [
+                (item.away(disc), index)
+                for index, disc in enumerate(discs)
+                if index not in taken | found and item.is_like(disc)
+            ]
+            if near and min(near)[0] <= MANOEUVRE:
+                index = min(near)[1]
+                found.add(index)
+                item.forget_velocity()
+                self._correct_filter(item, discs[index])
+        return found
+
+    def _correct_by_surface(self, pose: Pose2D) -> None:
+        """Correct lost objects by the returns nearest to their surface.
+
+        One edge of the surface must be seen: along a wall, returns beside those that fit go on.
+        """
+        if not self._lost():
+            return
+        view, moving = self._views[-1], [item for item in self._filters if item.has_moved]
+        ranges, returned = view.scan.ranges, np.isfinite(view.scan.ranges)
+        if self._static is not None:
+            returned &= ~self._on_map(pose, view.scan, returned)
+        beams = np.flatnonzero(returned)
+        points = view.ends(beams)
+        off = points[:, None, :] - np.array([item.state[:2] for item in moving])
+        radii = np.array([item.radius for item in moving])
+        away = np.abs(np.hypot(off[..., 0], off[..., 1]) - radii)
+        nearest = away.argmin(axis=1)
+        for number, item in enumerate(moving):
+            if item.seen_at == self._time or self._time - item.whole_at > PARTLY:
+                continue
+            spread = item.covariance[:2, :2]
+            reach = 0.1 + min(3.0 * sqrt(np.linalg.eigvalsh(spread)[-1]), 0.5 * item.radius)
+            own = (nearest == number) & (away[:, number] <= reach)
+            if not own.any() or not has_edge(ranges, beams[own]):
+                continue
+            fit = surface_fit(points[own], item.state[:2], item.radius, spread, view.origin)
+            if fit is not None:
+                item.correct(*fit)
+                item.seen_at = self._time
+
+    def _note_absent(self) -> None:
+        """Count the scans that saw through where a lost object should be."""
+        view = self._views[-1]
+        for item in self._filters:
+            if item.seen_at == self._time:
+                item.absent = 0
+            elif view.share_passed(view.across(item.state[:2], 0.6 * item.radius)) >= 1.0:
+                item.absent += 1
+
     def _variance(self, disc: Disc) -> float:
         """Return the variance of a disc's centre along each axis, m²."""
-        factor = 1.0 if disc.is_whole else _HIDDEN_NOISE
+        factor = 1.0 if disc.is_whole else HIDDEN_NOISE
         return (factor * self.parameters.position_noise) ** 2
 
     def _mahalanobis(self, discs: list[Disc]) -> FloatArray:
@@ -234,23 +246,17 @@ class Tracker:
         distances: FloatArray = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
         return distances
 
-    def _correct_filter(self, item: _ObjectFilter, disc: Disc) -> None:
-        """K = P H^T S^-1; x' = x + K (z - H x); P' = (I - K H) P."""
-        covariance, noise = item.covariance, self._variance(disc)
-        xx, xy = covariance[0, 0] + noise, covariance[0, 1]
-        yy = covariance[1, 1] + noise
-        inverse = np.array([[yy, -xy], [-xy, xx]]) / (xx * yy - xy * xy)
-        gain = covariance[:, :2] @ inverse
-        item.state = item.state + gain @ (disc.x - item.state[0], disc.y - item.state[1])
-        corrected = covariance - gain @ covariance[:2, :]
-        item.covariance = 0.5 * (corrected + corrected.T)
+    def _correct_filter(self, item: ObjectFilter, disc: Disc) -> None:
+        """Correct a filter by a disc."""
+        item.correct(np.array([disc.x, disc.y]), self._variance(disc) * np.eye(2))
         if disc.is_whole:
-            item.radius += _RADIUS_SHARE * (disc.radius - item.radius)
+            item.correct_radius(disc.radius)
+            item.whole_at = self._time
         item.hits, item.seen_at = item.hits + 1, self._time
         item.seen.append((self._views[-1], disc.run))
         item.has_moved |= self._moves(item)
 
-    def _moves(self, item: _ObjectFilter) -> bool:
+    def _moves(self, item: ObjectFilter) -> bool:
         x, y, speed_x, speed_y = item.state
         gone = hypot(x - item.began[0], y - item.began[1])
         speed = hypot(speed_x, speed_y)
@@ -261,7 +267,7 @@ class Tracker:
             and self._left_its_ground(item)
         )
 
-    def _left_its_ground(self, item: _ObjectFilter) -> bool:
+    def _left_its_ground(self, item: ObjectFilter) -> bool:
         """Whether it is where ground was seen free, or its old place is seen free now."""
         views = list(self._views)
         (now, run), (then, old) = item.seen[-1], item.seen[0]
@@ -283,19 +289,13 @@ class Tracker:
         settings = self.parameters
         variances = [settings.position_noise**2] * 2 + [settings.first_speed**2] * 2
         self._filters.append(
-            _ObjectFilter(
+            ObjectFilter(
                 self._next_id, np.array([disc.x, disc.y, 0.0, 0.0]), np.diag(variances),
                 disc.radius, (disc.x, disc.y), self._time,
-                deque([(self._views[-1], disc.run)], maxlen=VIEWS),
+                deque([(self._views[-1], disc.run)], maxlen=VIEWS), whole_at=self._time,
             )
         )  # fmt: skip
         self._next_id += 1
-
-    def _track(self, item: _ObjectFilter) -> TrackedObject:
-        x, y, speed_x, speed_y = map(float, item.state)
-        return TrackedObject(
-            item.id, self._time, (x, y), (speed_x, speed_y), item.radius, item.covariance.copy()
-        )
 
 
 def _widened(cells: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:

@@ -1,5 +1,6 @@
 """Tracks of circles with exact ranges: analytic rays, a Kalman step by hand, crossings."""
 
+from dataclasses import replace
 from math import cos, hypot, inf, pi, sin
 
 import numpy as np
@@ -7,9 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.perception.clusters import bridged, clusters
-from stack.perception.tracker import Tracker
-from stack.perception.tracker_parameters import TrackerParameters
+from stack.perception.tracking.clusters import bridged, clusters
+from stack.perception.tracking.parameters import TrackerParameters
+from stack.perception.tracking.surface_fit import surface_fit
+from stack.perception.tracking.tracker import Tracker
 from stack.types import FREE, OCCUPIED, OccupancyGrid, Pose2D, Scan
 
 BEAMS, RANGE_MAX = 720, 12.0
@@ -203,9 +205,9 @@ def test_a_briefly_hidden_walker_keeps_its_id():
 def test_lost_tracks_are_removed_after_a_time_and_on_demand():
     tracker = Tracker(TrackerParameters(forget=0.5))
     follow(tracker, lambda time: [(2.0, time, 0.25)], 1.0)
-    pose = Pose2D(0.0, 0.0)
+    pose, screen = Pose2D(0.0, 0.0), [(0.7, 0.4 + 0.1 * n, 0.1) for n in range(5)]
     for time, expected in ((1.2, 1), (1.5, 1), (1.6, 0)):
-        assert len(tracker.update(pose, seen(pose, [], time), time)) == expected
+        assert len(tracker.update(pose, seen(pose, screen, time), time)) == expected
     follow(tracker, lambda time: [(2.0, time, 0.25)], 1.0)
     tracker.clear()
     assert tracker.update(pose, seen(pose, [(2.0, 1.1, 0.25)], 1.1), 1.1) == ()
@@ -271,3 +273,131 @@ def test_somebody_near_a_mapped_wall_is_not_whole():
     scan = seen(here, [(1.0, 0.45, 0.2)], walls=(0.65,))
     near = [disc for disc in Tracker(TrackerParameters(), grid).discs(here, scan) if disc.x < 2.0]
     assert [disc.is_whole for disc in near] == [False]
+
+
+def test_nothing_stays_where_two_scans_see_through():
+    tracker = Tracker(TrackerParameters())
+    follow(tracker, lambda time: [(2.0, time, 0.25)], 1.0)
+    pose = Pose2D(0.0, 0.0)
+    assert len(tracker.update(pose, seen(pose, [], 1.1), 1.1)) == 1
+    assert tracker.update(pose, seen(pose, [], 1.2), 1.2) == ()
+
+
+def turned(scan, rate):
+    """The scan as a lidar takes it that turns with the robot at a rate (rad/s) for 0.1 s."""
+    times = 0.1 * (np.arange(BEAMS) / BEAMS - 0.5)
+    return replace(scan, bearings=scan.angles + rate * times)
+
+
+@pytest.mark.parametrize("rate", [-2.0, 0.0, 2.0])
+@pytest.mark.parametrize("bearing", [-2.5, -1.0, 0.0, 1.5, 3.0])
+def test_a_scan_taken_while_the_robot_turns_shows_circles_where_they_are(rate, bearing):
+    """With even spacing a circle at 5 m and 2.5 rad was 5 m x 2 rad/s x 40 ms = 0.4 m off."""
+    pose, sensor = Pose2D(0.0, 0.0), Pose2D(0.1, 0.0)
+    middle = sensor.x + 5.0 * cos(bearing), 5.0 * sin(bearing)
+    even = seen(pose, [(*middle, 0.4)])
+    distorted = turned(even, rate)
+    # the ranges that those beams have
+    angles = distorted.angles
+    across = (middle[0] - sensor.x) * np.sin(angles) - middle[1] * np.cos(angles)
+    along = (middle[0] - sensor.x) * np.cos(angles) + middle[1] * np.sin(angles)
+    hit = (np.abs(across) < 0.4) & (along > 0)
+    chord = np.sqrt(np.maximum(0.4**2 - across**2, 0.0))
+    ranges = np.where(hit, along - chord, inf).astype(np.float32)
+    discs = Tracker(TrackerParameters()).discs(pose, replace(distorted, ranges=ranges))
+    near = min(discs, key=lambda disc: hypot(disc.x - middle[0], disc.y - middle[1]))
+    at_seam = bearing == 3.0 and rate < 0.0  # no beam sees 174 to 186 degrees
+    assert near.is_whole == (not at_seam)
+    if near.is_whole:
+        assert (near.x, near.y) == pytest.approx(middle, abs=0.06)
+        assert near.radius == pytest.approx(0.4, abs=0.05)
+
+
+def test_the_border_of_the_view_hides_a_side():
+    pose = Pose2D(0.0, 0.0)
+    whole = seen(pose, [(3.0, 0.0, 0.4)])
+    half = replace(whole, ranges=whole.ranges[BEAMS // 2 :].copy(), angle_min=whole.angle_min + pi)
+    (disc,) = Tracker(TrackerParameters()).discs(pose, half)
+    assert not disc.is_whole
+    (disc,) = Tracker(TrackerParameters()).discs(pose, whole)
+    assert disc.is_whole
+
+
+def test_two_that_touch_keep_their_velocities():
+    """They walk side by side from 1.6 s to 2.4 s, one overtaking the other 2 cm away; their common
+    cluster has a radius of about 0.5 m and moved the nearer track by 0.25 m when it was a disc."""
+
+    def walk(time):
+        return [(3.0, -2.0 + 1.0 * time, 0.25), (3.52, -2.6 + 1.3 * time, 0.25)]
+
+    tracker = Tracker(TrackerParameters())
+    random = np.random.default_rng(3)
+    for step in range(31):
+        time = 0.1 * step
+        pose = Pose2D(0.0, 0.0)
+        tracks = tracker.update(pose, seen(pose, walk(time), time, 0.01, random), time)
+        if time < 1.2:
+            continue
+        near = min(tracks, key=lambda track: hypot(*np.subtract(track.position, walk(time)[0][:2])))
+        assert near.position == pytest.approx(walk(time)[0][:2], abs=0.12)
+        assert near.velocity == pytest.approx((0.0, 1.0), abs=0.35)
+
+
+def test_somebody_who_turns_back_keeps_the_id():
+    """From +1.5 to -1.5 m/s within a scan; with a gate alone the track went on for 1 s."""
+
+    def walk(time):
+        return [(3.0, -1.5 + 1.5 * time if time <= 1.5 else 0.75 - 1.5 * (time - 1.5), 0.3)]
+
+    tracker = Tracker(TrackerParameters())
+    (before,) = follow(tracker, walk, 1.5)
+    pose = Pose2D(0.0, 0.0)
+    for time in (1.6, 1.7, 1.8):
+        tracks = tracker.update(pose, seen(pose, walk(time), time), time)
+    assert [track.id for track in tracks] == [before.id]
+    assert tracks[0].velocity == pytest.approx((0.0, -1.5), abs=0.3)
+
+
+def test_somebody_half_hidden_keeps_position_and_velocity():
+    """A post hides one side of the walker for the last second."""
+
+    def scene(time):
+        return [(3.0, -2.0 + 0.8 * time, 0.3), (1.5, 0.14, 0.12)]
+
+    tracks = follow(Tracker(TrackerParameters()), scene, 2.6)
+    (walker,) = [track for track in tracks if track.radius > 0.2]
+    assert walker.position == pytest.approx((3.0, 0.08), abs=0.06)
+    assert walker.velocity == pytest.approx((0.0, 0.8), abs=0.15)
+
+
+def test_a_track_does_not_stay_on_an_unmapped_wall():
+    """Somebody walks along a wall that is not on the map and leaves through a gap in it: returns of
+    the wall fit the circle, but the wall goes on to both sides."""
+    wall = [(0.04 * n - 2.0, 1.4, 0.03) for n in range(101)]
+    tracker, pose = Tracker(TrackerParameters()), Pose2D(0.0, 0.0)
+    for step in range(60):
+        time = 0.1 * step
+        walker = [(-1.6 + 0.8 * time, 0.9, 0.25)] if time < 2.5 else []
+        tracks = tracker.update(pose, seen(pose, [*wall, *walker], time), time)
+        if time < 2.5:
+            continue
+        assert time < 2.8 or tracks == ()
+
+
+@given(st.floats(0.2, 0.5), st.floats(1.5, 6.0), st.floats(-pi, pi), st.floats(0.3, 1.0))
+@settings(deadline=None, max_examples=60)
+def test_a_visible_part_of_a_circle_gives_its_centre(radius, distance, bearing, share):
+    """The prior is 10 cm off across the line of sight, the arc corrects what it can."""
+    sensor, centre = np.zeros(2), distance * np.array([cos(bearing), sin(bearing)])
+    facing = bearing + pi
+    arc = facing + np.linspace(-1.2, -1.2 + 2.4 * share, 30)
+    points = centre + radius * np.column_stack([np.cos(arc), np.sin(arc)])
+    aside = np.array([-sin(bearing), cos(bearing)])
+    fit = surface_fit(points, centre + 0.1 * aside, radius, 0.1**2 * np.eye(2), sensor)
+    assert fit is not None
+    measured, noise = fit
+    item = np.linalg.inv(noise)
+    off = measured - centre
+    # exact points: the measured centre is right in the directions that the arc determines
+    assert off @ item @ off <= 1.0
+    assert np.sqrt(np.linalg.eigvalsh(noise)[0]) == pytest.approx(0.05, rel=0.1)

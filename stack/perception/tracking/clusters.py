@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 
 from stack.types import FloatArray, Pose2D, Scan
 
+NOT_ROUND = 0.12
+"""Metres by which the distance of a circle from one beam differs from the mean if the cluster is no
+circle, for example of two objects that touch."""
+
 CONTINUES = 0.1
 """Largest step in metres from a run to an ignored beam that continues it."""
 
@@ -23,8 +27,8 @@ class Disc:
         x: of its centre, metres, frame of the pose argument.
         y: likewise.
         radius: metres.
-        is_whole: False if something closer hides one of its sides; then the radius is too small
-            and the centre is biased.
+        is_whole: False if something closer, or the border of the view, hides one of its sides, or
+            if the cluster is not round; then radius and centre are biased.
         run: its beams, (first, last + 1), modulo the number of beams.
     """
 
@@ -89,6 +93,43 @@ def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
     return means
 
 
+def covers_full_turn(scan: Scan) -> bool:
+    """Return whether the first beam is beside the last one; not if the robot turned meanwhile."""
+    increment = abs(scan.angle_increment)
+    beams = scan.angles
+    gap = 2.0 * pi - abs(float(beams[-1] - beams[0]))
+    return abs(gap - increment) <= 0.5 * increment
+
+
+def bearings_of(scan: Scan, beams: NDArray[np.intp]) -> FloatArray:
+    """Return (k,) directions in the sensor frame of neighbouring beams, radians, without jumps.
+
+    Args:
+        scan: deskewed or not.
+        beams: (k,) numbers in order; those from n on are of the next turn.
+    """
+    turns, index = np.divmod(beams, scan.ranges.size)
+    full = 2.0 * pi if scan.angle_increment > 0.0 else -2.0 * pi
+    found: FloatArray = scan.angles[index] + full * turns
+    return found
+
+
+def beams_towards(scan: Scan, angles: FloatArray) -> NDArray[np.intp]:
+    """Return (k,) the beams nearest to directions in the sensor frame, radians.
+
+    A deskewed scan turns evenly enough that a beam's own offset from even spacing holds for its
+    neighbours. Numbers outside 0 to n - 1 are outside the view.
+    """
+    even = np.rint((angles - scan.angle_min) / scan.angle_increment).astype(np.intp)
+    if scan.bearings is None:
+        return even
+    n, increment = scan.ranges.size, scan.angle_increment
+    round_turn = round(2.0 * pi / abs(increment))
+    index = np.clip(even % round_turn, 0, n - 1)
+    off = scan.bearings[index] - (scan.angle_min + increment * index)
+    return np.rint((angles - off - scan.angle_min) / increment).astype(np.intp)
+
+
 def _shifted(values: NDArray[Any]) -> NDArray[Any]:
     """The value of the next beam for each; a tenth of the time of np.roll."""
     following = np.empty_like(values)
@@ -115,21 +156,28 @@ def disc_of(
             may be a part of the object: then the disc is not whole.
     """
     ranges, n, (first, end) = scan.ranges, scan.ranges.size, run
-    half = 0.5 * (end - first) * abs(scan.angle_increment)
+    bearings = bearings_of(scan, np.arange(first, end))
+    # the outer halves of the first and the last beam belong to the run
+    spacing = abs(bearings[-1] - bearings[0]) / (end - first - 1) if end - first > 1 else 0.0
+    half = 0.5 * (end - first) * (spacing or abs(scan.angle_increment))
     if half >= 0.5 * pi:
         return None
-    middle = 0.5 * (first + end - 1)
+    centre = 0.5 * (bearings[0] + bearings[-1])
     # the inner half: at least the beam or the two beams in the middle
+    middle = 0.5 * (first + end - 1)
     reach = max(0.25 * (end - first), 0.5 * ((end - first - 1) % 2)) + 1e-9
     inner = np.arange(ceil(middle - reach), floor(middle + reach) + 1)
-    off = (inner - middle) * scan.angle_increment
+    off = bearings[inner - first] - centre
     sines = np.sin(off)
-    shape = np.cos(off) - np.sqrt(sin(half) ** 2 - sines * sines)
-    distance = float((ranges[inner % n] / shape).sum()) / len(inner)
+    shape = np.cos(off) - np.sqrt(np.maximum(sin(half) ** 2 - sines * sines, 0.0))
+    distances = ranges[inner % n] / shape
+    distance = float(distances.sum()) / len(inner)
+    is_round = float(np.abs(distances - distance).max()) <= NOT_ROUND
     sensor = pose.compose(scan.mount)
-    heading = sensor.heading + scan.angle_min + scan.angle_increment * middle
+    heading = sensor.heading + centre
     near, far = float(ranges[first % n]), float(ranges[(end - 1) % n])
     sides = ((first - 1) % n, near), (end % n, far)
+    at_border = (first == 0 or end >= n) and not covers_full_turn(scan)
     hidden = [
         float(ranges[beam]) < edge - jump
         or (ignored is not None and ignored[beam] and abs(float(ranges[beam]) - edge) < CONTINUES)
@@ -139,7 +187,7 @@ def disc_of(
         sensor.x + distance * cos(heading),
         sensor.y + distance * sin(heading),
         distance * sin(half),
-        not any(hidden),
+        is_round and not (at_border or any(hidden)),
         run,
     )
 
@@ -148,5 +196,5 @@ def spread_of(scan: Scan, run: tuple[int, int]) -> float:
     """Return the distance between the first and the last return of a run, metres."""
     n, (first, end) = scan.ranges.size, run
     near, far = float(scan.ranges[first % n]), float(scan.ranges[(end - 1) % n])
-    angle = (end - 1 - first) * scan.angle_increment
+    angle = float(np.subtract(*bearings_of(scan, np.array([end - 1, first]))))
     return hypot(near - far * cos(angle), far * sin(angle))

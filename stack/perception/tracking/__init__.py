@@ -1,0 +1,1 @@
+"""Tracking of moving objects in scans of a planar lidar."""
