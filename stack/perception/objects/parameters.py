@@ -17,14 +17,14 @@ class ObjectDetectorParameters:
     model: str = parameter(
         "", help="an ONNX file with a YOLO head, relative to the mission; empty: no model"
     )
-    labels: tuple[Any, ...] = parameter(
+    labels: tuple[str, ...] = parameter(
         (), help="names of the model's classes in their order; default: those that the file states"
     )
     label_file: str = parameter(
         "",
         help="a text file with a name on each line, instead of `labels`; relative to the mission",
     )
-    only: tuple[Any, ...] = parameter((), help="labels that are detected; default: all")
+    only: tuple[str, ...] = parameter((), help="labels that are detected; default: all")
     threshold: float = parameter(
         0.5, above=0.0, at_most=1.0, help="score from which on an object counts as detected"
     )
