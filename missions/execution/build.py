@@ -38,8 +38,7 @@ from stack.perception.coloured_objects import ColouredObjectDetector
 from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
-from stack.perception.objects.detection import ObjectDetection
-from stack.perception.objects.parameters import ObjectDetectorParameters
+from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
 from stack.runtime.interfaces import Parts
@@ -134,9 +133,11 @@ def build(
     coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
-    objects = _objects(
-        plan, camera, telemetry, log, needed=local_costmap.needs_detections
-        or global_costmap.needs_detections,
+    objects = ObjectDetection(
+        plan.choices["object_detector"].parameters,
+        load_model(plan.choices["object_detector"].parameters) if robot.camera else None,
+        camera, _emitter(telemetry, "perception"), log,
+        needed=local_costmap.needs_detections or global_costmap.needs_detections,
     )  # fmt: skip
     if body.is_real_time:
         objects.run_in_real_time()
@@ -351,22 +352,6 @@ def _in_turn(*actions: Callable[[], None]) -> Callable[[], None]:
             action()
 
     return act
-
-
-def _objects(
-    plan: PreparedMission, camera: CameraLease, telemetry: Telemetry, log: Callable[[str], None],
-    *, needed: bool,
-) -> ObjectDetection:  # fmt: skip
-    """Return the object detection, with a model if the mission has one and the robot a camera."""
-    parameters: ObjectDetectorParameters = plan.choices["object_detector"].parameters
-    model = None
-    if parameters.model and plan.robot.camera:
-        from stack.perception.objects.model import ObjectModel
-
-        model = ObjectModel(parameters)
-    return ObjectDetection(
-        parameters, model, camera, _emitter(telemetry, "perception"), log, needed=needed
-    )
 
 
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:

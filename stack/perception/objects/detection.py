@@ -57,6 +57,19 @@ class Emit(Protocol):
         ...
 
 
+def load_model(parameters: ObjectDetectorParameters) -> ObjectModel | None:
+    """Load the model that the parameters name; None if they name none.
+
+    Raises:
+        InputError: it cannot be used.
+    """
+    if not parameters.model:
+        return None
+    from stack.perception.objects.model import ObjectModel  # imports OpenCV
+
+    return ObjectModel(parameters)
+
+
 @dataclass(frozen=True, slots=True)
 class _Search:
     """A picture that is searched.
