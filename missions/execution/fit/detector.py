@@ -42,14 +42,16 @@ def located_detector(
             if given.label_file:
                 sentence = sentence.replace(parameters.label_file, given.label_file)
             raise InputError([Finding(_mark(mission, "model"), "E111", sentence)]) from None
-    found = list(_searches(mission, given.model, labels))
+    found = list(_searches(mission, given, labels))
     if found:
         raise InputError(found)
     warnings = tuple(_warnings(choices, mission, robot, labels))
     return replace(choice, parameters=parameters), warnings
 
 
-def _searches(mission: Mission, model: str, labels: tuple[str, ...]) -> Iterator[Finding]:
+def _searches(
+    mission: Mission, detector: ObjectDetectorParameters, labels: tuple[str, ...]
+) -> Iterator[Finding]:
     """Yield errors of the nodes that search for an object."""
     for step in every_step(mission):
         if not isinstance(step, Leaf) or step.kind not in SEARCHES:
@@ -59,16 +61,19 @@ def _searches(mission: Mission, model: str, labels: tuple[str, ...]) -> Iterator
         if (value is None) == ("colour" not in step.ports):
             sentence = f"{step.kind} needs either a `colour` or a `label`"
             yield Finding(mark, "E111", sentence, "write `colour: red`, or `label: chair`")
-        elif value is not None and not model:
+        elif value is not None and not detector.model:
             yield Finding(
                 mark, "E111", f"{step.kind} searches for a label, and no object detector is set",
                 f"add `navigation: {{{KIND}: {{model: FILE.onnx}}}}`, or search for a `colour`",
             )  # fmt: skip
         elif isinstance(value, Constant) and value.value not in labels:
             yield Finding(
-                mark, "E111", f"label: {model} has no label {value.value!r}",
+                mark, "E111", f"label: {detector.model} has no label {value.value!r}",
                 suggestion(str(value.value), labels),
             )  # fmt: skip
+        elif isinstance(value, Constant) and detector.only and value.value not in detector.only:
+            sentence = f"label: {KIND}.only leaves out {value.value!r}"
+            yield Finding(mark, "E111", sentence, "add it to `only`")
 
 
 def _warnings(

@@ -86,7 +86,14 @@ def test_labels_are_compared_with_those_of_the_model(folder):
     assert finding == (
         "seek.yaml:6:28 error[E111] label: red.onnx has no label 'red bax'; did you mean 'red box'?"
     )
-    assert checked(folder, run="run: {approach_object: {label: red box}}\n") == []
+    run = "run: {approach_object: {label: red box}}\n"
+    assert checked(folder, run=run) == []
+    two = HEAD.replace("red.onnx}", "red.onnx, labels: [red box, cup], only: [cup]}")
+    save_constant(folder / "red.onnx", np.zeros((1, 6, 9)))
+    (finding,) = checked(folder, two, run)
+    assert finding.endswith(
+        "error[E111] label: object_detector.only leaves out 'red box'; add it to `only`"
+    )
 
 
 def test_a_robot_without_a_camera_is_a_warning(folder):
