@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 from missions.cli.app import app
 from missions.execution.prepare import RunOptions, diagnose
 from missions.execution.run import run_mission
+from robots.load import find_robot
 from stack.components import available
 from stack.perception.objects.detection import ObjectDetection
 from stack.perception.objects.model import ObjectModel
@@ -141,6 +142,31 @@ def test_the_costs_stand_where_the_object_was_seen_and_viewers_see_it(live):
     beside = grid.cells[grid.cell_at(3.4, 1.6)]
     assert 20 <= beside <= 120  # 0.7 m from the box: 200 * 0.3 = 60
     assert grid.cells[grid.cell_at(1.0, 1.0)] == 0
+
+
+def test_a_walker_whom_a_depth_camera_sees_is_a_person_and_costs(live, folder):
+    """Without a model. The camera looks up a little: scout's own does not see 1.2 m high."""
+    scout = find_robot("scout", folder).parent
+    text = (scout / "robot.yaml").read_text("utf-8")
+    assert text.count("pitch: 25 deg") == 1
+    (folder / "looker.yaml").write_text(text.replace("pitch: 25 deg", "pitch: -10 deg"), "utf-8")
+    (folder / "scout.urdf").write_bytes((scout / "scout.urdf").read_bytes())
+    ann = "people:\n  - {name: Ann, waypoints: [[3.2, 0.7], [3.2, 3.5]], speed: 0.6 m/s}\n"
+    walls = WORLD.partition("boxes:")[0].replace("-60 deg", "0 deg")
+    (folder / "den.yaml").write_text(walls + ann, "utf-8")
+    run = live(
+        "run: {wait: 9 s}\n",
+        "mission: look\nrobot: looker.yaml\nworld: den.yaml\nnavigation:\n"
+        "  depth: {obstacles: true}\n"
+        "  costmap: {layers: [static, obstacle, depth, semantic]}\n",
+    )
+    run.steps(50)
+    (walker,) = run.snapshot.tracks
+    assert walker.label == "person"
+    grid = run.runtime.parts.world_model.global_costmap.grid
+    behind = grid.cells[grid.cell_at(walker.position[0] + 0.6, walker.position[1])]
+    # No sensor sees behind her, so nothing is inflated there. A track has an error.
+    assert behind == pytest.approx(220 * (1 - 0.6 / 1.2), abs=15)
 
 
 def test_a_model_that_fails_in_the_run_is_one_event_and_the_mission_goes_on(live, monkeypatch):
