@@ -1,7 +1,7 @@
 """Object detector: an ONNX model that OpenCV runs.
 
 OpenCV reads the exports of the usual YOLO versions and gives the same bits with any number of
-threads; its results agree with those of onnxruntime to 1e-4 of a pixel.
+threads; its results agreed with those of onnxruntime to 2e-4 of a pixel (YOLOv8n, 320 x 320).
 """
 
 from __future__ import annotations
