@@ -1,11 +1,14 @@
-"""Where a coloured object is, from the detections of several pictures."""
+"""Where an object is, from the detections of several pictures."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot
+from typing import cast
 
 from behaviours.timer import Timer
+from stack.errors import ParameterError
 from stack.robot import Robot
 from stack.types import Detection, ObjectColour
 
@@ -19,7 +22,33 @@ MEMORY = 10.0
 """Seconds after which an unconfirmed detection is forgotten."""
 
 BLIND_TIME = 3.0
-"""Seconds without a picture after which the camera counts as silent."""
+"""Seconds without a picture, or without a result of the detector, after which it is silent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is searched: objects of a colour, or of a label of the object detector.
+
+    Raises:
+        ParameterError: neither or both are set.
+    """
+
+    colour: str | None
+    label: str | None
+
+    def __post_init__(self) -> None:
+        if (self.colour is None) == (self.label is None):
+            raise ParameterError("colour", "expected either a `colour` or a `label`")
+
+    def __str__(self) -> str:
+        return f"{self.colour} object" if self.label is None else self.label
+
+    @property
+    def silence(self) -> str:
+        """Why nothing is seen."""
+        if self.label is None:
+            return f"the camera gave no picture for {BLIND_TIME:g} s"
+        return f"the object detector gave no result for {BLIND_TIME:g} s"
 
 
 @dataclass(slots=True)
@@ -56,36 +85,51 @@ class SeenObject:
 
 
 class ObjectWatch:
-    """Collects the detections of a colour.
+    """Collects the detections of a colour or label.
 
     Args:
         robot: asked for them.
-        colour: of the objects.
-        silence: started timer; restarted by every picture.
+        wanted: what is searched.
+        silence: started timer; restarted by every picture or result of the detector.
     """
 
-    def __init__(self, robot: Robot, colour: ObjectColour, silence: Timer) -> None:
-        self._robot, self._colour, self._silence = robot, colour, silence
-        self._started = robot.time
+    def __init__(self, robot: Robot, wanted: Wanted, silence: Timer) -> None:
+        self._robot, self._wanted, self._silence = robot, wanted, silence
         self._candidates: list[SeenObject] = []
-        self._newest = self._started
+        self._newest = robot.time
 
     @property
     def is_blind(self) -> bool:
-        """Whether no picture has come for BLIND_TIME."""
+        """Whether no picture, or no result of the detector, has come for BLIND_TIME."""
         return self._silence.is_over(BLIND_TIME)
 
     def update(self) -> list[SeenObject]:
         """Ask for the newest picture's detections; return the confirmed objects, nearest first."""
-        image = self._robot.image()
-        if image is not None and image.stamp > self._newest:
-            self._newest = image.stamp
+        seen = self._coloured() if self._wanted.label is None else self._labelled()
+        if seen is not None:
             self._silence.restart()
-            for detection in self._robot.coloured_objects(self._colour) or ():
-                self._add(detection)
+        for detection in seen or ():
+            self._add(detection)
         here = self._robot.pose
         confirmed = [item for item in self._candidates if item.pictures >= CONFIRMED]
         return sorted(confirmed, key=lambda item: hypot(item.x - here.x, item.y - here.y))
+
+    def _coloured(self) -> Iterable[Detection] | None:
+        """Return the detections of a new picture; None without one."""
+        image = self._robot.image()
+        if image is None or image.stamp <= self._newest:
+            return None
+        self._newest = image.stamp
+        return self._robot.coloured_objects(cast(ObjectColour, self._wanted.colour)) or ()
+
+    def _labelled(self) -> Iterable[Detection] | None:
+        """Return what is new of the newest detections; None while there are none."""
+        found = self._robot.detections(self._wanted.label)
+        if found is None:
+            return None
+        new = [item for item in found if item.stamp > self._newest]
+        self._newest = max((item.stamp for item in new), default=self._newest)
+        return new
 
     def _add(self, detection: Detection) -> None:
         self._candidates = [

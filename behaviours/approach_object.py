@@ -1,21 +1,19 @@
-"""Drive up to an object of a colour."""
+"""Drive up to an object of a colour, or of a label of the object detector."""
 
 from __future__ import annotations
 
 from collections.abc import Generator
 from math import atan2, cos, hypot, pi, sin
-from typing import cast
 
 from py_trees.common import Status
 
 from behaviours._motion_watch import STUCK_TIME, StuckWatch
-from behaviours._object_watch import BLIND_TIME, SAME_PLACE, ObjectWatch, SeenObject
+from behaviours._object_watch import SAME_PLACE, ObjectWatch, SeenObject, Wanted
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import (
     OBJECT_COLOURS,
     STANDSTILL,
     FailureCode,
-    ObjectColour,
     Pose2D,
     TaskStatus,
     Twist,
@@ -48,14 +46,17 @@ Steps = Generator[None, None, bool]
 
 
 class ApproachObject(RobotBehaviour):
-    """Drive up to an object of a colour, facing it, until the front is at a distance from it.
+    """Drive up to an object of a colour or label until the front is at a distance from it.
 
     Drives in front of the object by navigation, round it if there is no room on this side, then
     straight to it under the camera's control. Fails with OBJECT_NOT_FOUND if no picture shows the
     object, with NO_IMAGE if the camera stops, and with NO_PROGRESS if the robot is stuck.
     """
 
-    colour: str = port("colour of the object", one_of=OBJECT_COLOURS)
+    colour: str | None = port("colour of the object", default=None, one_of=OBJECT_COLOURS)
+    label: str | None = port(
+        "instead of a colour: what it is, a label of the object detector", default=None
+    )
     object: Pose2D | None = port(
         "where it was found, map frame; default: the nearest one in view", default=None
     )
@@ -76,7 +77,8 @@ class ApproachObject(RobotBehaviour):
     def initialise(self) -> None:
         """Prepare the drive; it begins with the first tick."""
         self._front = self.robot.footprint.front
-        self._watch = ObjectWatch(self.robot, cast(ObjectColour, self.colour), self.start_timer())
+        self._wanted = Wanted(self.colour, self.label)
+        self._watch = ObjectWatch(self.robot, self._wanted, self.start_timer())
         self._target = self.object
         self._is_seen = False
         self._steps = self._approach()
@@ -85,9 +87,7 @@ class ApproachObject(RobotBehaviour):
         """Look at a new picture, then go on."""
         self._look(self._watch.update())
         if self._watch.is_blind:
-            return self.fail(
-                FailureCode.NO_IMAGE, f"the camera gave no picture for {BLIND_TIME:g} s"
-            )
+            return self.fail(FailureCode.NO_IMAGE, self._wanted.silence)
         try:
             next(self._steps)
         except StopIteration as ended:
@@ -129,9 +129,9 @@ class ApproachObject(RobotBehaviour):
         timer = self.start_timer()
         while not self._is_seen:
             if timer.is_over(PATIENCE):
-                self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self.colour} object in view")
+                self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self._wanted} in view")
                 return False
-            self.feedback_message = f"looking for the {self.colour} object"
+            self.feedback_message = f"looking for the {self._wanted}"
             self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
             yield
         return True
@@ -144,7 +144,7 @@ class ApproachObject(RobotBehaviour):
                 planned = self._known_target
                 task = self.robot.navigate_to(_beside(planned, self.robot.pose, bearing, away))
                 while self.follow(task) is Status.RUNNING:
-                    self.feedback_message = f"driving to the {self.colour} object"
+                    self.feedback_message = f"driving to the {self._wanted}"
                     yield
                     if self._known_target.distance_to(planned) > MOVED:
                         break
@@ -171,7 +171,7 @@ class ApproachObject(RobotBehaviour):
             if watch.is_stuck(self.robot.odometry):
                 self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
                 return False
-            self.feedback_message = f"{100 * max(to_go, 0.0):.0f} cm to the {self.colour} object"
+            self.feedback_message = f"{100 * max(to_go, 0.0):.0f} cm to the {self._wanted}"
             turn = min(max(TURN_GAIN * bearing, -FASTEST_TURN), FASTEST_TURN)
             linear = 0.0
             if to_go > CLOSE_ENOUGH and abs(bearing) < AHEAD:

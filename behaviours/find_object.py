@@ -1,14 +1,13 @@
-"""Search for an object of a colour."""
+"""Search for an object of a colour, or of a label of the object detector."""
 
 from __future__ import annotations
 
 from collections.abc import Generator
 from math import atan2, hypot, pi
-from typing import cast
 
 from py_trees.common import Status
 
-from behaviours._object_watch import BLIND_TIME, ObjectWatch, SeenObject
+from behaviours._object_watch import ObjectWatch, SeenObject, Wanted
 from behaviours._odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
@@ -17,7 +16,6 @@ from stack.types import (
     STANDSTILL,
     FailureCode,
     Frontier,
-    ObjectColour,
     Pose2D,
     TaskStatus,
 )
@@ -37,7 +35,7 @@ Steps = Generator[None, None, bool]
 
 
 class FindObject(RobotBehaviour):
-    """Search the map for an object of a colour that stands on the floor.
+    """Search the map for an object on the floor, of a colour or of a label of the object detector.
 
     Turns round once; then drives to places from which most of the unsearched floor is in view, and
     turns round there, until two pictures show the object at the same place. It also looks during
@@ -45,7 +43,10 @@ class FindObject(RobotBehaviour):
     NO_IMAGE if the camera stops.
     """
 
-    colour: str = port("colour of the object", one_of=OBJECT_COLOURS)
+    colour: str | None = port("colour of the object", default=None, one_of=OBJECT_COLOURS)
+    label: str | None = port(
+        "instead of a colour: what it is, a label of the object detector", default=None
+    )
     reach: float = port(
         "distance at which the object is recognised", unit="m", default=4.0, at_least=0.5,
         at_most=20.0,
@@ -67,7 +68,8 @@ class FindObject(RobotBehaviour):
 
     def initialise(self) -> None:
         """Prepare the search; it begins with the first tick."""
-        self._watch = ObjectWatch(self.robot, cast(ObjectColour, self.colour), self.start_timer())
+        self._wanted = Wanted(self.colour, self.label)
+        self._watch = ObjectWatch(self.robot, self._wanted, self.start_timer())
         self._trail = OdometryTrail()
         self._looked: list[Pose2D] = []
         self._avoided: list[Pose2D] = []
@@ -83,9 +85,7 @@ class FindObject(RobotBehaviour):
         if found:
             return self._report(found[0])
         if self._watch.is_blind:
-            return self.fail(
-                FailureCode.NO_IMAGE, f"the camera gave no picture for {BLIND_TIME:g} s"
-            )
+            return self.fail(FailureCode.NO_IMAGE, self._wanted.silence)
         try:
             next(self._steps)
         except StopIteration:
@@ -105,7 +105,7 @@ class FindObject(RobotBehaviour):
         self.object = Pose2D(found.x, found.y, atan2(dy, dx))
         self.distance = hypot(dx, dy)
         self.failure = None
-        self.feedback_message = f"{self.colour} object at ({found.x:.2f}, {found.y:.2f})"
+        self.feedback_message = f"{self._wanted} at ({found.x:.2f}, {found.y:.2f})"
         return Status.SUCCESS
 
     def _search(self) -> Steps:
@@ -130,7 +130,7 @@ class FindObject(RobotBehaviour):
                 return False
         self.fail(
             FailureCode.OBJECT_NOT_FOUND,
-            f"no {self.colour} object within {self.reach:g} m of {self.places} places",
+            f"no {self._wanted} within {self.reach:g} m of {self.places} places",
         )
         return False
 

@@ -91,7 +91,7 @@ class ScriptedRobot:
         picture: returned by `image()`.
         sightings: returned by `marker_sightings()`.
         lines: returned by `floor_lines()`.
-        objects: returned by `coloured_objects()`, those of the colour.
+        objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
         fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
         rivals: other poses that explain the scans as well, in `estimate`.
@@ -201,6 +201,12 @@ class ScriptedRobot:
         if self.objects is None:
             return None
         return tuple(item for item in self.objects if item.label == colour)
+
+    def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
+        """Return those of `objects` with the label."""
+        if self.objects is None:
+            return None
+        return tuple(item for item in self.objects if label in (None, item.label))
 
     def fit_at(self, pose: Pose2D) -> float:
         """Return `fit(pose)`."""

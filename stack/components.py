@@ -81,6 +81,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "keepout": "stack.costmap.layers.zone_layers:KeepoutLayer",
         "preferred_lanes": "stack.costmap.layers.zone_layers:PreferredLanesLayer",
         "social": "stack.costmap.layers.social_layer:SocialLayer",
+        "semantic": "stack.costmap.layers.semantic_layer:SemanticLayer",
     },
 }
 GROUPS = {

@@ -219,6 +219,17 @@ class Robot(Protocol):
         """
         ...
 
+    def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
+        """Objects in the newest picture that the object detector searched, the nearest first.
+
+        Each call keeps detector and camera on for another second. None before the first result,
+        when the newest one is out of date, and without a detector.
+
+        Args:
+            label: of the objects; None: all.
+        """
+        ...
+
     def fit_at(self, pose: Pose2D) -> float:
         """Health in [0, 1] that localisation would have with the newest scan at this pose."""
         ...

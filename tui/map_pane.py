@@ -222,6 +222,8 @@ class MapPane(Lines, can_focus=True):
             if footprint.circumscribed_radius / canvas.view.metres_per_dot >= OUTLINE_FROM:
                 outline = pose.transform(footprint.points)
                 canvas.draw_line(np.vstack([outline, outline[:1]]), palette.ROBOT)
+        for item in snapshot.detections:
+            canvas.draw_text(*item.position, f"◆{one_line(item.label)}", palette.DETECTION)
         for rival in snapshot.rivals:
             canvas.draw_text(
                 rival.pose.x, rival.pose.y, f"{arrow(rival.pose)}{rival.share:.0%}", palette.RIVAL

@@ -38,6 +38,7 @@ from stack.perception.coloured_objects import ColouredObjectDetector
 from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
+from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracking.tracker import Tracker
 from stack.runtime.interfaces import Parts
@@ -132,6 +133,14 @@ def build(
     coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
+    objects = ObjectDetection(
+        plan.choices["object_detector"].parameters,
+        load_model(plan.choices["object_detector"].parameters) if robot.camera else None,
+        camera, _emitter(telemetry, "perception"), log,
+        needed=local_costmap.needs_detections or global_costmap.needs_detections,
+    )  # fmt: skip
+    if body.is_real_time:
+        objects.run_in_real_time()
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
         FolderMapStore(folder, plan.mission.source.parent),
@@ -155,9 +164,10 @@ def build(
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
             floor_lines=FloorLineDetector() if robot.camera else None,
             coloured_objects=coloured_objects if robot.camera else None,
+            objects=objects,
             cover=world_model.cover,
             draw=world_model.draw,
-            forget_tracks=world_model.forget_tracks,
+            forget_tracks=_in_turn(world_model.forget_tracks, objects.forget),
             tunables={
                 **_tunables_of(navigator),
                 "safety": Tunable.of(safety),
@@ -168,6 +178,7 @@ def build(
                 "odometry": Tunable.of(odometry),
                 "depth": Tunable.of(depth),
                 "coloured_objects": Tunable.of(coloured_objects),
+                "object_detector": Tunable.of(objects),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )
@@ -185,8 +196,8 @@ def build(
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
-        depth=depth, obstacle_memory=obstacle_memory, world_model=world_model, tree=tree,
-        facade=facade,
+        depth=depth, obstacle_memory=obstacle_memory, objects=objects, world_model=world_model,
+        tree=tree, facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
         map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
         sensor_log=sensor_log,
@@ -333,6 +344,14 @@ def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> 
     if not navigates and not safety.predict_motion and not evades:
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
+
+
+def _in_turn(*actions: Callable[[], None]) -> Callable[[], None]:
+    def act() -> None:
+        for action in actions:
+            action()
+
+    return act
 
 
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from missions.execution.component_choices import DEFAULTS, SETTINGS, all_chosen
 from missions.execution.fit import fit_findings, start_problem
+from missions.execution.fit.detector import located_detector
 from missions.execution.resources import (
     catalogue_of,
     find_mission,
@@ -170,6 +171,10 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     planner = choices["planner"]
     located = _gather(found, lambda: located_planner(planner, mission, robot, world))
     choices["planner"], warnings = located or (planner, ())
+    detector = _gather(found, lambda: located_detector(choices, mission, robot))
+    if detector is not None:
+        choices["object_detector"], sightless = detector
+        warnings = (*warnings, *sightless)
     warnings = (*misfits, *warnings)
     plan = PreparedMission(
         mission, robot, world, start, belief, choices, text, warnings, recording

@@ -253,6 +253,7 @@ class Run:
             self._write_report()
         finally:
             engine.runtime.parts.navigator.close()
+            engine.runtime.parts.objects.close()
             engine.runtime.parts.estimator.close()
             engine.body.close()
             if engine.sensor_log is not None:

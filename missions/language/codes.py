@@ -239,6 +239,9 @@ CODES: dict[str, Code] = {
                  "run: {navigate_to_pose: [0.4, 0.4]}", "move the goal, or turn it"),
     "W141": Code("too fast", "the speed is above the robot's own limit",
                  "run: {back_up: {speed: 5 m/s}}", "use a speed that the robot can reach"),
+    "W142": Code("sees nothing", "a detector without a camera, or a layer without a detector",
+                 "navigation: {costmap: {layers: [static, semantic]}}",
+                 "give the robot a camera, or the mission a model"),
     "W170": Code("text without a case", "an argument can have a text for which there is no case",
                  "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from behaviours.testing import ScriptedRobot
-from stack.types import Pose2D, RivalPose
+from stack.types import Detection, Pose2D, RivalPose
 
 
 def set_value(robot: ScriptedRobot, name: str, value: Any) -> None:
@@ -50,6 +50,12 @@ def _plain(field: str) -> Callable[[ScriptedRobot, Any], None]:
     return lambda robot, value: setattr(robot, field, value)
 
 
+def _detected(robot: ScriptedRobot, labels: list[str]) -> None:
+    robot.objects = tuple(
+        Detection(label, robot.time, (0.0, 0.0), 0.1, 0.5, 1.0, (0, 0, 1, 1)) for label in labels
+    )
+
+
 _SETTERS: dict[str, Callable[[ScriptedRobot, Any], None]] = {
     "battery.charge": _battery("charge"),
     "battery.charging": _battery("charging"),
@@ -58,6 +64,7 @@ _SETTERS: dict[str, Callable[[ScriptedRobot, Any], None]] = {
     "localisation.health": _plain("localisation_health"),
     "localisation.deviation": _deviation,
     "localisation.ambiguous": _ambiguous,
+    "detected": _detected,
     "pose": _plain("pose"),
     "pose.x": _pose("x"),
     "pose.y": _pose("y"),

@@ -141,6 +141,11 @@ class Costmap:
         """Whether a layer uses tracked objects."""
         return any(layer.needs_tracks for layer in self._layers.values())
 
+    @property
+    def needs_detections(self) -> bool:
+        """Whether a layer uses detections in pictures."""
+        return any(layer.needs_detections for layer in self._layers.values())
+
     def update(self, update: LayerUpdate) -> None:
         """Add new sensor data, expire old marks and roll the window to the robot."""
         self._follow(update.pose)

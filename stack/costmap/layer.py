@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
 from stack.types import (
+    Detection,
     FloatArray,
     Footprint,
     OccupancyGrid,
@@ -116,6 +117,7 @@ class LayerUpdate:
         readings: new range readings, e.g. of sonars.
         tracks: all tracked objects, at `time`; None when they were not updated.
         depth: (n, 2) all obstacles of the depth cameras, map frame; None when nothing changed.
+        detections: objects in a new picture; None without one.
     """
 
     pose: Pose2D
@@ -124,6 +126,7 @@ class LayerUpdate:
     readings: tuple[PosedReading, ...] = ()
     tracks: tuple[TrackedObject, ...] | None = None
     depth: FloatArray | None = None
+    detections: tuple[Detection, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,11 +172,13 @@ class Layer(ABC):
         inflated: whether the layer's lethal cells are inflated; an entry in a mission's list may
             set it otherwise. Layers that are not inflated are painted over the inflated costs.
         needs_tracks: whether the layer uses tracked objects.
+        needs_detections: whether the layer uses detections in pictures.
     """
 
     Parameters: ClassVar[type] = NoParameters
     inflated: ClassVar[bool] = True
     needs_tracks: ClassVar[bool] = False
+    needs_detections: ClassVar[bool] = False
 
     def __init__(self, parameters: Any, footprint: Footprint) -> None:
         self.parameters: Any = parameters

@@ -26,6 +26,7 @@ from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
+    ColourMask,
     ContactZone,
     CoveragePlan,
     Detection,
@@ -46,6 +47,9 @@ from stack.types import (
     Twist,
     wrap_angle,
 )
+
+SHOWN_FOR = 2.0
+"""Seconds for which displays show what a search for a colour has found."""
 
 
 class MarkerDetector(Protocol):
@@ -81,6 +85,27 @@ class ColouredObjectDetector(Protocol):
         """
         ...
 
+    def recent(self, stamp: float) -> tuple[Detection, ...]:
+        """Return the objects in the last picture if it is not older than a stamp, seconds."""
+        ...
+
+    @property
+    def mask(self) -> ColourMask | None:
+        """Pixels of the colour in the last picture; None before the first one."""
+        ...
+
+
+class ObjectDetection(Protocol):
+    """Searches pictures for objects."""
+
+    def detections(self, now: float) -> tuple[Detection, ...] | None:
+        """Return the newest detections and go on searching; None without recent ones."""
+        ...
+
+    def recent(self, now: float) -> tuple[Detection, ...] | None:
+        """As `detections`, without asking for more."""
+        ...
+
 
 class ImageStore(Protocol):
     """Saves images in the run's folder."""
@@ -110,6 +135,7 @@ class FacadeParts:
         recording_over: whether all measurements of a replayed log have been played.
         floor_lines: None when the robot has no camera.
         coloured_objects: likewise.
+        objects: detections of a model; None without one.
     """
 
     robot: RobotDescription
@@ -133,6 +159,7 @@ class FacadeParts:
     recording_over: Callable[[], bool] = lambda: False
     floor_lines: FloorLineDetector | None = None
     coloured_objects: ColouredObjectDetector | None = None
+    objects: ObjectDetection | None = None
 
 
 class RobotFacade:
@@ -158,6 +185,22 @@ class RobotFacade:
         """
         read = change(self._parts.tunables, name, value)
         self._parts.emit("parameter", f"{name} is now {read}", name=name, value=str(read))
+
+    @property
+    def seen_objects(self) -> tuple[Detection, ...]:
+        """What detector and search for a colour found in recent pictures, for displays."""
+        objects, coloured = self._parts.objects, self._parts.coloured_objects
+        found = () if objects is None else objects.recent(self.time) or ()
+        if coloured is None:
+            return found
+        return (*found, *coloured.recent(self.time - SHOWN_FOR))
+
+    @property
+    def colour_mask(self) -> ColourMask | None:
+        """Pixels of the colour that was searched in a recent picture, for displays."""
+        coloured = self._parts.coloured_objects
+        mask = None if coloured is None else coloured.mask
+        return mask if mask is not None and mask.stamp >= self.time - SHOWN_FOR else None
 
     @property
     def time(self) -> float:
@@ -295,6 +338,14 @@ class RobotFacade:
         ranges = self.odometry.transform(self._state.obstacles.points)
         ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
         return detector.detect(image, colour, frames.pose_at("map", image.stamp), ranges)
+
+    def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
+        """Objects in the newest searched picture; keeps detector and camera on."""
+        objects = self._parts.objects
+        found = None if objects is None else objects.detections(self.time)
+        if found is None or label is None:
+            return found
+        return tuple(item for item in found if item.label == label)
 
     def fit_at(self, pose: Pose2D) -> float:
         """Localisation health of the newest scan at another pose; 0 without a scan."""

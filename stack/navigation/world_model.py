@@ -14,6 +14,8 @@ from stack.perception.tracking.tracker import Tracker
 from stack.safety.monitor import moving_discs
 from stack.types import (
     NO_DEPTH,
+    NO_OBJECTS,
+    PERSON,
     DepthPoints,
     FloatArray,
     Observation,
@@ -21,6 +23,7 @@ from stack.types import (
     Pose2D,
     RangeReading,
     Scan,
+    SeenObjects,
     TrackedObject,
 )
 
@@ -72,14 +75,16 @@ class WorldModel:
         self._updated_at = 0.0
 
     def update(
-        self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH
-    ) -> WorldView:
+        self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH,
+        objects: SeenObjects = NO_OBJECTS,
+    ) -> WorldView:  # fmt: skip
         """Process the new measurements of a step.
 
         Args:
             observation: with deskewed, smoothed scans.
             frames: with the odometry and the estimate of this step.
             depth: what the depth cameras have seen.
+            objects: what the object detector has found.
         """
         now = observation.time
         pose = frames.pose_at("map", now)
@@ -93,9 +98,11 @@ class WorldModel:
             for reading in observation.of(RangeReading).values()
         )
         seen = frames.map_from_odom(now).transform(depth.points) if depth.changed else None
-        if scans or readings or depth.changed or now - self._updated_at >= IDLE_PERIOD:
+        is_new = scans or readings or depth.changed or objects.detections is not None
+        if is_new or now - self._updated_at >= IDLE_PERIOD:
             self._updated_at = now
-            update = LayerUpdate(pose, now, scans, readings, self._track(scans, now), seen)
+            tracks = self._track(scans, now, objects.people)
+            update = LayerUpdate(pose, now, scans, readings, tracks, seen, objects.detections)
             self.local_costmap.update(update)
             self.global_costmap.update(self._without_walkers(update))
         tracks = tuple(track.at(now) for track in self._tracks)
@@ -124,13 +131,22 @@ class WorldModel:
         return replace(update, scans=scans)
 
     def _track(
-        self, scans: Mapping[str, PosedScan], now: float
+        self, scans: Mapping[str, PosedScan], now: float, people: frozenset[int]
     ) -> tuple[TrackedObject, ...] | None:
-        """Return all tracks after a scan of the tracker's lidar; None without one."""
+        """Return all tracks after a scan of the tracker's lidar; None without one.
+
+        Args:
+            scans: new ones.
+            now: robot's clock, seconds.
+            people: ids of the tracks that are people.
+        """
         posed = scans.get(self._lidar)
         if self.tracker is None or posed is None:
             return None
-        self._tracks = self.tracker.update(posed.pose, posed.scan, now)
+        self._tracks = tuple(
+            replace(track, label=PERSON) if track.id in people else track
+            for track in self.tracker.update(posed.pose, posed.scan, now)
+        )
         return self._tracks
 
     def forget_tracks(self) -> None:

@@ -16,7 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.perception.colour_parameters import ColourParameters
-from stack.types import CameraModel, Detection, FloatArray, Image, ObjectColour, Pose2D
+from stack.types import (
+    CameraModel,
+    ColourMask,
+    Detection,
+    FloatArray,
+    Image,
+    ObjectColour,
+    Pose2D,
+)
 
 HUES = {"red": 0.0, "yellow": 60.0, "green": 120.0, "blue": 240.0}
 """Degrees."""
@@ -44,7 +52,7 @@ POINTS_ALIKE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class _Patch:
+class Patch:
     """Connected pixels.
 
     Attributes:
@@ -85,10 +93,14 @@ class ColouredObjectDetector:
 
     Args:
         parameters: of the detection; may be changed between two pictures.
+
+    Attributes:
+        mask: of the last picture, for displays; None before the first one.
     """
 
     def __init__(self, parameters: ColourParameters) -> None:
         self.parameters = parameters
+        self.mask: ColourMask | None = None
         self._last: tuple[Image, str, tuple[Detection, ...]] | None = None
 
     def configure(self, parameters: ColourParameters) -> None:
@@ -111,14 +123,19 @@ class ColouredObjectDetector:
             self._last = last = image, colour, self._found(image, colour, base, ranges)
         return last[2]
 
+    def recent(self, stamp: float) -> tuple[Detection, ...]:
+        """Return the objects in the last picture if it is not older than a stamp, seconds."""
+        return self._last[2] if self._last is not None and self._last[0].stamp >= stamp else ()
+
     def _found(
         self, image: Image, colour: ObjectColour, base: Pose2D, ranges: FloatArray
     ) -> tuple[Detection, ...]:
         p, camera = self.parameters, image.camera
         mask = colour_mask(image.pixels, colour, p)
+        self.mask = ColourMask(colour, image.stamp, mask)
         found = []
         for patch in _patches(mask, p.least_pixels):
-            place = _placed(patch, camera, ranges)
+            place = placed(patch, camera, ranges)
             if place is None or place[1] > p.farthest:
                 continue
             point, distance, deviation = place
@@ -134,7 +151,7 @@ class ColouredObjectDetector:
         return tuple(sorted(found, key=lambda item: item.distance_to(base.x, base.y)))
 
 
-def _patches(mask: NDArray[np.uint8], least: int) -> list[_Patch]:
+def _patches(mask: NDArray[np.uint8], least: int) -> list[Patch]:
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     rows, found = mask.shape[0], []
     for number in range(1, count):
@@ -144,12 +161,12 @@ def _patches(mask: NDArray[np.uint8], least: int) -> list[_Patch]:
         bottom = top + height
         lowest = np.flatnonzero(labels[bottom - 1, left : left + width] == number)
         column = None if bottom >= rows else left + float(lowest.mean()) + 0.5
-        found.append(_Patch((left, top, left + width, bottom), column))
+        found.append(Patch((left, top, left + width, bottom), column))
     return found
 
 
-def _placed(
-    patch: _Patch, camera: CameraModel, ranges: FloatArray
+def placed(
+    patch: Patch, camera: CameraModel, ranges: FloatArray
 ) -> tuple[FloatArray, float, float] | None:
     """Return point (2,) in the base frame, distance from the camera and its deviation, metres.
 
@@ -193,7 +210,7 @@ def _floor_distance(camera: CameraModel, column: float, row: float) -> float | N
 
 
 def _range(
-    patch: _Patch, camera: CameraModel, points: FloatArray, expected: float, slack: float
+    patch: Patch, camera: CameraModel, points: FloatArray, expected: float, slack: float
 ) -> float | None:
     """Return the mean distance of the nearest points in the patch's directions, metres.
 

@@ -14,6 +14,7 @@ from stack.navigation.robot_facade import RobotFacade
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
 from stack.perception.depth_obstacles import DepthObstacles
+from stack.perception.objects.detection import ObjectDetection
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
@@ -140,6 +141,7 @@ class Parts:
     estimator: Estimator
     depth: DepthObstacles
     obstacle_memory: ObstacleMemory
+    objects: ObjectDetection
     world_model: WorldModel
     tree: MissionTree
     facade: RobotFacade

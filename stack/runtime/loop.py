@@ -26,6 +26,7 @@ from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
+    ColourMask,
     Image,
     Observation,
     ObstaclePoints,
@@ -63,6 +64,7 @@ class Runtime:
         self.distance = 0.0
         self._pace = PaceMeter()
         self._image: Image | None = None
+        self._mask_stamp = -1.0
         self._next_tree: Callable[[], MissionTree] | None = None
         self._health: BodyHealth = HEALTHY
         self._ticks_every = parameters.steps_per_tick
@@ -71,11 +73,13 @@ class Runtime:
     def is_ready(self) -> bool:
         """Wait up to LONGEST_NAP for what the next step needs; return whether it can be made.
 
-        It needs the simulation's pace, a picture that is due, and a plan that is due. While they
+        It needs the simulation's pace, a picture, detections and a plan that are due. While they
         are not there, call `serve`: `step` would wait, and no operator could stop the robot.
         """
         p = self.parts
         if isinstance(p.body, SimulatedWorld) and not p.body.rest(LONGEST_NAP):
+            return False
+        if not p.objects.await_result(p.body.time, LONGEST_NAP):
             return False
         return not self._navigates or p.navigator.await_plans(p.body.time, LONGEST_NAP)
 
@@ -112,9 +116,11 @@ class Runtime:
             smooth = smooth_observation(observation)
             depth = p.depth.update(smooth, p.frames)
             obstacles = p.obstacle_memory.update(smooth, p.frames, depth)
+        with measure("objects"):
+            objects = p.objects.update(smooth, p.frames, obstacles, state.tracks)
         with measure("costmap"):
             self._show_map(p.estimator.take_map())
-            world = p.world_model.update(smooth, p.frames, depth)
+            world = p.world_model.update(smooth, p.frames, depth, objects)
         self._publish_state(observation, motion, estimate, obstacles, world)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):
@@ -207,6 +213,14 @@ class Runtime:
         """The newest picture if no snapshot has contained it yet."""
         image, self._image = self._image, None
         return image
+
+    def fresh_mask(self) -> ColourMask | None:
+        """The newest mask of a colour if no snapshot has contained it yet."""
+        mask = self.parts.facade.colour_mask
+        if mask is None or mask.stamp == self._mask_stamp:
+            return None
+        self._mask_stamp = mask.stamp
+        return mask
 
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""

@@ -10,7 +10,7 @@ from stack.body import SimulatedWorld
 from stack.runtime.interfaces import Parts
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
-from stack.types import FloatArray, Image
+from stack.types import ColourMask, FloatArray, Image
 
 SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
 
@@ -44,6 +44,10 @@ class Loop(Protocol):
 
     def fresh_image(self) -> Image | None:
         """The newest picture if no snapshot has contained it yet."""
+        ...
+
+    def fresh_mask(self) -> ColourMask | None:
+        """The newest mask of a colour if no snapshot has contained it yet."""
         ...
 
     def counters(self) -> dict[str, float]:
@@ -85,6 +89,8 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
         parameters=parts.facade.parameters,
         image=runtime.fresh_image(),
+        detections=parts.facade.seen_objects,
+        mask=runtime.fresh_mask(),
         truth=parts.scorer.truth if parts.scorer else None,
         people=parts.scorer.people if parts.scorer else None,
         tracks=state.tracks,

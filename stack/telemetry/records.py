@@ -12,7 +12,9 @@ from stack.errors import TelemetryError
 from stack.types import (
     STANDSTILL,
     Battery,
+    ColourMask,
     CostGrid,
+    Detection,
     FloatArray,
     Footprint,
     HealthThresholds,
@@ -272,6 +274,9 @@ class Snapshot:
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
         records_lost: files of the run folder that cannot be written, as text; empty if none.
+        detections: objects in recent pictures, map frame.
+        mask: pixels of the colour that is searched, if a picture was searched since the last
+            snapshot.
         health_thresholds: below which health the robot is lost, from which on the pose is good.
     """
 
@@ -311,6 +316,8 @@ class Snapshot:
     debugging: Debugging = Debugging()
     records_lost: str = ""
     health_thresholds: HealthThresholds = field(default_factory=HealthThresholds)
+    detections: tuple[Detection, ...] = ()
+    mask: ColourMask | None = None
 
 
 @dataclass(frozen=True, slots=True)

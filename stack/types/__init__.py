@@ -4,7 +4,15 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
-from stack.types.detections import OBJECT_COLOURS, Detection, ObjectColour
+from stack.types.detections import (
+    NO_OBJECTS,
+    OBJECT_COLOURS,
+    PERSON,
+    ColourMask,
+    Detection,
+    ObjectColour,
+    SeenObjects,
+)
 from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
@@ -63,9 +71,13 @@ from stack.types.world import (
 )
 
 __all__ = [
+    "NO_OBJECTS",
     "OBJECT_COLOURS",
+    "PERSON",
+    "ColourMask",
     "Detection",
     "ObjectColour",
+    "SeenObjects",
     "ContactZone",
     "DockShape",
     "LINE_COLOURS",

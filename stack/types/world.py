@@ -21,6 +21,7 @@ class TrackedObject:
         velocity: (x, y), metres per second.
         radius: of its enclosing circle, metres.
         covariance: (4, 4) of position x, y and velocity x, y.
+        label: `person` for a person, "" while it is not known what it is.
     """
 
     id: int
@@ -29,6 +30,7 @@ class TrackedObject:
     velocity: tuple[float, float]
     radius: float
     covariance: FloatArray
+    label: str = ""
 
     @property
     def speed(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._object_watch import ObjectWatch
+from behaviours._object_watch import ObjectWatch, Wanted
 from behaviours.approach_object import ApproachObject
 from behaviours.find_object import FindObject
 from behaviours.testing import ScriptedRobot, tick
@@ -142,7 +142,7 @@ def test_one_picture_is_no_confirmation():
     robot = ScriptedRobot(pose=Pose2D(0.0, 0.0))
     timer = Timer(robot)
     timer.restart()
-    watch = ObjectWatch(robot, "red", timer)
+    watch = ObjectWatch(robot, Wanted("red", None), timer)
     seen = Detection("red", 0.1, (2.0, 0.0), 0.05, 0.3, 0.3, (0, 0, 9, 9))
 
     def look(time, *objects):
@@ -198,3 +198,29 @@ def test_another_object_of_the_colour_is_not_taken_for_it():
     behaviour = ApproachObject(colour="red", object=Pose2D(2.0, -1.0))
     assert tick(behaviour, robot, 60.0) is Status.FAILURE
     assert behaviour.failure.code == FailureCode.OBJECT_NOT_FOUND
+
+
+@pytest.mark.parametrize("kind", [FindObject, ApproachObject])
+def test_a_label_of_the_object_detector_is_searched_instead_of_a_colour(kind):
+    robot = SeeingRobot(things=[("chair", 1.5, 1.0), ("red", 0.5, 0.0)], has_camera=True)
+    behaviour = kind(label="chair")
+    assert tick(behaviour, robot, 60.0) is Status.SUCCESS
+    at = Pose2D(1.5, 1.0).relative_to(robot.pose)
+    assert abs(atan2(at.y, at.x)) < 0.6
+
+
+@pytest.mark.parametrize("kind", [FindObject, ApproachObject])
+def test_a_silent_detector_is_a_failure(kind):
+    robot = SeeingRobot(has_camera=False, views=[view(1.0, 0.0)])
+    more = {"object": Pose2D(2.0, 0.0)} if kind is ApproachObject else {}
+    behaviour = kind(label="chair", **more)
+    assert tick(behaviour, robot, 30.0) is Status.FAILURE
+    assert behaviour.failure.code == FailureCode.NO_IMAGE
+    assert behaviour.failure.sentence == "the object detector gave no result for 3 s"
+
+
+def test_a_label_that_is_not_there_is_not_found():
+    behaviour = FindObject(label="chair")
+    robot = SeeingRobot(things=[("red", 1.0, 0.0)])
+    assert tick(behaviour, robot, 60.0) is Status.FAILURE
+    assert "no chair within 4 m of 1 places" in behaviour.failure.sentence

@@ -10,7 +10,7 @@ from textual.widgets import OptionList
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import Ack, MissionState
-from stack.types import Battery, Pose2D, TrackedObject
+from stack.types import Battery, Detection, Pose2D, TrackedObject
 from tests.tui.sample_source import SampleSource, finished
 from tui import palette
 from tui.app import PANES, Dashboard
@@ -428,6 +428,18 @@ async def test_what_moves_is_drawn_with_its_way(pilot):
     standing = cells()
     refresh(pilot, tracks=(someone,))
     assert 0 < standing < cells()
+
+
+async def test_detected_objects_stand_on_the_map_with_their_label(pilot):
+    def text():
+        rows = pilot.app.query_one(MapPane)._strips
+        return "\n".join("".join(part.text for part in row) for row in rows)
+
+    chair = Detection("chair", 0.0, (14.0, 5.0), 0.05, 0.5, 0.9, (0, 0, 9, 9), 0.8)
+    refresh(pilot, detections=(replace(chair, label="a\x1b[31m\nb"), chair))
+    assert "◆chair" in text() and "\x1b" not in text()
+    refresh(pilot, detections=())
+    assert "◆chair" not in text()
 
 
 async def test_a_run_without_a_map_keeps_the_robot_in_the_middle(pilot, source):

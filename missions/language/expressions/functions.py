@@ -12,6 +12,7 @@ from missions.language.expressions.terms import Check, Literal, Term, Unary, com
 from missions.language.expressions.value_types import (
     ANGLE,
     ANYTHING,
+    BOOL,
     INT,
     LENGTH,
     POSE,
@@ -116,6 +117,17 @@ def _appended(check: Check, arguments: Arguments) -> ValueType:
     return items
 
 
+def _contained(check: Check, arguments: Arguments) -> ValueType:
+    (first, items), (second, item) = arguments
+    if items == ANYTHING:
+        return BOOL
+    if items.item is None:
+        return check.problem("E152", first.at, f"contains needs a list first, got {items}")
+    if not (items.item.accepts(item) or item.accepts(items.item)):
+        return check.problem("E152", second.at, f"a {items} cannot contain {item}")
+    return BOOL
+
+
 def _least(*values: Any) -> Any:
     return min(_values(values, "min"))
 
@@ -151,6 +163,10 @@ FUNCTIONS: dict[str, Function] = {
     "append": Function(
         "append(list, item)", "a new list with the item at its end", "that of the list", 2, 2,
         _appended, lambda items, item: limited_list([*items, item]),
+    ),
+    "contains": Function(
+        "contains(list, item)", "whether an item of the list is equal to this one", "true or false",
+        2, 2, _contained, lambda items, item: item in items,
     ),
     "distance": Function(
         "distance(a, b)", "straight-line distance between two poses", "number in m", 2, 2,

@@ -95,6 +95,12 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         "area of the map's free and occupied cells, m²",
         least=0.0,
     ),
+    "detected": RobotValue(
+        ValueType(list, item=TEXT),
+        lambda s: [item.label for item in s.robot.detections() or ()],
+        "labels of the objects in the newest picture that the object detector searched; reading it "
+        "keeps camera and detector on",
+    ),
     "recording.over": RobotValue(
         BOOL,
         lambda s: s.robot.recording_over,

@@ -27,6 +27,7 @@ from stack.telemetry.rerun.localisation import (
     draw_scan,
     localisation_constants,
 )
+from stack.telemetry.rerun.objects import draw_detections, draw_mask
 from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.rerun.place import (
     draw_markers,
@@ -39,6 +40,8 @@ from stack.telemetry.rerun.recording import BASE, MAP, OPTICAL, PICTURE, TRUTH, 
 from stack.telemetry.tree_text import NOTHING, tree_markdown
 from stack.types import (
     CameraModel,
+    ColourMask,
+    Detection,
     FloatArray,
     Footprint,
     Image,
@@ -189,6 +192,14 @@ class RerunDrawing:
     def scan(self, scan: Scan, pose: Pose2D, grid: OccupancyGrid | None) -> None:
         """Draw a scan that was taken at a pose, compared with the map if there is one."""
         draw_scan(self._recording, scan, pose, grid)
+
+    def detections(self, detections: tuple[Detection, ...]) -> None:
+        """Draw detected objects on picture and map; hide them if there are none."""
+        draw_detections(self._recording, detections)
+
+    def mask(self, mask: ColourMask | None) -> None:
+        """Draw the pixels of a colour over the picture; hide them if there are none."""
+        draw_mask(self._recording, mask)
 
     def rivals(self, rivals: tuple[RivalPose, ...]) -> None:
         """Draw rival poses; hide them if there are none."""

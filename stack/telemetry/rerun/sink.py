@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from stack.telemetry.records import ROUTINE, Event, MissionState, RunInfo, Snapshot, TreeRow
 from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.tree_text import activity
-from stack.types import OccupancyGrid, Pose2D, RivalPose
+from stack.types import Detection, OccupancyGrid, Pose2D, RivalPose
 from stack.types import Path as Plan
 
 if TYPE_CHECKING:
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 DOCUMENT_PERIOD = 1.0
 """Least seconds between two logs of the tree as text, unless a node changes its status."""
+
+
+MASK_SHOWN = 2.0
+"""Seconds for which the mask of a colour is shown after the last search for it."""
 
 
 class _Clock:
@@ -61,6 +65,9 @@ class RerunSink:
             "local_costmap": _Clock(rates.local_costmap_rate),
             "global_costmap": _Clock(rates.global_costmap_rate),
         }
+        self._masks = _Clock(rates.picture_rate)
+        self._detections: tuple[Detection, ...] = ()
+        self._mask_stamp = -MASK_SHOWN
         self._documents = _Clock(1.0 / DOCUMENT_PERIOD)
         self._writes = _Clock(1.0 / rates.write_period)
         self._has_blueprint = False
@@ -107,6 +114,7 @@ class RerunSink:
         drawing.moving(snapshot)
         drawing.plots(snapshot)
         self._draw_sensors(snapshot)
+        self._draw_objects(snapshot)
         if self._plans.take(time) or snapshot.state.is_over:
             self._draw_plans(snapshot)
         self._draw_layers(snapshot)
@@ -145,6 +153,18 @@ class RerunSink:
             if self._pictures.take(snapshot.time):
                 self._image_stamp = image.stamp
                 self._drawing.image(image)
+
+    def _draw_objects(self, snapshot: Snapshot) -> None:
+        assert self._drawing is not None
+        if snapshot.detections != self._detections:
+            self._detections = snapshot.detections
+            self._drawing.detections(snapshot.detections)
+        mask = snapshot.mask
+        if mask is not None and self._masks.take(snapshot.time):
+            self._mask_stamp = mask.stamp
+            self._drawing.mask(mask)
+        elif snapshot.time - self._mask_stamp > MASK_SHOWN:
+            self._drawing.mask(None)
 
     def _draw_plans(self, snapshot: Snapshot) -> None:
         assert self._drawing is not None

@@ -15,7 +15,9 @@ from stack.telemetry.records import (
 from stack.types import (
     Battery,
     CameraModel,
+    ColourMask,
     CostGrid,
+    Detection,
     Footprint,
     Image,
     Marker,
@@ -88,9 +90,13 @@ def make_snapshot(time=1.0, step=20, map_version=1, **changes):
         "blackboard": {"round": "3"}, "counters": {"replans": 2.0},
         "tracks": (
             TrackedObject(
-                4, time, (3.0, 3.0), (0.5, -0.2), 0.2, np.diag([0.01, 0.02, 0.1, 0.1])
+                4, time, (3.0, 3.0), (0.5, -0.2), 0.2, np.diag([0.01, 0.02, 0.1, 0.1]), "person"
             ),
         ),
+        "detections": (
+            Detection("chair", time, (2.0, 2.5), 0.05, 0.5, 0.9, (1, 2, 5, 6), 0.75),
+        ),
+        "mask": ColourMask("red", time, np.eye(6, 8, dtype=np.uint8)),
     }  # fmt: skip
     return Snapshot(**(values | changes))
 

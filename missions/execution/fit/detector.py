@@ -1,0 +1,100 @@
+"""The object detector of a mission: its files, and the labels that nodes and layers ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from missions.execution.fit.steps import every_step
+from missions.language.analysis.claims import mark_of, warning
+from missions.language.model import Constant, Leaf, Mission
+from stack.components import Choice
+from stack.documents import Finding, Mark
+from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError
+from stack.parameters import suggestion
+from stack.perception.objects.parameters import ObjectDetectorParameters
+from stack.perception.objects.trial import checked_labels
+
+KIND = "object_detector"
+SEARCHES = ("find_object", "approach_object")
+"""Behaviours that search for a colour or a label."""
+
+
+def located_detector(
+    choices: Mapping[str, Choice], mission: Mission, robot: RobotDescription
+) -> tuple[Choice, tuple[Finding, ...]]:
+    """Return the detector with the paths of its files resolved, and warnings.
+
+    Raises:
+        InputError: its model cannot be used, or a node searches for a label that it does not have.
+    """
+    choice = choices[KIND]
+    given: ObjectDetectorParameters = choice.parameters
+    parameters = given.located(mission.source.parent)
+    labels: tuple[str, ...] = ()
+    if given.model:
+        try:
+            labels = checked_labels(parameters)
+        except InputError as error:
+            # The message names the file as the mission does: reports have no absolute paths.
+            sentence = f"{KIND}: {error}".replace(parameters.model, given.model)
+            if given.label_file:
+                sentence = sentence.replace(parameters.label_file, given.label_file)
+            raise InputError([Finding(_mark(mission, "model"), "E111", sentence)]) from None
+    found = list(_searches(mission, given, labels))
+    if found:
+        raise InputError(found)
+    warnings = tuple(_warnings(choices, mission, robot, labels))
+    return replace(choice, parameters=parameters), warnings
+
+
+def _searches(
+    mission: Mission, detector: ObjectDetectorParameters, labels: tuple[str, ...]
+) -> Iterator[Finding]:
+    """Yield errors of the nodes that search for an object."""
+    for step in every_step(mission):
+        if not isinstance(step, Leaf) or step.kind not in SEARCHES:
+            continue
+        value = step.ports.get("label")
+        mark = mark_of(value, step.mark)
+        if (value is None) == ("colour" not in step.ports):
+            sentence = f"{step.kind} needs either a `colour` or a `label`"
+            yield Finding(mark, "E111", sentence, "write `colour: red`, or `label: chair`")
+        elif value is not None and not detector.model:
+            yield Finding(
+                mark, "E111", f"{step.kind} searches for a label, and no object detector is set",
+                f"add `navigation: {{{KIND}: {{model: FILE.onnx}}}}`, or search for a `colour`",
+            )  # fmt: skip
+        elif isinstance(value, Constant) and value.value not in labels:
+            yield Finding(
+                mark, "E111", f"label: {detector.model} has no label {value.value!r}",
+                suggestion(str(value.value), labels),
+            )  # fmt: skip
+        elif isinstance(value, Constant) and detector.only and value.value not in detector.only:
+            sentence = f"label: {KIND}.only leaves out {value.value!r}"
+            yield Finding(mark, "E111", sentence, "add it to `only`")
+
+
+def _warnings(
+    choices: Mapping[str, Choice], mission: Mission, robot: RobotDescription,
+    labels: tuple[str, ...],
+) -> Iterator[Finding]:  # fmt: skip
+    """Yield warnings about a model or a layer without effect."""
+    if labels and robot.camera is None:
+        sentence = f"{robot.name} has no camera: the object detector sees nothing"
+        yield warning("W142", _mark(mission, "model"), sentence)
+    depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
+    uses = any(layer.component.needs_detections for layer in choices["costmap"].parts)
+    if uses and not labels and not depth:
+        sentence = "the layer `semantic` has no effect: nothing tells it what things are"
+        hint = f"set `{KIND}: {{model: FILE.onnx}}`, or `depth: {{obstacles: true}}` for people"
+        yield warning("W142", _mark(mission, "layers", "costmap"), sentence, hint)
+
+
+def _mark(mission: Mission, parameter: str, kind: str = KIND) -> Mark:
+    """Return the position of a parameter; the start of the file if it is not written there."""
+    named = mission.components.get(kind)
+    if named is None:
+        return Mark(str(mission.source))
+    return named.marks.get(parameter, named.mark)
