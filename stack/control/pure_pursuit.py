@@ -219,10 +219,10 @@ class PurePursuit(Controller):
             return manoeuvre
         lookahead = self._lookahead_distance(state.twist.linear, segment.remaining)
         arc = self._arc(segment, state, segment.lookahead_point(state.pose, lookahead))
-        if abs(arc.bearing) > self._turn_threshold(segment, state):
-            self._turning = True
-            return self._turn(state, arc.bearing)
-        self._turning = False
+        self._turning = abs(arc.bearing) > self._turn_threshold(segment, state)
+        if self._turning:
+            turn = self._turn(state, arc.bearing)
+            return turn if turn is not None else self._return_to_path(segment, state)
         wanted = self._speed(arc, segment.remaining)
         for share in SHORTER[1:]:
             clear = arc.free >= wanted * self.parameters.time_to_collision

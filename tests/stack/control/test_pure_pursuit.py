@@ -254,3 +254,20 @@ def test_a_motion_begun_long_ago_is_not_gone_on_with():
     controller.set_path(polyline((6, 2), (8, 2)))
     later = ControlState(30.0, Pose2D(6.0, 2.0), STANDSTILL, costs.grid)
     assert controller.command(later).linear > 0.0  # not 1.75 m back to where that was to end
+
+
+@pytest.mark.parametrize("heading", [-0.2, -0.4])
+@pytest.mark.parametrize(("width", "nose"), [(0.6, 0.0), (0.65, 0.04), (0.7, 0.04)])
+def test_wedged_in_a_corner_it_reverses_where_it_cannot_turn(width, nose, heading):
+    """A corridor turns right by 90 degrees; the robot's diagonal is 0.64 m. It stands with its nose
+    before the end wall and the path more than 45 degrees aside: a turn in place is not clear."""
+    half = 0.5 * width
+    walls = [
+        (-1.5, half, half, half), (half, half, half, -2.5), (-1.5, -half, -half, -half),
+        (-half, -half, -half, -2.5), (-1.5, half, -1.5, -half), (-half, -2.5, half, -2.5),
+    ]  # fmt: skip
+    segments = [tuple(3.0 + value for value in wall) for wall in walls]
+    world = ToyWorld(segments, robot(), Pose2D(3.0 + nose, 3.0, heading))
+    path = polyline((3.0 + nose, 3.0), (3.05, 2.9), (3.0, 1.2))
+    follow(world, path, seconds=40.0, inflated=False)
+    assert world.pose.distance_to(Pose2D(3.0, 1.2)) < 0.03
