@@ -22,8 +22,9 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
+from stack.perception.cameras.parameters import CameraParameters
 from stack.perception.colour_parameters import ColourParameters
-from stack.perception.depth_parameters import DepthParameters
+from stack.perception.depth.parameters import DepthParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
@@ -47,6 +48,7 @@ SETTINGS: dict[str, type] = {
     "safety": SafetyParameters,
     "tracker": TrackerParameters,
     "depth": DepthParameters,
+    "cameras": CameraParameters,
     "coloured_objects": ColourParameters,
     "obstacle_memory": ObstacleMemoryParameters,
     "loop": LoopParameters,

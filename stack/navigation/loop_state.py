@@ -8,6 +8,7 @@ from typing import TypeVar
 from stack.types import (
     STANDSTILL,
     Battery,
+    DepthImage,
     Image,
     Imu,
     Measurement,
@@ -20,7 +21,7 @@ from stack.types import (
     Twist,
 )
 
-M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, Battery)
+M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
 
 AT_ORIGIN = Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL)
 

@@ -24,10 +24,12 @@ from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
+from stack.perception.depth.cloud import point_cloud
 from stack.types import (
     Battery,
     ContactZone,
     CoveragePlan,
+    DepthImage,
     Detection,
     FloatArray,
     FloorLines,
@@ -40,6 +42,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PointCloud,
     Pose2D,
     PoseEstimate,
     Scan,
@@ -100,6 +103,7 @@ class FacadeParts:
         clock: returns the seconds on the body's clock.
         frames: poses by time stamp.
         camera: keeps the camera on while pictures are requested.
+        depth_camera: the same for the depth cameras.
         markers: the known markers of the world, map frame.
         detector: of markers; None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
@@ -117,6 +121,7 @@ class FacadeParts:
     clock: Callable[[], float]
     frames: TransformBuffer
     camera: CameraLease
+    depth_camera: CameraLease
     navigator: Navigator
     estimator: Estimator
     local_costmap: CostmapLike
@@ -270,6 +275,24 @@ class RobotFacade:
         image = self._state.newest("camera", Image)
         return image if image is not None and self._parts.camera.covers(image.stamp) else None
 
+    def point_cloud(
+        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
+    ) -> PointCloud | None:
+        """Points in the newest picture of a depth camera; keeps the depth cameras on."""
+        known = self._parts.robot.depth_cameras
+        name = camera or next(iter(known), "")
+        if name not in known:
+            hint = suggestion(name, known) if known else "the robot has no depth camera"
+            raise ParameterError("camera", f"unknown depth camera {name!r}", hint)
+        if not voxel > 0.0:
+            raise ParameterError("voxel", f"expected more than 0 m, got {voxel:g}", "e.g. 0.05")
+        lease = self._parts.depth_camera
+        lease.renew(self.time)
+        image = self._state.newest(name, DepthImage)
+        if image is None or not lease.covers(image.stamp):
+            return None
+        return point_cloud(image, voxel=voxel, above=above)
+
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Known markers in the newest image; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.detector
@@ -280,7 +303,7 @@ class RobotFacade:
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Lines on the floor around the robot; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.floor_lines
-        if image is None or detector is None:
+        if image is None or detector is None or not self._parts.frames.covers(image.stamp):
             return None
         base = self._parts.frames.pose_at("odom", image.stamp)
         obstacles = self.odometry.transform(self._state.obstacles.points)
@@ -289,9 +312,9 @@ class RobotFacade:
     def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
         """Objects of a colour on the floor; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.coloured_objects
-        if image is None or detector is None:
-            return None
         frames = self._parts.frames
+        if image is None or detector is None or not frames.covers(image.stamp):
+            return None
         ranges = self.odometry.transform(self._state.obstacles.points)
         ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
         return detector.detect(image, colour, frames.pose_at("map", image.stamp), ranges)

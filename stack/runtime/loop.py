@@ -14,6 +14,7 @@ from stack.body import HEALTHY, BodyCommand, BodyHealth, SimulatedWorld
 from stack.frames.deskew import deskew_observation
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
+from stack.perception.cameras.watch import COLOUR_CAMERA
 from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
@@ -128,8 +129,7 @@ class Runtime:
                 emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
             )  # fmt: skip
         state.commanded = command
-        capture = p.camera.is_active(p.body.time)
-        p.body.command(BodyCommand(command, capture=capture, depth=p.depth.is_on))
+        p.body.command(BodyCommand(command, self._captures, self._measures_depth))
         self._log_pose()
         with measure("publish"):
             p.telemetry.publish(lambda: compose_snapshot(self))
@@ -268,8 +268,33 @@ class Runtime:
             if health.problem:
                 self.mission.send(MissionEvent.PAUSE, health.problem)
         self._record(observation)
+        observation = self._with_usable_pictures(observation)
         self._image = next(iter(observation.of(Image).values()), self._image)
-        return observation
+        return self.parts.depth_scans.added_to(observation)
+
+    @property
+    def _captures(self) -> bool:
+        return self.parts.camera.is_active(self.parts.body.time)
+
+    @property
+    def _measures_depth(self) -> bool:
+        p = self.parts
+        return p.depth.is_on or p.depth_scans.is_on or p.depth_camera.is_active(p.body.time)
+
+    def _with_usable_pictures(self, observation: Observation) -> Observation:
+        """Return the observation without pictures that cannot be used; report faulty cameras."""
+        watch, robot = self.parts.cameras, self.parts.body.description
+        requested = [COLOUR_CAMERA] if self._captures else []
+        if self._measures_depth:
+            requested += robot.depth_cameras
+        usable = watch.update(observation, self.parts.state.motion.pose, requested)
+        for event in watch.take_events():
+            self.parts.telemetry.emit(
+                "camera", event.text, source="perception",
+                level="warning" if event.fault else "info",
+                camera=event.camera, fault=event.fault,
+            )  # fmt: skip
+        return usable
 
     def _record(self, observation: Observation) -> None:
         """Append to the sensor log; a full disk ends the log, not the mission."""

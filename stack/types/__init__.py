@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.cameras import CameraState
 from stack.types.detections import OBJECT_COLOURS, Detection, ObjectColour
 from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
@@ -43,6 +44,7 @@ from stack.types.sensors import (
     Measurement,
     Observation,
     Odometry,
+    PointCloud,
     RangeReading,
     Scan,
 )
@@ -77,6 +79,7 @@ __all__ = [
     "DepthPoints",
     "NO_DEPTH",
     "CameraModel",
+    "CameraState",
     "CostGrid",
     "CoveragePlan",
     "Expression",
@@ -100,6 +103,7 @@ __all__ = [
     "ObstaclePoints",
     "OccupancyGrid",
     "Odometry",
+    "PointCloud",
     "Path",
     "Pose2D",
     "HealthThresholds",

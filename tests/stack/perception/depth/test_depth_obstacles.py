@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from robots.load import find_robot, read_robot
 from stack.frames.buffer import TransformBuffer
-from stack.perception.depth_obstacles import (
+from stack.perception.depth.obstacles import (
     DepthObstacles,
     obstacle_points,
     projected,
 )
-from stack.perception.depth_parameters import DepthParameters
+from stack.perception.depth.parameters import DepthParameters
 from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
 from stack.sim.worlds.world import Box, Drop, Wall
 from stack.types import CameraModel, DepthImage, Observation, Odometry, Pose2D, Twist
@@ -142,24 +142,6 @@ def test_points_that_no_picture_shows_again_expire():
     seen.see(picture(boxes=(KERB,)))
     assert len(seen.see(picture(at=away, boxes=(KERB,)), at=away, after=4.0).points) >= 2
     assert len(seen.see(picture(at=away, boxes=(KERB,)), at=away, after=2.0).points) == 0
-
-
-BAD = {
-    "of another size": lambda depth: depth[:60],
-    "invalid": lambda depth: np.full_like(depth, np.nan),
-    "covered": lambda depth: np.where(np.arange(160) < 4, depth, np.nan).astype(np.float32),
-    "empty": lambda depth: np.full_like(depth, inf),
-}
-
-
-@pytest.mark.parametrize("fault", BAD)
-def test_a_useless_picture_is_ignored_and_the_camera_counts_as_silent(fault):
-    seen, good = Seen(), picture(boxes=(KERB,))
-    before = seen.see(good)
-    assert before.ages == {"depth": 0.0}
-    after = seen.see(replace(good, depth=BAD[fault](good.depth)), after=0.7)
-    assert after.ages["depth"] == pytest.approx(0.7)
-    assert np.array_equal(after.points, before.points)
 
 
 def test_a_camera_that_never_delivers_is_infinitely_old_and_one_that_is_off_has_no_age():
