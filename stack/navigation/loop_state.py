@@ -6,9 +6,11 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from stack.types import (
+    NO_DEPTH,
     STANDSTILL,
     Battery,
     DepthImage,
+    DepthPoints,
     Image,
     Imu,
     Measurement,
@@ -35,6 +37,7 @@ class LoopState:
         measurements: newest measurement of every sensor, by name.
         motion: fused odometry.
         obstacles: points of all range sensors.
+        depth: what the depth cameras have seen.
         tracks: moving objects around the robot at `time`, map frame.
         commanded: velocity sent to the body.
     """
@@ -43,6 +46,7 @@ class LoopState:
     measurements: dict[str, Measurement] = field(default_factory=dict)
     motion: Odometry = AT_ORIGIN
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
+    depth: DepthPoints = NO_DEPTH
     tracks: tuple[TrackedObject, ...] = ()
     commanded: Twist = STANDSTILL
 

@@ -116,6 +116,7 @@ class Runtime:
         with measure("costmap"):
             self._show_map(p.estimator.take_map())
             world = p.world_model.update(smooth, p.frames, depth)
+        state.depth = depth
         self._publish_state(observation, motion, estimate, obstacles, world)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):
