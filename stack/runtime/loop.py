@@ -27,6 +27,7 @@ from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
+    DepthImage,
     Image,
     Observation,
     ObstaclePoints,
@@ -64,6 +65,7 @@ class Runtime:
         self.distance = 0.0
         self._pace = PaceMeter()
         self._image: Image | None = None
+        self._depth_image: DepthImage | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
         self._health: BodyHealth = HEALTHY
         self._ticks_every = parameters.steps_per_tick
@@ -209,6 +211,11 @@ class Runtime:
         image, self._image = self._image, None
         return image
 
+    def fresh_depth_image(self) -> DepthImage | None:
+        """The newest depth picture if no snapshot has contained it yet."""
+        image, self._depth_image = self._depth_image, None
+        return image
+
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""
         own = {
@@ -271,6 +278,8 @@ class Runtime:
         self._record(observation)
         observation = self._with_usable_pictures(observation)
         self._image = next(iter(observation.of(Image).values()), self._image)
+        depth = observation.of(DepthImage)
+        self._depth_image = next(iter(depth.values()), self._depth_image)
         return self.parts.depth_scans.added_to(observation)
 
     @property

@@ -10,9 +10,9 @@ from stack.body import SimulatedWorld
 from stack.runtime.interfaces import Parts
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
-from stack.types import FloatArray, Image
+from stack.types import DepthImage, FloatArray, Image
 
-SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
+SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 
 
 class Loop(Protocol):
@@ -46,6 +46,10 @@ class Loop(Protocol):
         """The newest picture if no snapshot has contained it yet."""
         ...
 
+    def fresh_depth_image(self) -> DepthImage | None:
+        """The newest depth picture if no snapshot has contained it yet."""
+        ...
+
     def counters(self) -> dict[str, float]:
         """Counters by name."""
         ...
@@ -72,7 +76,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         rivals=estimate.rivals,
         battery=state.battery,
         odometry=state.motion.pose,
-        particles=_thinned(parts.estimator.particles),
+        particles=_thinned(parts.estimator.particles, SHOWN_PARTICLES),
         scan=parts.facade.scan,
         path=parts.navigator.path,
         local_plan=parts.navigator.local_plan,
@@ -85,6 +89,9 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
         parameters=parts.facade.parameters,
         image=runtime.fresh_image(),
+        depth_image=runtime.fresh_depth_image(),
+        depth_points=_depth_points(parts),
+        cameras=parts.cameras.states,
         truth=parts.scorer.truth if parts.scorer else None,
         people=parts.scorer.people if parts.scorer else None,
         tracks=state.tracks,
@@ -101,6 +108,15 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
     )
 
 
-def _thinned(particles: FloatArray) -> FloatArray:
-    step = max(1, -(-len(particles) // SHOWN_PARTICLES))
-    return np.asarray(particles[::step], dtype=np.float32)
+def _thinned(rows: FloatArray, most: int) -> FloatArray:
+    step = max(1, -(-len(rows) // most))
+    return np.asarray(rows[::step], dtype=np.float32)
+
+
+def _depth_points(parts: Parts) -> FloatArray | None:
+    """Return the obstacles of the depth cameras in the map frame; None while none is used."""
+    if not parts.depth.is_on:
+        return None
+    points = _thinned(parts.state.depth.spatial, SHOWN_DEPTH_POINTS)
+    points[:, :2] = parts.estimator.estimate.map_from_odom.transform(points[:, :2])
+    return points

@@ -12,7 +12,9 @@ from stack.errors import TelemetryError
 from stack.types import (
     STANDSTILL,
     Battery,
+    CameraState,
     CostGrid,
+    DepthImage,
     FloatArray,
     Footprint,
     HealthThresholds,
@@ -272,6 +274,10 @@ class Snapshot:
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
         records_lost: files of the run folder that cannot be written, as text; empty if none.
+        cameras: state of every camera of the robot.
+        depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
+            where the floor is missing. None while no depth camera is used.
+        depth_image: newest picture of a depth camera if one came since the last snapshot.
         health_thresholds: below which health the robot is lost, from which on the pose is good.
     """
 
@@ -311,6 +317,9 @@ class Snapshot:
     debugging: Debugging = Debugging()
     records_lost: str = ""
     health_thresholds: HealthThresholds = field(default_factory=HealthThresholds)
+    cameras: tuple[CameraState, ...] = ()
+    depth_points: FloatArray | None = None
+    depth_image: DepthImage | None = None
 
 
 @dataclass(frozen=True, slots=True)
