@@ -103,7 +103,6 @@ class FacadeParts:
         clock: returns the seconds on the body's clock.
         frames: poses by time stamp.
         camera: keeps the camera on while pictures are requested.
-        depth_camera: the same for the depth cameras.
         markers: the known markers of the world, map frame.
         detector: of markers; None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
@@ -114,6 +113,7 @@ class FacadeParts:
         recording_over: whether all measurements of a replayed log have been played.
         floor_lines: None when the robot has no camera.
         coloured_objects: likewise.
+        depth_camera: keeps the depth cameras on while point clouds are requested.
     """
 
     robot: RobotDescription
@@ -121,7 +121,6 @@ class FacadeParts:
     clock: Callable[[], float]
     frames: TransformBuffer
     camera: CameraLease
-    depth_camera: CameraLease
     navigator: Navigator
     estimator: Estimator
     local_costmap: CostmapLike
@@ -138,6 +137,7 @@ class FacadeParts:
     recording_over: Callable[[], bool] = lambda: False
     floor_lines: FloorLineDetector | None = None
     coloured_objects: ColouredObjectDetector | None = None
+    depth_camera: CameraLease = field(default_factory=CameraLease)
 
 
 class RobotFacade:
@@ -282,8 +282,11 @@ class RobotFacade:
         known = self._parts.robot.depth_cameras
         name = camera or next(iter(known), "")
         if name not in known:
-            hint = suggestion(name, known) if known else "the robot has no depth camera"
-            raise ParameterError("camera", f"unknown depth camera {name!r}", hint)
+            if not known:
+                raise ParameterError("camera", "the robot has no depth camera")
+            raise ParameterError(
+                "camera", f"unknown depth camera {name!r}", suggestion(name, known)
+            )
         if not voxel > 0.0:
             raise ParameterError("voxel", f"expected more than 0 m, got {voxel:g}", "e.g. 0.05")
         lease = self._parts.depth_camera

@@ -211,10 +211,10 @@ class Runtime:
         image, self._image = self._image, None
         return image
 
-    def fresh_depth_image(self) -> DepthImage | None:
-        """The newest depth picture if no snapshot has contained it yet."""
-        image, self._depth_image = self._depth_image, None
-        return image
+    @property
+    def depth_image(self) -> DepthImage | None:
+        """The newest picture of a depth camera."""
+        return self._depth_image
 
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""

@@ -46,8 +46,9 @@ class Loop(Protocol):
         """The newest picture if no snapshot has contained it yet."""
         ...
 
-    def fresh_depth_image(self) -> DepthImage | None:
-        """The newest depth picture if no snapshot has contained it yet."""
+    @property
+    def depth_image(self) -> DepthImage | None:
+        """The newest picture of a depth camera."""
         ...
 
     def counters(self) -> dict[str, float]:
@@ -89,7 +90,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
         parameters=parts.facade.parameters,
         image=runtime.fresh_image(),
-        depth_image=runtime.fresh_depth_image(),
+        depth_image=runtime.depth_image,
         depth_points=_depth_points(parts),
         cameras=parts.cameras.states,
         truth=parts.scorer.truth if parts.scorer else None,

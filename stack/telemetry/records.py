@@ -277,7 +277,7 @@ class Snapshot:
         cameras: state of every camera of the robot.
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.
-        depth_image: newest picture of a depth camera if one came since the last snapshot.
+        depth_image: newest picture of a depth camera.
         health_thresholds: below which health the robot is lost, from which on the pose is good.
     """
 
