@@ -73,12 +73,24 @@ def voxel_means(points: FloatArray, side: float, least: int) -> FloatArray:
     """
     if not len(points):
         return points
-    keys = voxel_keys(points, side)
+    keys, columns = voxel_keys(points, side), np.ascontiguousarray(points.T)
+    # Neighbouring pixels are mostly in the same voxel: add up such runs before sorting.
+    runs = _starts(keys)
+    keys, counts, sums = keys[runs], np.diff(runs, append=len(keys)), _sums(columns, runs)
     order = np.argsort(keys, kind="stable")
-    keys = keys[order]
-    first = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
-    counts = np.diff(np.append(first, len(keys)))
+    first = _starts(keys[order])
+    counts = np.add.reduceat(counts[order], first)
     dense = counts >= least
-    sums = np.add.reduceat(points[order], first, axis=0)
-    means: FloatArray = sums[dense] / counts[dense, None]
+    means: FloatArray = (_sums(sums[:, order], first)[:, dense] / counts[dense]).T
     return means
+
+
+def _starts(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the index of the first of each run of equal keys."""
+    return np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
+
+
+def _sums(columns: FloatArray, starts: NDArray[np.int64]) -> FloatArray:
+    """Return (3, m) the sums of (3, n) from each start to the next."""
+    found: FloatArray = np.add.reduceat(columns, starts, axis=1)
+    return found

@@ -137,7 +137,7 @@ class DepthObstacles:
         height, width = image.depth.shape
         shown = (rows >= 1) & (rows < height - 1) & (columns >= 1) & (columns < width - 1)
         shown &= (depth > image.range_min) & (depth < image.range_max)
-        known = np.nan_to_num(image.depth, nan=0.0, posinf=NOTHING, neginf=0.0)
+        known = np.fmax(np.minimum(image.depth, np.float32(NOTHING)), np.float32(0.0))
         nearest = cv2.erode(known, _SQUARE)
         beyond = nearest[np.where(shown, rows, 0), np.where(shown, columns, 0)] - depth
         margin = CLEAR_MARGIN + CLEAR_SHARE * depth
@@ -213,12 +213,14 @@ def obstacle_points(image: DepthImage, parameters: DepthParameters, height: floa
     beyond = depth > np.float32(image.range_max)
     unseen = cv2.erode(beyond.view(np.uint8), _SQUARE).view(np.bool_)
     missing = ((depth > bounds.pit) & ~beyond) | (unseen & (bounds.pit < inf))
-    origin, directions = np.array(camera.position), rays(camera)
-    solid = origin + depth[found, None] * directions[found]
-    edges = origin + bounds.floor[missing, None] * directions[missing]
+    origin, directions = np.array(camera.position), rays(camera).reshape(-1, 3)
+    solid, gaps = np.flatnonzero(found), np.flatnonzero(missing)
+    solid_points = origin + depth.ravel()[solid, None] * directions[solid]
+    edges = origin + bounds.floor.ravel()[gaps, None] * directions[gaps]
     edges[:, 2] = 0.0
     return np.concatenate([
-        voxel_means(solid, p.voxel, p.least_pixels), voxel_means(edges, p.voxel, p.least_pixels)
+        voxel_means(solid_points, p.voxel, p.least_pixels),
+        voxel_means(edges, p.voxel, p.least_pixels),
     ])  # fmt: skip
 
 
