@@ -8,7 +8,6 @@ import numpy as np
 
 from stack.types import CameraModel, DepthImage, Image
 
-
 SAMPLED = 16
 """Rows and columns between the pixels that are compared first."""
 
