@@ -148,3 +148,14 @@ def test_a_camera_that_never_delivers_is_infinitely_old_and_one_that_is_off_has_
     assert Seen().see().ages == {"depth": inf}
     off = Seen(obstacles=False)
     assert off.see(picture(boxes=(KERB,))).ages == {} and not off.obstacles.is_on
+
+
+def test_a_known_point_stays_where_it_is_until_it_is_seen_from_much_nearer():
+    seen, near = Seen(), Pose2D(1.0, 0.0)
+    first = {tuple(p) for p in seen.see(picture(boxes=(PLATE,))).spatial.tolist()}
+    again = {tuple(p) for p in seen.see(picture(boxes=(PLATE,), number=1)).spatial.tolist()}
+    assert len(first) >= 20 and len(first & again) > 0.9 * len(first)
+    closer = picture(boxes=(PLATE,), at=near, number=2)
+    after = {tuple(p) for p in seen.see(closer, at=near).spatial.tolist()}
+    # From 1.5 m instead of 2.5 m, the points in view have moved; those beside the view have not.
+    assert 0 < len(first & after) < 0.5 * len(first)
