@@ -6,22 +6,17 @@ an error message. It ends when its parent ends.
 
 from __future__ import annotations
 
-import os
 import signal
 from multiprocessing.connection import Connection
 
 from stack.errors import TreepilotError
 from stack.sim.sensors.rendering import CameraRenderer
 
-NICENESS = 5
-"""Added to that of the engine: on a busy machine its control period goes before pictures."""
-
 
 def main(descriptor: int) -> None:
     """Render until the other end of the pipe closes."""
     # Ctrl-C is handled by the engine, which then closes the pipe.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(NICENESS)
     with Connection(descriptor) as pipe:
         try:
             serve(pipe)
