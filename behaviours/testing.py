@@ -10,7 +10,7 @@ assert tick(drive, robot) is Status.SUCCESS
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,6 +39,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PointCloud,
     Pose2D,
     PoseEstimate,
     RivalPose,
@@ -89,6 +90,7 @@ class ScriptedRobot:
 
     Attributes:
         picture: returned by `image()`.
+        cloud: returned by `point_cloud()`.
         sightings: returned by `marker_sightings()`.
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
@@ -121,6 +123,7 @@ class ScriptedRobot:
     scan: Scan | None = None
     markers: tuple[Marker, ...] = ()
     picture: Image | None = None
+    cloud: PointCloud | None = None
     sightings: tuple[MarkerSighting, ...] = ()
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
@@ -187,6 +190,14 @@ class ScriptedRobot:
     def image(self) -> Image | None:
         """Return `picture`."""
         return self.picture
+
+    def point_cloud(
+        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
+    ) -> PointCloud | None:
+        """Return `cloud`, without the points up to `above`."""
+        if self.cloud is None or above is None:
+            return self.cloud
+        return replace(self.cloud, points=self.cloud.points[self.cloud.points[:, 2] > above])
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Return `sightings`."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from robots.declared import BODY, FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import (
+    check_scan_names,
     parameters_of,
     read_camera,
     read_depth_cameras,
@@ -96,6 +97,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
     lidar, camera = read_lidar(top.section("lidar")), read_camera(top.section("camera"))
     lidars, sonars, depth_cameras = read_lidars(top), read_sonars(top), read_depth_cameras(top)
+    check_scan_names(top, lidars, depth_cameras)
     imu_section = top.section("imu")
     imu = None if imu_section is None else parameters_of(imu_section, ImuDescription)
     battery = parameters_of(top.section("battery"), BatteryDescription)

@@ -49,13 +49,13 @@ def scans_of(robot: RobotDescription, world: World) -> Script:
 
     lidars = {
         name: Lidar(replace(lidar, noise=0.0, dropout=0.0, rotation_time=0.0), world, 0, name)
-        for name, lidar in robot.all_lidars.items()
+        for name, lidar in robot.real_lidars.items()
     }
     sonars = {
         name: Sonar(replace(sonar, noise=0.0), world, 0, name)
         for name, sonar in robot.sonars.items()
     }
-    periods = {name: 1.0 / lidar.rate for name, lidar in robot.all_lidars.items()}
+    periods = {name: 1.0 / lidar.rate for name, lidar in robot.real_lidars.items()}
     periods |= {name: 1.0 / sonar.rate for name, sonar in robot.sonars.items()}
     due = dict.fromkeys(periods, 0.0)
     scene = SceneState(doors={door.name: door.closed for door in world.doors})

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import pi, tan
 from typing import Any, TypeVar, cast
 
 from robots.declared import SHAPE, X, Y, Z
 from stack.documents import Section
 from stack.drivetrain.description import (
+    SCAN_SUFFIX,
     CameraDescription,
     DepthCameraDescription,
+    DepthScanDescription,
     LidarDescription,
     SonarDescription,
 )
@@ -75,12 +77,25 @@ def read_camera(section: Section | None) -> CameraDescription | None:
 def _depth_camera(section: Section | None) -> DepthCameraDescription | None:
     if section is None:
         return None
-    camera = parameters_of(section, DepthCameraDescription, model=_model(section))
+    camera = parameters_of(
+        section, DepthCameraDescription, model=_model(section),
+        scan=_scan(section.section("scan")),
+    )  # fmt: skip
     if camera.range_min >= camera.range_max:
         mark = (section.node.get("range_min") or section.node).mark
         sentence = f"range_min: {camera.range_min:g} must be below {camera.range_max:g}"
         section.findings.error(SHAPE, mark, sentence)
     return camera
+
+
+def _scan(section: Section | None) -> DepthScanDescription | None:
+    if section is None:
+        return None
+    scan = parameters_of(section, DepthScanDescription)
+    if scan.low >= scan.high:
+        mark = (section.node.get("low") or section.node).mark
+        section.findings.error(SHAPE, mark, f"low: {scan.low:g} must be below {scan.high:g}")
+    return scan
 
 
 def _model(section: Section) -> CameraModel:
@@ -107,6 +122,17 @@ def read_sonars(top: Section) -> dict[str, SonarDescription]:
 def read_depth_cameras(top: Section) -> dict[str, DepthCameraDescription]:
     """Read the depth cameras, by name."""
     return _named(top, "depth_cameras", _depth_camera)
+
+
+def check_scan_names(
+    top: Section, lidars: Mapping[str, object], cameras: Mapping[str, DepthCameraDescription]
+) -> None:
+    """Report a virtual scan that has the name of a lidar."""
+    for name, camera in cameras.items():
+        scan = f"{name}{SCAN_SUFFIX}"
+        if camera.scan is not None and scan in lidars:
+            sentence = f"lidars: the name `{scan}` is that of the scan of the depth camera `{name}`"
+            top.findings.error(SHAPE, top.node.mark, sentence)
 
 
 def _named(top: Section, key: str, read: Callable[[Section | None], T | None]) -> dict[str, T]:

@@ -80,6 +80,9 @@ class SimulatedBody(Body, SimulatedWorld):
         """Return the measurements since the last call: newest scan and picture, all IMU samples."""
         self._simulation.begin()
         pictures = {name: camera.take(self.time) for name, camera in self._cameras.items()}
+        for camera in self._cameras.values():
+            for problem in camera.take_problems():
+                self._robot.report("renderer", problem)
         taken = {name: picture for name, picture in pictures.items() if picture is not None}
         return self._robot.observation(self.time, taken)
 

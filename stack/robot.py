@@ -25,6 +25,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PointCloud,
     Pose2D,
     PoseEstimate,
     Scan,
@@ -195,6 +196,24 @@ class Robot(Protocol):
 
     def image(self) -> Image | None:
         """The newest camera picture; each call keeps the camera on for another second."""
+        ...
+
+    def point_cloud(
+        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
+    ) -> PointCloud | None:
+        """Points in the newest picture of a depth camera, one for each voxel; takes a millisecond.
+
+        Each call keeps the depth cameras on for another second. None before the first picture.
+
+        Args:
+            camera: name of the depth camera; empty: the robot's first.
+            voxel: side of a voxel, metres; a point is the mean of those in its voxel.
+            above: height above the floor in metres up to which points are left out, such as 0.04
+                to remove the floor; None: keep all.
+
+        Raises:
+            ParameterError: the robot has no such depth camera.
+        """
         ...
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:

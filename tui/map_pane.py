@@ -37,6 +37,9 @@ LEGEND = " ".join(
     )
 )  # fmt: skip
 
+DEPTH_LEGEND = f" [{palette.css(palette.DEPTH)}]•[/]depth"
+"""Shown while a depth camera is used."""
+
 
 class MapPane(Lines, can_focus=True):
     """Draws the newest snapshot; the background is redrawn only when its inputs change."""
@@ -200,6 +203,8 @@ class MapPane(Lines, can_focus=True):
             canvas.draw_line(snapshot.local_plan.points[:, :2], palette.LOCAL_PLAN)
         if snapshot.scan is not None:
             _draw_scan(canvas, snapshot, snapshot.scan)
+        if snapshot.depth_points is not None:
+            canvas.draw_points(snapshot.depth_points[:, :2].astype(np.float64), palette.DEPTH)
         if snapshot.people is not None:
             for x, y, radius in snapshot.people:
                 canvas.draw_line(circle(x, y, radius), palette.PERSON)
@@ -237,7 +242,8 @@ class MapPane(Lines, can_focus=True):
         title = f"{mode}  [not bold {palette.css(palette.DIM)}]{where}[/]" if width >= 44 else mode
         characters, metres = scale_bar(view, width // 5)
         scale = f"├{'─' * (characters - 2)}┤ {metres:g} m" if characters else ""
-        subtitle = f"{LEGEND}  {scale}" if width >= 46 else scale
+        legend = LEGEND + (DEPTH_LEGEND if snapshot.depth_points is not None else "")
+        subtitle = f"{legend}  {scale}" if width >= 46 else scale
         if (title, subtitle) != self._titles:
             self._titles = title, subtitle
             self.border_title, self.border_subtitle = title, subtitle

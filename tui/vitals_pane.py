@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 from rich.markup import escape
 from rich.text import Text
 
@@ -11,6 +13,9 @@ from tui.strips import TextLines, one_line
 
 BAR, LABEL = 10, 9
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")
+
+USABLE_FAULTS = ("late", "uniform")
+"""Faults of cameras whose pictures are used nevertheless."""
 
 FULL_BAR = 0.010
 """Compute time of a full bar, seconds: a fifth of the control period at 20 Hz."""
@@ -33,6 +38,7 @@ class VitalsPane(TextLines, can_focus=True):
         self._localisation(text, snapshot)
         speed = snapshot.measured
         _line(text, "speed", f"{speed.linear:5.2f} m/s  {speed.angular:+.2f} rad/s")
+        _cameras(text, snapshot)
         self._counters(text, snapshot)
         self._stages(text, snapshot)
         text.right_crop(1)
@@ -89,6 +95,19 @@ class VitalsPane(TextLines, can_focus=True):
             _bar(text, name, stage.mean / FULL_BAR, PARTICLE if name != "body" else BUSY)
             text.append(f" {stage.mean * 1e3:5.2f} ms", style=css(TEXT))
             text.append(f" ▲{stage.overruns}\n" if stage.overruns else "\n", style=css(WARN))
+
+
+def _cameras(text: Text, snapshot: Snapshot) -> None:
+    """Show the cameras that are on or faulty: the age of the newest picture, or the fault."""
+    label = "cameras"
+    for camera in snapshot.cameras:
+        if not camera.is_on and not camera.fault:
+            continue
+        age = f"{camera.age:.2f} s old" if isfinite(camera.age) else "no picture yet"
+        colour = WARN if camera.fault in USABLE_FAULTS else BAD if camera.fault else TEXT
+        fault = f"{camera.fault}, " if camera.fault else ""
+        _line(text, label, f"{one_line(camera.name)}: {fault}{age}", colour)
+        label = ""
 
 
 def _line(text: Text, label: str, value: str, colour: int = TEXT) -> None:

@@ -12,6 +12,7 @@ from stack.drivetrain.description import (
     BatteryDescription,
     CameraDescription,
     DepthCameraDescription,
+    DepthScanDescription,
     ImuDescription,
     LidarDescription,
     OdometryNoise,
@@ -35,7 +36,8 @@ def robot_schema() -> Schema:
         "field_of_view": _of(FIELD_OF_VIEW), **{item.name: _of(item) for item in PIXELS},
     }  # fmt: skip
     camera = {**model, **_fields(CameraDescription)}
-    depth_camera = {**model, **_fields(DepthCameraDescription)}
+    scan = documented(section(_fields(DepthScanDescription)), str(DepthScanDescription.__doc__))
+    depth_camera = {**model, **_fields(DepthCameraDescription), "scan": scan}
     keys = {
         "robot": documented({"type": "string"}, "Name of the robot."),
         "format": documented({"enum": [1]}, "Version of robot files: `1`."),

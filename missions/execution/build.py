@@ -34,8 +34,10 @@ from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
+from stack.perception.cameras.watch import CameraWatch
 from stack.perception.coloured_objects import ColouredObjectDetector
-from stack.perception.depth_obstacles import DepthObstacles
+from stack.perception.depth.obstacles import DepthObstacles
+from stack.perception.depth.scan import DepthScans
 from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
 from stack.perception.objects.detection import ObjectDetection, load_model
@@ -130,6 +132,7 @@ def build(
     odometry: OdometryFusion = plan.choices[ODOMETRY].create(robot)
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     depth = DepthObstacles(robot, plan.choices["depth"].parameters)
+    cameras = CameraWatch(robot, plan.choices["cameras"].parameters)
     coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
@@ -141,6 +144,7 @@ def build(
     )  # fmt: skip
     if body.is_real_time:
         objects.run_in_real_time()
+    depth_camera = CameraLease(loop.camera_time)
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
         FolderMapStore(folder, plan.mission.source.parent),
@@ -152,6 +156,7 @@ def build(
             clock=lambda: body.time,
             frames=frames,
             camera=camera,
+            depth_camera=depth_camera,
             navigator=navigator,
             estimator=estimator,
             local_costmap=local_costmap,
@@ -177,6 +182,7 @@ def build(
                 "localisation": Tunable.of(estimator),
                 "odometry": Tunable.of(odometry),
                 "depth": Tunable.of(depth),
+                "cameras": Tunable.of(cameras),
                 "coloured_objects": Tunable.of(coloured_objects),
                 "object_detector": Tunable.of(objects),
                 "obstacle_memory": Tunable.of(obstacle_memory),
@@ -196,9 +202,11 @@ def build(
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
-        depth=depth, obstacle_memory=obstacle_memory, objects=objects, world_model=world_model,
-        tree=tree, facade=facade,
-        navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
+        cameras=cameras, depth_scans=DepthScans(robot), depth=depth,
+        obstacle_memory=obstacle_memory, objects=objects, world_model=world_model, tree=tree,
+        facade=facade,
+        navigator=navigator, safety=safety, camera=camera,
+        depth_camera=depth_camera, telemetry=telemetry, state=state,
         map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
         sensor_log=sensor_log,
     )  # fmt: skip

@@ -22,8 +22,9 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
+from stack.perception.cameras.parameters import CameraParameters
 from stack.perception.colour_parameters import ColourParameters
-from stack.perception.depth_parameters import DepthParameters
+from stack.perception.depth.parameters import DepthParameters
 from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.tracking.parameters import TrackerParameters
@@ -48,6 +49,7 @@ SETTINGS: dict[str, type] = {
     "safety": SafetyParameters,
     "tracker": TrackerParameters,
     "depth": DepthParameters,
+    "cameras": CameraParameters,
     "coloured_objects": ColourParameters,
     "object_detector": ObjectDetectorParameters,
     "obstacle_memory": ObstacleMemoryParameters,

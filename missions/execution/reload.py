@@ -36,7 +36,7 @@ TUNED = {
     "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
     "tracker": (), "loop": (), "recording": (), "localisation": ("localisation",),
     "odometry": ("odometry",), "obstacle_memory": ("obstacle_memory",),
-    "depth": ("depth",), "coloured_objects": ("coloured_objects",),
+    "depth": ("depth",), "cameras": ("cameras",), "coloured_objects": ("coloured_objects",),
     "object_detector": ("object_detector",),
     "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip

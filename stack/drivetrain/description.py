@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import atan, cos, inf, sin
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -13,6 +14,12 @@ from stack.drivetrain.limits import Limits
 from stack.drivetrain.skid_steered import Skid
 from stack.parameters import parameter
 from stack.types import CameraModel, Footprint, Pose2D
+
+COLUMNS_OF_A_BEAM = 2
+"""Columns of a depth picture in a beam of its virtual scan."""
+
+SCAN_SUFFIX = "_scan"
+"""Added to the name of a depth camera for its virtual scan."""
 
 
 @dataclass(frozen=True)
@@ -82,10 +89,22 @@ class CameraDescription:
 
 
 @dataclass(frozen=True)
+class DepthScanDescription:
+    """A virtual scan: what a depth camera sees between two heights, as a planar lidar would."""
+
+    low: float = parameter(0.08, "m", above=0.0, help="lower edge of the band, above the floor")
+    high: float = parameter(0.35, "m", above=0.0, help="upper edge of the band")
+    least_pixels: int = parameter(
+        2, at_least=1, help="pixels of a beam that must see something at a range or nearer"
+    )
+
+
+@dataclass(frozen=True)
 class DepthCameraDescription:
     """A depth camera: stereo, structured light or time of flight."""
 
     model: CameraModel
+    scan: DepthScanDescription | None = None
     rate: float = parameter(10.0, "Hz", above=0.0, help="pictures per second")
     latency: float = parameter(0.05, "s", at_least=0.0, help="time from exposure to delivery")
     noise: float = parameter(
@@ -148,7 +167,7 @@ class RobotDescription:
         source: the robot.yaml.
         lidars: additional lidars by name.
         sonars: by name.
-        depth_cameras: by name.
+        depth_cameras: by name. One with a `scan` is a lidar as well, called NAME_scan.
         body: which body drives it unless the command line says otherwise: simulated | scripted.
     """
 
@@ -172,10 +191,31 @@ class RobotDescription:
     depth_cameras: Mapping[str, DepthCameraDescription] = field(default_factory=dict)
 
     @property
-    def all_lidars(self) -> dict[str, LidarDescription]:
-        """Every lidar by sensor name; localisation and tracker use the first one."""
+    def real_lidars(self) -> dict[str, LidarDescription]:
+        """Every lidar that the body has, by sensor name."""
         main = {} if self.lidar is None else {"lidar": self.lidar}
         return {**main, **self.lidars}
+
+    @property
+    def all_lidars(self) -> dict[str, LidarDescription]:
+        """Every lidar by sensor name, and the virtual scans of depth cameras after them.
+
+        Localisation and tracker use the first one.
+        """
+        return {**self.real_lidars, **self.depth_scans}
+
+    @cached_property
+    def depth_scans(self) -> dict[str, LidarDescription]:
+        """The virtual scans of the depth cameras, by sensor name: `depth_scan` of `depth`."""
+        return {
+            f"{name}{SCAN_SUFFIX}": lidar_of(camera, camera.scan)
+            for name, camera in self.depth_cameras.items()
+            if camera.scan is not None
+        }
+
+    def delivers_pictures(self, sensor: str) -> bool:
+        """Return whether a range sensor is a depth camera, or a virtual scan of one."""
+        return sensor in self.depth_cameras or sensor in self.depth_scans
 
     def word_for_measurement(self, sensor: str) -> str:
         """Return what a range sensor delivers, for messages: scan, reading or picture."""
@@ -197,3 +237,40 @@ class RobotDescription:
     def turning_radius(self) -> float:
         """Radius of the tightest circle, metres; 0 if the robot can turn in place."""
         return self.drivetrain.turning_radius
+
+
+def lidar_of(camera: DepthCameraDescription, scan: DepthScanDescription) -> LidarDescription:
+    """Return the lidar that a virtual scan stands for.
+
+    Its range ends where the picture no longer shows the lower edge of the band, and begins where it
+    shows the upper one; its field of view is that of all rows of the picture.
+
+    Args:
+        camera: with its mount.
+        scan: with its band.
+    """
+    model = camera.model
+    x, y, height = model.position
+    sine, cosine = sin(model.pitch), cos(model.pitch)
+    up = (model.height / 2 - 0.5) / model.focal_length
+    rises = {"top": up * cosine - sine, "bottom": -up * cosine - sine}
+    ahead = {"top": cosine + up * sine, "bottom": cosine - up * sine}
+    farthest = _crossing(height - scan.low, rises["top"], ahead["top"])
+    nearest = _crossing(height - scan.high, rises["bottom"], ahead["bottom"])
+    aside = (model.width / 2 - 0.5) / model.focal_length
+    return LidarDescription(
+        Pose2D(x, y, model.yaw), height=height, beams=max(3, model.width // COLUMNS_OF_A_BEAM),
+        field_of_view=2.0 * atan(aside / max(ahead.values())), rate=camera.rate,
+        range_min=max(camera.range_min, 0.0 if nearest == inf else nearest),
+        range_max=min(camera.range_max, farthest), noise=camera.noise, dropout=0.0,
+    )  # fmt: skip
+
+
+def _crossing(drop: float, rise: float, ahead: float) -> float:
+    """Return the distance in the plane at which a ray has fallen by `drop`; inf if it never has.
+
+    It is 0 for a ray that begins lower.
+    """
+    if drop <= 0.0:
+        return 0.0
+    return inf if rise >= 0.0 else ahead * drop / -rise

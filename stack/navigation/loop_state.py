@@ -6,8 +6,11 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from stack.types import (
+    NO_DEPTH,
     STANDSTILL,
     Battery,
+    DepthImage,
+    DepthPoints,
     Image,
     Imu,
     Measurement,
@@ -20,7 +23,7 @@ from stack.types import (
     Twist,
 )
 
-M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, Battery)
+M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
 
 AT_ORIGIN = Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL)
 
@@ -34,6 +37,7 @@ class LoopState:
         measurements: newest measurement of every sensor, by name.
         motion: fused odometry.
         obstacles: points of all range sensors.
+        depth: what the depth cameras have seen.
         tracks: moving objects around the robot at `time`, map frame.
         commanded: velocity sent to the body.
     """
@@ -42,6 +46,7 @@ class LoopState:
     measurements: dict[str, Measurement] = field(default_factory=dict)
     motion: Odometry = AT_ORIGIN
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
+    depth: DepthPoints = NO_DEPTH
     tracks: tuple[TrackedObject, ...] = ()
     commanded: Twist = STANDSTILL
 

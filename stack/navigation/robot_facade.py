@@ -24,11 +24,13 @@ from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
+from stack.perception.depth.cloud import point_cloud
 from stack.types import (
     Battery,
     ColourMask,
     ContactZone,
     CoveragePlan,
+    DepthImage,
     Detection,
     FloatArray,
     FloorLines,
@@ -41,6 +43,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PointCloud,
     Pose2D,
     PoseEstimate,
     Scan,
@@ -136,6 +139,7 @@ class FacadeParts:
         floor_lines: None when the robot has no camera.
         coloured_objects: likewise.
         objects: detections of a model; None without one.
+        depth_camera: keeps the depth cameras on while point clouds are requested.
     """
 
     robot: RobotDescription
@@ -160,6 +164,7 @@ class FacadeParts:
     floor_lines: FloorLineDetector | None = None
     coloured_objects: ColouredObjectDetector | None = None
     objects: ObjectDetection | None = None
+    depth_camera: CameraLease = field(default_factory=CameraLease)
 
 
 class RobotFacade:
@@ -313,6 +318,27 @@ class RobotFacade:
         image = self._state.newest("camera", Image)
         return image if image is not None and self._parts.camera.covers(image.stamp) else None
 
+    def point_cloud(
+        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
+    ) -> PointCloud | None:
+        """Points in the newest picture of a depth camera; keeps the depth cameras on."""
+        known = self._parts.robot.depth_cameras
+        name = camera or next(iter(known), "")
+        if name not in known:
+            if not known:
+                raise ParameterError("camera", "the robot has no depth camera")
+            raise ParameterError(
+                "camera", f"unknown depth camera {name!r}", suggestion(name, known)
+            )
+        if not voxel > 0.0:
+            raise ParameterError("voxel", f"expected more than 0 m, got {voxel:g}", "e.g. 0.05")
+        lease = self._parts.depth_camera
+        lease.renew(self.time)
+        image = self._state.newest(name, DepthImage)
+        if image is None or not lease.covers(image.stamp):
+            return None
+        return point_cloud(image, voxel=voxel, above=above)
+
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Known markers in the newest image; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.detector
@@ -323,7 +349,7 @@ class RobotFacade:
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Lines on the floor around the robot; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.floor_lines
-        if image is None or detector is None:
+        if image is None or detector is None or not self._parts.frames.covers(image.stamp):
             return None
         base = self._parts.frames.pose_at("odom", image.stamp)
         obstacles = self.odometry.transform(self._state.obstacles.points)
@@ -332,9 +358,9 @@ class RobotFacade:
     def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
         """Objects of a colour on the floor; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.coloured_objects
-        if image is None or detector is None:
-            return None
         frames = self._parts.frames
+        if image is None or detector is None or not frames.covers(image.stamp):
+            return None
         ranges = self.odometry.transform(self._state.obstacles.points)
         ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
         return detector.detect(image, colour, frames.pose_at("map", image.stamp), ranges)

@@ -225,8 +225,9 @@ def _near(points: FloatArray, base: Pose2D, reach: float) -> FloatArray:
     """Return (m, 2) the points (n, 2), odom frame, within reach of the base, in its frame."""
     if not len(points):
         return points
-    local = base.inverse().transform(points)
-    return _thinned(local[np.hypot(local[:, 0], local[:, 1]) <= reach])
+    away = points - (base.x, base.y)
+    near = np.einsum("ij,ij->i", away, away) <= reach * reach
+    return base.inverse().transform(points[near])
 
 
 def _thinned(rows: FloatArray) -> FloatArray:

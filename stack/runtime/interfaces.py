@@ -13,7 +13,9 @@ from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import RobotFacade
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
-from stack.perception.depth_obstacles import DepthObstacles
+from stack.perception.cameras.watch import CameraWatch
+from stack.perception.depth.obstacles import DepthObstacles
+from stack.perception.depth.scan import DepthScans
 from stack.perception.objects.detection import ObjectDetection
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
@@ -139,6 +141,8 @@ class Parts:
     odometry: OdometryFusion
     frames: TransformBuffer
     estimator: Estimator
+    cameras: CameraWatch
+    depth_scans: DepthScans
     depth: DepthObstacles
     obstacle_memory: ObstacleMemory
     objects: ObjectDetection
@@ -148,6 +152,7 @@ class Parts:
     navigator: Navigator
     safety: Safety
     camera: CameraLease
+    depth_camera: CameraLease
     telemetry: Telemetry
     state: LoopState
     map_layer: Layer

@@ -14,6 +14,7 @@ from stack.body import HEALTHY, BodyCommand, BodyHealth, SimulatedWorld
 from stack.frames.deskew import deskew_observation
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
+from stack.perception.cameras.watch import COLOUR_CAMERA
 from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
@@ -27,6 +28,7 @@ from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
     ColourMask,
+    DepthImage,
     Image,
     Observation,
     ObstaclePoints,
@@ -65,6 +67,7 @@ class Runtime:
         self._pace = PaceMeter()
         self._image: Image | None = None
         self._mask_stamp = -1.0
+        self._depth_image: DepthImage | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
         self._health: BodyHealth = HEALTHY
         self._ticks_every = parameters.steps_per_tick
@@ -121,6 +124,7 @@ class Runtime:
         with measure("costmap"):
             self._show_map(p.estimator.take_map())
             world = p.world_model.update(smooth, p.frames, depth, objects)
+        state.depth = depth
         self._publish_state(observation, motion, estimate, obstacles, world)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):
@@ -134,8 +138,7 @@ class Runtime:
                 emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
             )  # fmt: skip
         state.commanded = command
-        capture = p.camera.is_active(p.body.time)
-        p.body.command(BodyCommand(command, capture=capture, depth=p.depth.is_on))
+        p.body.command(BodyCommand(command, self._captures, self._measures_depth))
         self._log_pose()
         with measure("publish"):
             p.telemetry.publish(lambda: compose_snapshot(self))
@@ -222,6 +225,11 @@ class Runtime:
         self._mask_stamp = mask.stamp
         return mask
 
+    @property
+    def depth_image(self) -> DepthImage | None:
+        """The newest picture of a depth camera."""
+        return self._depth_image
+
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""
         own = {
@@ -282,8 +290,35 @@ class Runtime:
             if health.problem:
                 self.mission.send(MissionEvent.PAUSE, health.problem)
         self._record(observation)
+        observation = self._with_usable_pictures(observation)
         self._image = next(iter(observation.of(Image).values()), self._image)
-        return observation
+        depth = observation.of(DepthImage)
+        self._depth_image = next(iter(depth.values()), self._depth_image)
+        return self.parts.depth_scans.added_to(observation)
+
+    @property
+    def _captures(self) -> bool:
+        return self.parts.camera.is_active(self.parts.body.time)
+
+    @property
+    def _measures_depth(self) -> bool:
+        p = self.parts
+        return p.depth.is_on or p.depth_scans.is_on or p.depth_camera.is_active(p.body.time)
+
+    def _with_usable_pictures(self, observation: Observation) -> Observation:
+        """Return the observation without pictures that cannot be used; report faulty cameras."""
+        watch, robot = self.parts.cameras, self.parts.body.description
+        requested = [COLOUR_CAMERA] if self._captures else []
+        if self._measures_depth:
+            requested += robot.depth_cameras
+        usable = watch.update(observation, self.parts.state.motion.pose, requested)
+        for event in watch.take_events():
+            self.parts.telemetry.emit(
+                "camera", event.text, source="perception",
+                level="warning" if event.fault else "info",
+                camera=event.camera, fault=event.fault,
+            )  # fmt: skip
+        return usable
 
     def _record(self, observation: Observation) -> None:
         """Append to the sensor log; a full disk ends the log, not the mission."""

@@ -10,9 +10,9 @@ from stack.body import SimulatedWorld
 from stack.runtime.interfaces import Parts
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
-from stack.types import ColourMask, FloatArray, Image
+from stack.types import ColourMask, DepthImage, FloatArray, Image
 
-SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
+SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 
 
 class Loop(Protocol):
@@ -48,6 +48,10 @@ class Loop(Protocol):
 
     def fresh_mask(self) -> ColourMask | None:
         """The newest mask of a colour if no snapshot has contained it yet."""
+
+    @property
+    def depth_image(self) -> DepthImage | None:
+        """The newest picture of a depth camera."""
         ...
 
     def counters(self) -> dict[str, float]:
@@ -76,7 +80,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         rivals=estimate.rivals,
         battery=state.battery,
         odometry=state.motion.pose,
-        particles=_thinned(parts.estimator.particles),
+        particles=_thinned(parts.estimator.particles, SHOWN_PARTICLES),
         scan=parts.facade.scan,
         path=parts.navigator.path,
         local_plan=parts.navigator.local_plan,
@@ -91,6 +95,9 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         image=runtime.fresh_image(),
         detections=parts.facade.seen_objects,
         mask=runtime.fresh_mask(),
+        depth_image=runtime.depth_image,
+        depth_points=_depth_points(parts),
+        cameras=parts.cameras.states,
         truth=parts.scorer.truth if parts.scorer else None,
         people=parts.scorer.people if parts.scorer else None,
         tracks=state.tracks,
@@ -107,6 +114,15 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
     )
 
 
-def _thinned(particles: FloatArray) -> FloatArray:
-    step = max(1, -(-len(particles) // SHOWN_PARTICLES))
-    return np.asarray(particles[::step], dtype=np.float32)
+def _thinned(rows: FloatArray, most: int) -> FloatArray:
+    step = max(1, -(-len(rows) // most))
+    return np.asarray(rows[::step], dtype=np.float32)
+
+
+def _depth_points(parts: Parts) -> FloatArray | None:
+    """Return the obstacles of the depth cameras in the map frame; None while none is used."""
+    if not parts.depth.is_on:
+        return None
+    points = _thinned(parts.state.depth.spatial, SHOWN_DEPTH_POINTS)
+    points[:, :2] = parts.estimator.estimate.map_from_odom.transform(points[:, :2])
+    return points

@@ -34,7 +34,21 @@ class SafetyParameters:
         0.02, "m/s", at_least=0.0, help="stops at an obstacle instead of driving slower than this"
     )
     stale_after: float = parameter(
-        0.3, "s", above=0.0, help="maximum age of a sensor's measurement; the robot stops above it"
+        0.3,
+        "s",
+        above=0.0,
+        help="maximum age of a lidar's or sonar's measurement; the robot stops above it",
+    )
+    picture_slow_after: float = parameter(
+        0.3, "s", above=0.0,
+        help="age of a depth camera's picture above which the speed is limited; obstacles that it"
+        " has seen are still known",
+    )  # fmt: skip
+    picture_slow_speed: float = parameter(
+        0.15, "m/s", at_least=0.0, help="speed limit of every point of the outline then"
+    )
+    picture_stop_after: float = parameter(
+        1.0, "s", above=0.0, help="age of a depth camera's picture above which the robot stops"
     )
     predict_motion: bool = parameter(
         True, help="expect tracked objects where their velocity takes them, not where they are"

@@ -134,20 +134,32 @@ class Safety:
         return STANDSTILL
 
     def _unless_stale(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
-        """Return standstill when the measurement of a sensor is missing or too old."""
+        """Return standstill when the measurement of a sensor is missing or too old.
+
+        A depth camera first limits the speed: its points are remembered, and reach farther than
+        what the robot drives meanwhile.
+        """
         if twist == STANDSTILL:
             return twist
+        p, aged = self.parameters, ""
         for name, age in obstacles.ages.items():
-            if age <= self.parameters.stale_after + 1e-9:
-                continue
-            what = self._robot.word_for_measurement(name)
-            self.reason = (
-                f"stopped: no {name} {what} yet"
-                if age == inf
-                else f"stopped: the newest {name} {what} is {age:.2f} s old"
-            )
-            return STANDSTILL
-        return twist
+            is_picture = self._robot.delivers_pictures(name)
+            longest = p.picture_stop_after if is_picture else p.stale_after
+            what = f"{name} {self._robot.word_for_measurement(name)}"
+            if age > longest + 1e-9:
+                self.reason = (
+                    f"stopped: no {what} yet"
+                    if age == inf
+                    else f"stopped: the newest {what} is {age:.2f} s old"
+                )
+                return STANDSTILL
+            if is_picture and age > p.picture_slow_after + 1e-9:
+                aged = f"slower: the newest {what} is {age:.2f} s old"
+        speed = self._rim_speed(twist)
+        if not aged or speed <= p.picture_slow_speed:
+            return twist
+        self.reason = aged
+        return scaled(twist, p.picture_slow_speed / speed)
 
     def _limited_where_blind(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
         """Return the same arc, at most at the blind speed if it leads to a blind sector."""

@@ -23,6 +23,11 @@ class Pace:
         self.factor, self.slept = factor, 0.0
         self._schedule: tuple[float, float] | None = None
 
+    @property
+    def due(self) -> float | None:
+        """Wall time at which the next step may begin; None without a pace or before the first."""
+        return None if self._schedule is None else self._schedule[0]
+
     def advance(self, seconds: float) -> None:
         """Note that `seconds` of simulated time have passed."""
         if self.factor <= 0.0:

@@ -72,7 +72,7 @@ class SimulatedRobot:
         self._odometry = Odometry(description, seed)
         self._lidars = {
             name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}")
-            for name, lidar in description.all_lidars.items()
+            for name, lidar in description.real_lidars.items()
         }
         self._sonars = {
             name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
@@ -224,7 +224,7 @@ class SimulatedRobot:
     def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
         self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
         self._imu_steps = self._clearance_steps
-        rates = {name: lidar.rate for name, lidar in description.all_lidars.items()}
+        rates = {name: lidar.rate for name, lidar in description.real_lidars.items()}
         rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
         self._range_sensor_steps = {
             name: settings.steps(f"{name} period", 1.0 / rate) for name, rate in rates.items()

@@ -12,8 +12,10 @@ from stack.errors import TelemetryError
 from stack.types import (
     STANDSTILL,
     Battery,
+    CameraState,
     ColourMask,
     CostGrid,
+    DepthImage,
     Detection,
     FloatArray,
     Footprint,
@@ -277,6 +279,10 @@ class Snapshot:
         detections: objects in recent pictures, map frame.
         mask: pixels of the colour that is searched, if a picture was searched since the last
             snapshot.
+        cameras: state of every camera of the robot.
+        depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
+            where the floor is missing. None while no depth camera is used.
+        depth_image: newest picture of a depth camera.
         health_thresholds: below which health the robot is lost, from which on the pose is good.
     """
 
@@ -318,6 +324,9 @@ class Snapshot:
     health_thresholds: HealthThresholds = field(default_factory=HealthThresholds)
     detections: tuple[Detection, ...] = ()
     mask: ColourMask | None = None
+    cameras: tuple[CameraState, ...] = ()
+    depth_points: FloatArray | None = None
+    depth_image: DepthImage | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -374,8 +374,8 @@ class TelemetryServer:
         if images not in self._encoded_moments:
             newest = self._newest
             versions = {name: layer.version for name, layer in newest.layers.items()}
-            image = newest.image if images else None
-            bare = dataclasses.replace(newest, layers={}, image=image)
+            image, depth = (newest.image, newest.depth_image) if images else (None, None)
+            bare = dataclasses.replace(newest, layers={}, image=image, depth_image=depth)
             self._encoded_moments[images] = encode(Moment(self._moment, versions, bare))
         return self._encoded_moments[images]
 

@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.cameras import CameraState
 from stack.types.detections import (
     NO_OBJECTS,
     OBJECT_COLOURS,
@@ -51,6 +52,7 @@ from stack.types.sensors import (
     Measurement,
     Observation,
     Odometry,
+    PointCloud,
     RangeReading,
     Scan,
 )
@@ -89,6 +91,7 @@ __all__ = [
     "DepthPoints",
     "NO_DEPTH",
     "CameraModel",
+    "CameraState",
     "CostGrid",
     "CoveragePlan",
     "Expression",
@@ -112,6 +115,7 @@ __all__ = [
     "ObstaclePoints",
     "OccupancyGrid",
     "Odometry",
+    "PointCloud",
     "Path",
     "Pose2D",
     "HealthThresholds",

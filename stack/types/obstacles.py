@@ -15,6 +15,10 @@ def _none() -> FloatArray:
     return np.empty((0, 2))
 
 
+def _nothing() -> FloatArray:
+    return np.empty((0, 3))
+
+
 @dataclass(frozen=True, slots=True)
 class RangeView:
     """A measurement of a range sensor, with the pose at which it was taken.
@@ -64,14 +68,16 @@ class DepthPoints:
     """Obstacles that the depth cameras have seen.
 
     Attributes:
-        points: (n, 2) odom frame, metres.
+        points: (n, 2) odom frame, metres; of those above each other only one.
         ages: seconds since the newest usable picture of each depth camera; inf before the first.
         changed: whether the points have changed since the last step.
+        spatial: (m, 3) all points, odom frame, metres; z is 0 where the floor is missing.
     """
 
     points: FloatArray = field(default_factory=_none)
     ages: Mapping[str, float] = field(default_factory=dict)
     changed: bool = False
+    spatial: FloatArray = field(default_factory=_nothing)
 
 
 NO_DEPTH = DepthPoints()

@@ -197,6 +197,19 @@ class DepthImage:
 
 
 @dataclass(frozen=True, slots=True)
+class PointCloud:
+    """Points that a depth camera has seen.
+
+    Attributes:
+        stamp: of the picture, seconds on the body's clock.
+        points: (n, 3) base frame at the stamp, metres.
+    """
+
+    stamp: float
+    points: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class Battery:
     """State of the battery: charge in [0, 1], whether it is charging, voltage in volts."""
 

@@ -19,10 +19,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
 from missions.bench.table import TableOptions
 from tests.benchmarks import (
+    cameras,
     checking,
     control,
     costmap,
     dashboard,
+    depth,
     driving,
     estop,
     hall,
@@ -62,6 +64,7 @@ class Given:
     twists: int
     presses: int
     largest: int
+    pairs: int
     starts: int
     jobs: int
     barn: Path | None
@@ -117,6 +120,13 @@ TIMING = {
                        lambda given: estop.stop_times(given.presses), ("presses",)),
     "planners": Benchmark("Planners and smoothers side by side", lambda given: planners.run(),
                           setting={"cells": "400 x 400", "queries": 30}),
+    "cameras": Benchmark(
+        "Lateness of commands in real time, cameras off and on",
+        lambda given: cameras.run(given.pairs), ("pairs",),
+        {"mission": cameras.MISSION, "seconds": int(cameras.SECONDS)},
+    ),
+    "depth_stage": Benchmark("Time of the depth stage", lambda given: depth.stage_table(),
+                             setting={"parameters": "default"}),
     "patrol": Benchmark("An hour of SLAM in the same room", lambda given: mapping.patrol_table(),
                         setting={"minutes": 60, "parameters": "default"}),
 }  # fmt: skip
@@ -186,6 +196,14 @@ DRIVING = {
     ),
 }  # fmt: skip
 PERCEPTION = {
+    "depth": Benchmark(
+        "Missions with and without a depth camera",
+        lambda given: depth.contact_table(given.seeds, given.table("depth")), ("seeds",), OFF,
+    ),
+    "depth_latency": Benchmark(
+        "From the exposure to the obstacle", lambda given: depth.latency_table(),
+        setting={"camera": "scout", "doors": depth.CLOSINGS},
+    ),
     "markers": Benchmark(
         "The pose from a marker", lambda given: markers.run(),
         setting={"camera": "scout", "pictures": markers.PICTURES},
@@ -243,6 +261,7 @@ def _arguments() -> argparse.ArgumentParser:
         "cases": (20, "of each experiment of the localisation"),
         "twists": (100_000, "random velocities over four robots"),
         "presses": (200, "of the emergency stop in each situation"),
+        "pairs": (5, "of runs without and with cameras"),
         "largest": (4000, "cells on a side of the largest map to plan on"),
         "starts": (50, "of each robot that docks"),
         "jobs": (1, "processes of the driving tables"),

@@ -92,6 +92,26 @@ LAYOUTS: dict[str, Layout] = {
         "largest": "{largest error}", "largest turn": "{largest turn}", "contacts": "{contacts}",
         "median time": "{median time}",
     }),
+    "depth": Layout({
+        "mission": "{mission}", "depth camera": "{depth camera}", "succeeded": "{success}",
+        "without a contact": "{without contact}", "contacts": "{contacts}",
+        "median time": "{time s:.1f} s",
+    }),
+    "depth_stage": Layout({
+        "picture": "{picture}", "pictures": "{pictures}", "points kept": "{points}",
+        "median": "{median ms:.2f} ms", "99 %": "{p99 ms:.2f} ms",
+    }),
+    "depth_latency": Layout({
+        "a closed door is in": "{in}", "doors": "{doors}",
+        "latest after the exposure": "{after exposure s:.2f} s, {frames:.1f} frames",
+        "latest after the door": "{after the door s:.2f} s",
+    }),
+    "cameras": Layout({
+        "cameras": "{cameras}", "runs": "{runs}", "load": "{load:.1f}",
+        "late, median": "{p50 ms:.2f} ms", "late, 99 %": "{p99 ms:.2f} ms",
+        "computed, median": "{computed p50 ms:.2f} ms",
+        "computed, 99 %": "{computed p99 ms:.2f} ms",
+    }),
     "markers": Layout({
         "distance": "{distance:g} m", "from the normal": "{angle:.0f} deg",
         "detected": "{detected %:.0f} %", "median error": "{error cm:.1f} cm, {error °:.1f}°",

@@ -23,7 +23,7 @@ from stack.types import LETHAL_COST, FloatArray, Footprint
 class DepthLayer(Layer):
     """Obstacles from depth cameras: table tops, kerbs, edges of stairs.
 
-    The points and their memory are those of `depth` (stack/perception/depth_obstacles.py), which
+    The points and their memory are those of `depth` (stack/perception/depth/obstacles.py), which
     also serve safety and controllers; the layer only draws them. It never frees a cell.
     """
 
@@ -31,6 +31,7 @@ class DepthLayer(Layer):
         super().__init__(parameters, footprint)
         self._points: FloatArray = np.empty((0, 2))
         self._marked: NDArray[np.bool_] = np.zeros((0, 0), dtype=bool)
+        self._drawn: NDArray[np.int64] = np.empty(0, dtype=np.int64)  # rising indices of cells
         self._seen_at = 0.0
 
     @property
@@ -41,45 +42,55 @@ class DepthLayer(Layer):
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Draw the points at the new position."""
         self.frame = frame
-        self._marked = self._drawn()
+        self._marked = np.zeros(frame.shape, dtype=bool)
+        self._draw(self._cells())
 
     def update(self, update: LayerUpdate) -> Box:
         """Draw new points; return the box of the cells that changed."""
         if update.depth is None:
             return NO_BOX
         self._points, self._seen_at = update.depth, update.time
-        before, self._marked = self._marked, self._drawn()
-        changed = before != self._marked
-        rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
-        if not len(rows):
+        before, cells = self._drawn, self._cells()
+        changed = np.setxor1d(before, cells, assume_unique=True)
+        if not len(changed):
             return NO_BOX
-        return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
+        self._marked.flat[before] = False
+        self._draw(cells)
+        rows, columns = np.divmod(changed, self._marked.shape[1])
+        return int(rows[0]), int(rows[-1]) + 1, int(columns.min()), int(columns.max()) + 1
 
     def paint(self, canvas: Canvas) -> None:
         """Paint the cells with an obstacle as lethal."""
-        if not len(self._points):
+        if not len(self._drawn):
             return
         canvas.cells[part(self._marked, canvas.box)] = LETHAL_COST
 
     def clear(self, region: Region | None) -> Box:
         """Clear the drawn obstacles; those that are still kept are drawn with the next picture."""
         if region is None:
-            self._marked = np.zeros(self.frame.shape, dtype=bool)
+            self._marked[:] = False
+            self._drawn = np.empty(0, dtype=np.int64)
             return self.frame.everywhere
         if not is_some(region.box):
             return NO_BOX
         part(self._marked, region.box)[region.inside] = False
+        self._drawn = self._drawn[self._marked.flat[self._drawn]]
         return region.box
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
         """The depth cameras, and the time of the newest picture."""
         return ("depth", self._seen_at) if self._marked[row, column] else None
 
-    def _drawn(self) -> NDArray[np.bool_]:
-        marked = np.zeros(self.frame.shape, dtype=bool)
-        cells = np.floor((self._points - self.frame.origin) / self.frame.resolution).astype(int)
-        rows, columns = cells[:, 1], cells[:, 0]
-        inside = (rows >= 0) & (rows < marked.shape[0])
-        inside &= (columns >= 0) & (columns < marked.shape[1])
-        marked[rows[inside], columns[inside]] = True
-        return marked
+    def _draw(self, cells: NDArray[np.int64]) -> None:
+        self._marked.flat[cells] = True
+        self._drawn = cells
+
+    def _cells(self) -> NDArray[np.int64]:
+        """Return the cells of the points inside the costmap: rising, each once."""
+        rows, columns = self.frame.shape
+        x, y = self.frame.origin
+        row = np.floor((self._points[:, 1] - y) / self.frame.resolution).astype(np.int64)
+        column = np.floor((self._points[:, 0] - x) / self.frame.resolution).astype(np.int64)
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        found: NDArray[np.int64] = np.unique(row[inside] * columns + column[inside])
+        return found

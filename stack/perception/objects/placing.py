@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stack.perception.coloured_objects import Patch, placed
-from stack.perception.depth_obstacles import projected
+from stack.perception.depth.obstacles import projected
 from stack.perception.objects.heads import Box
 from stack.types import CameraModel, DepthImage, Detection, FloatArray, Image, Pose2D
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+from math import prod
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
@@ -15,6 +19,9 @@ from stack.sim.sensors.rendering import RenderRequest, RenderSetup
 from stack.types import DepthImage, Image
 
 _ROUNDING = 1e-9
+
+MOST_LOSSES = 3
+"""Renderer processes in a row that may end without a picture before the camera stays off."""
 
 
 class Camera:
@@ -24,24 +31,32 @@ class Camera:
 
     The renderer process starts with the first picture. Rendering takes wall time, never simulated
     time: `take` waits for a picture that is due and not rendered yet.
+
+    A renderer that ends by itself costs the picture that it rendered; the next picture starts
+    another one. After MOST_LOSSES in a row the camera stays off. `take_problems` tells it.
     """
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._renderer = setup, _RendererProcess(setup)
         self._exposed: float | None = None
         self._last: float | None = None
+        self._losses = 0
+        self._problems: list[str] = []
 
     def is_ready(self, time: float) -> bool:
         """Whether the camera can take a picture now: its period has passed and none is pending."""
-        if self._exposed is not None:
+        if self._exposed is not None or self._losses >= MOST_LOSSES:
             return False
         period = 1.0 / self._setup.camera.rate
         return self._last is None or time - self._last >= period - _ROUNDING
 
     def expose(self, time: float, request: RenderRequest) -> None:
         """Take a picture now; start rendering it."""
-        self._renderer.send(request)
         self._exposed = self._last = time
+        try:
+            self._renderer.send(request)
+        except RendererLost as loss:
+            self._note(loss)
 
     def await_picture(self, time: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for a due picture; return whether none is late."""
@@ -53,18 +68,34 @@ class Camera:
         """Return the picture that is due now, once; None if none is due.
 
         Raises:
-            BodyError: the renderer failed.
+            BodyError: the renderer cannot render this world or robot.
         """
         stamp, camera = self._exposed, self._setup.camera
         if stamp is None or not self._is_due(time):
             return None
         self._exposed = None
-        shape, received = (camera.model.height, camera.model.width), self._renderer.receive()
+        try:
+            received = self._renderer.receive()
+        except RendererLost as loss:
+            self._note(loss)
+            return None
+        self._losses, shape = 0, (camera.model.height, camera.model.width)
         if isinstance(camera, DepthCameraDescription):
-            depth = np.frombuffer(received, dtype=np.float32).reshape(shape)
+            depth = _array(received, np.float32, shape)
             return DepthImage(stamp, depth, camera.model, camera.range_min, camera.range_max)
-        pixels = np.frombuffer(received, dtype=np.uint8).reshape(*shape, 3)
-        return Image(stamp, pixels, camera.model)
+        return Image(stamp, _array(received, np.uint8, (*shape, 3)), camera.model)
+
+    def take_problems(self) -> list[str]:
+        """Return what happened to the renderer since the last call, as sentences."""
+        problems, self._problems = self._problems, []
+        return problems
+
+    def _note(self, loss: RendererLost) -> None:
+        self._exposed, self._losses = None, self._losses + 1
+        is_off = self._losses >= MOST_LOSSES
+        then = "the camera stays off" if is_off else "the next picture starts another one"
+        self._problems.append(f"the renderer of the camera {self._setup.name} {loss}; {then}")
+        self._renderer.close()
 
     def close(self) -> None:
         """Stop the renderer process. Safe to call twice."""
@@ -73,6 +104,17 @@ class Camera:
     def _is_due(self, time: float) -> bool:
         latency = self._setup.camera.latency
         return self._exposed is not None and time >= self._exposed + latency - _ROUNDING
+
+
+def _array(received: bytes, kind: type, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return the pixels in a shape; a picture of another size as it is, a row of values."""
+    whole = len(received) // np.dtype(kind).itemsize
+    values: NDArray[Any] = np.frombuffer(received, dtype=kind, count=whole)
+    return values.reshape(shape) if values.size == prod(shape) else values
+
+
+class RendererLost(Exception):
+    """The renderer process has ended; the text continues "the renderer …"."""
 
 
 class _RendererProcess:
@@ -143,6 +185,11 @@ class _RendererProcess:
         ours.send(self._setup)
         return ours
 
-    def _lost(self) -> BodyError:
-        code = None if self._process is None else self._process.poll()
-        return BodyError(f"the camera renderer ended unexpectedly (exit code {code})")
+    def _lost(self) -> RendererLost:
+        assert self._process is not None
+        try:
+            code = self._process.wait(1.0)  # its end of the pipe is closed
+        except subprocess.TimeoutExpired:
+            return RendererLost("no longer answers")
+        how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with {code}"
+        return RendererLost(how)

@@ -33,7 +33,7 @@ def main_nodes(rows: tuple[TreeRow, ...]) -> list[TreeRow]:
 
 def layout(snapshot: Snapshot) -> rrb.Blueprint:
     """Blueprint with world, camera, tree, states, plots and log."""
-    side = rrb.Vertical(_camera(), _tree(), row_shares=[2, 3])
+    side = rrb.Vertical(_pictures(snapshot), _tree(), row_shares=[2, 3])
     top = rrb.Horizontal(_world(snapshot), side, column_shares=[5, 2])
     curves = rrb.Horizontal(
         _curves("speed", "Speed m/s"),
@@ -76,13 +76,20 @@ def _world(snapshot: Snapshot) -> rrb.Spatial3DView:
     )
 
 
-def _camera() -> rrb.Spatial2DView:
+def _pictures(snapshot: Snapshot) -> Any:
+    """The camera's picture; beside it that of the depth camera if there is one in use."""
+    if snapshot.depth_points is None:
+        return _picture("camera", "Camera")
+    return rrb.Vertical(_picture("camera", "Camera"), _picture("depth", "Depth"))
+
+
+def _picture(name: str, title: str) -> rrb.Spatial2DView:
     return rrb.Spatial2DView(
-        origin="world/camera",
-        contents=["world/camera/**"],
-        name="Camera",
+        origin=f"world/{name}",
+        contents=[f"world/{name}/**"],
+        name=title,
         background=BACKGROUND,
-        spatial_information=rrb.SpatialInformation(target_frame="camera_picture"),
+        spatial_information=rrb.SpatialInformation(target_frame=f"{name}_picture"),
     )
 
 

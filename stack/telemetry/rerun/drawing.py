@@ -29,6 +29,12 @@ from stack.telemetry.rerun.localisation import (
 )
 from stack.telemetry.rerun.objects import draw_detections, draw_mask
 from stack.telemetry.rerun.parameters import RecordingParameters
+from stack.telemetry.rerun.pictures import (
+    DEPTH_COLOUR,
+    draw_colour_picture,
+    draw_depth_picture,
+    draw_depth_points,
+)
 from stack.telemetry.rerun.place import (
     draw_markers,
     draw_places,
@@ -36,11 +42,11 @@ from stack.telemetry.rerun.place import (
     draw_scene,
     hide_scene,
 )
-from stack.telemetry.rerun.recording import BASE, MAP, OPTICAL, PICTURE, TRUTH, Recording
+from stack.telemetry.rerun.recording import BASE, MAP, TRUTH, Recording
 from stack.telemetry.tree_text import NOTHING, tree_markdown
 from stack.types import (
-    CameraModel,
     ColourMask,
+    DepthImage,
     Detection,
     FloatArray,
     Footprint,
@@ -93,8 +99,6 @@ TRAIL_STEP = 0.05
 PERSON_HEIGHT = 1.7
 PLAN_HEIGHTS = {"path": 0.05, "local_plan": 0.08}
 """Metres."""
-
-JPEG_QUALITY = 80
 
 
 class RerunDrawing:
@@ -272,36 +276,15 @@ class RerunDrawing:
 
     def image(self, image: Image) -> None:
         """Log a camera picture; before the first one, log the camera's pose and model."""
-        import cv2
+        draw_colour_picture(self._recording, image)
 
-        if self._recording.frame("world/camera/picture", PICTURE):
-            self._camera(image.camera)
-        bgr = np.ascontiguousarray(image.pixels[:, :, ::-1])
-        done, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-        if done:
-            picture = rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg")
-            self._recording.stream.log("world/camera/picture", picture)
+    def depth_image(self, image: DepthImage) -> None:
+        """Log a picture of a depth camera, likewise; the world shows its points."""
+        draw_depth_picture(self._recording, image)
 
-    def _camera(self, camera: CameraModel) -> None:
-        transform = camera.base_from_optical()
-        mount = rr.Transform3D(
-            translation=transform[:3, 3],
-            mat3x3=transform[:3, :3],
-            parent_frame=BASE,
-            child_frame=OPTICAL,
-        )
-        lens = rr.Pinhole(
-            image_from_camera=camera.matrix,
-            width=camera.width,
-            height=camera.height,
-            parent_frame=OPTICAL,
-            child_frame=PICTURE,
-            image_plane_distance=0.5,
-            color=ROBOT_COLOUR,
-            line_width=0.006,
-        )
-        self._recording.stream.log("world/camera/mount", mount, static=True)
-        self._recording.stream.log("world/camera/lens", lens, static=True)
+    def depth_points(self, points: FloatArray) -> None:
+        """Draw the obstacles of the depth cameras, (n, 3) map frame."""
+        draw_depth_points(self._recording, points)
 
     def _constants(self) -> None:
         """Log what does not change of entities: sizes and colours; and the robot's outline."""
@@ -313,6 +296,7 @@ class RerunDrawing:
             "local_plan": lines(radii=0.02, colors=LOCAL_PLAN_COLOUR),
             "tracks": lines(radii=0.012, colors=TRACK_COLOUR),
             "tracks/velocity": arrows(radii=0.02, colors=TRACK_COLOUR),
+            "depth_points": rr.Points3D.from_fields(radii=0.02, colors=DEPTH_COLOUR),
             "goal": arrows(radii=0.03, colors=GOAL_COLOUR),
             "people": rr.Capsules3D.from_fields(colors=PERSON_COLOUR, fill_mode="solid"),
         }

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import rerun as rr
 
-from stack.telemetry.rerun.recording import PICTURE, Recording
+from stack.telemetry.rerun.pictures import PICTURE
+from stack.telemetry.rerun.recording import Recording
 from stack.types import ColourMask, Detection
 
 BOX_COLOUR = (255, 160, 60)

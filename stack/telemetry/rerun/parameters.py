@@ -29,7 +29,11 @@ class RecordingParameters:
         0.5, "Hz", above=0.0, at_most=100.0, help="changed parts of the global costmap"
     )
     picture_rate: float = parameter(
-        2.0, "Hz", above=0.0, at_most=100.0, help="camera pictures, as JPEG"
+        2.0,
+        "Hz",
+        above=0.0,
+        at_most=100.0,
+        help="camera pictures as JPEG, depth pictures as PNG, and depth obstacles",
     )
     write_period: float = parameter(
         4.0, "s", at_least=0.1, at_most=60.0,

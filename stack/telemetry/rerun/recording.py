@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stack.telemetry.rerun.blueprint import TIMELINE
 from stack.telemetry.rerun.file import RecordingFile
 
-MAP, BASE, TRUTH, OPTICAL, PICTURE = "map", "base", "truth", "camera_optical", "camera_picture"
+MAP, BASE, TRUTH = "map", "base", "truth"
 """Named frames of the recording; the robot model adds one for each link."""
 
 Instances = Sequence[Any] | NDArray[Any]

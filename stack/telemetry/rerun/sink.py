@@ -61,6 +61,9 @@ class RerunSink:
         self._snapshots = _Clock(rates.rate)
         self._scans, self._particles = _Clock(rates.scan_rate), _Clock(rates.particle_rate)
         self._plans, self._pictures = _Clock(rates.plan_rate), _Clock(rates.picture_rate)
+        self._depth_pictures, self._depth_points = (
+            _Clock(rates.picture_rate), _Clock(rates.picture_rate),
+        )  # fmt: skip
         self._costmaps = {
             "local_costmap": _Clock(rates.local_costmap_rate),
             "global_costmap": _Clock(rates.global_costmap_rate),
@@ -79,7 +82,7 @@ class RerunSink:
         self._state: MissionState | None = None
         self._tree: tuple[TreeRow, ...] = ()
         self._activity = ""
-        self._image_stamp = -1.0
+        self._image_stamp = self._depth_stamp = -1.0
 
     @property
     def record(self) -> str:
@@ -153,6 +156,13 @@ class RerunSink:
             if self._pictures.take(snapshot.time):
                 self._image_stamp = image.stamp
                 self._drawing.image(image)
+        depth = snapshot.depth_image
+        if depth is not None and depth.stamp != self._depth_stamp:
+            if self._depth_pictures.take(snapshot.time):
+                self._depth_stamp = depth.stamp
+                self._drawing.depth_image(depth)
+        if snapshot.depth_points is not None and self._depth_points.take(snapshot.time):
+            self._drawing.depth_points(snapshot.depth_points)
 
     def _draw_objects(self, snapshot: Snapshot) -> None:
         assert self._drawing is not None

@@ -47,6 +47,7 @@ EXPECTED = {
     "32_table_tops",
     "33_find_the_red_box",
     "36_glass_and_edges",
+    "39_depth_camera_only",
 }
 
 

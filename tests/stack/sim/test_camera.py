@@ -146,13 +146,43 @@ def test_an_unknown_marker_raises_when_its_picture_is_due():
         camera.close()
 
 
-def test_a_lost_renderer_is_an_error_and_not_a_hang():
+def test_a_killed_renderer_costs_a_picture_and_the_next_one_starts_another():
     camera = Camera(setup())
     try:
         camera.expose(0.0, SHOT)
         camera._renderer._process.kill()
-        with pytest.raises(BodyError, match="renderer ended unexpectedly"):
-            camera.take(0.1)
+        assert camera.take(0.1) is None
+        assert camera.take_problems() == [
+            "the renderer of the camera camera was killed (SIGKILL);"
+            " the next picture starts another one"
+        ]
+        camera.expose(0.2, SHOT)
+        assert camera.take(0.3).stamp == 0.2
+        assert camera.take_problems() == []
+    finally:
+        camera.close()
+
+
+def test_a_camera_whose_renderer_always_ends_stays_off():
+    camera = Camera(setup())
+    try:
+        for number in range(3):
+            assert camera.is_ready(float(number))
+            camera.expose(float(number), SHOT)
+            camera._renderer._process.kill()
+            assert camera.take(number + 0.1) is None
+        assert camera.take_problems()[-1].endswith("was killed (SIGKILL); the camera stays off")
+        assert not camera.is_ready(10.0)
+    finally:
+        camera.close()
+
+
+def test_a_truncated_answer_is_delivered_as_it_is():
+    camera = Camera(setup())
+    try:
+        camera.expose(0.0, SHOT)
+        camera._renderer.receive = lambda: bytes(1000)
+        assert camera.take(0.1).pixels.shape == (1000,)  # the camera watch refuses it
     finally:
         camera.close()
 

@@ -34,7 +34,3 @@ class DepthParameters:
     memory: float = parameter(
         60.0, "s", at_least=0.0, help="how long a point is kept that no picture shows again"
     )
-    least_valid: float = parameter(
-        0.05, at_least=0.0, at_most=1.0,
-        help="share of valid pixels below which a picture is ignored; the robot then stops",
-    )  # fmt: skip

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from robots.load import find_robot, read_robot
 from stack.frames.buffer import TransformBuffer
-from stack.perception.depth_obstacles import (
+from stack.perception.depth.obstacles import (
     DepthObstacles,
     obstacle_points,
     projected,
 )
-from stack.perception.depth_parameters import DepthParameters
+from stack.perception.depth.parameters import DepthParameters
 from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
 from stack.sim.worlds.world import Box, Drop, Wall
 from stack.types import CameraModel, DepthImage, Observation, Odometry, Pose2D, Twist
@@ -144,25 +144,18 @@ def test_points_that_no_picture_shows_again_expire():
     assert len(seen.see(picture(at=away, boxes=(KERB,)), at=away, after=2.0).points) == 0
 
 
-BAD = {
-    "of another size": lambda depth: depth[:60],
-    "invalid": lambda depth: np.full_like(depth, np.nan),
-    "covered": lambda depth: np.where(np.arange(160) < 4, depth, np.nan).astype(np.float32),
-    "empty": lambda depth: np.full_like(depth, inf),
-}
-
-
-@pytest.mark.parametrize("fault", BAD)
-def test_a_useless_picture_is_ignored_and_the_camera_counts_as_silent(fault):
-    seen, good = Seen(), picture(boxes=(KERB,))
-    before = seen.see(good)
-    assert before.ages == {"depth": 0.0}
-    after = seen.see(replace(good, depth=BAD[fault](good.depth)), after=0.7)
-    assert after.ages["depth"] == pytest.approx(0.7)
-    assert np.array_equal(after.points, before.points)
-
-
 def test_a_camera_that_never_delivers_is_infinitely_old_and_one_that_is_off_has_no_age():
     assert Seen().see().ages == {"depth": inf}
     off = Seen(obstacles=False)
     assert off.see(picture(boxes=(KERB,))).ages == {} and not off.obstacles.is_on
+
+
+def test_a_known_point_stays_where_it_is_until_it_is_seen_from_much_nearer():
+    seen, near = Seen(), Pose2D(1.0, 0.0)
+    first = {tuple(p) for p in seen.see(picture(boxes=(PLATE,))).spatial.tolist()}
+    again = {tuple(p) for p in seen.see(picture(boxes=(PLATE,), number=1)).spatial.tolist()}
+    assert len(first) >= 20 and len(first & again) > 0.9 * len(first)
+    closer = picture(boxes=(PLATE,), at=near, number=2)
+    after = {tuple(p) for p in seen.see(closer, at=near).spatial.tolist()}
+    # From 1.5 m instead of 2.5 m, the points in view have moved; those beside the view have not.
+    assert 0 < len(first & after) < 0.5 * len(first)

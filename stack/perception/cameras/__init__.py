@@ -1,0 +1,1 @@
+"""Cameras: whether their pictures can be used."""

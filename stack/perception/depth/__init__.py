@@ -1,0 +1,1 @@
+"""Depth pictures: obstacles and missing floor, point clouds, virtual scans."""

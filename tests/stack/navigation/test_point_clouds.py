@@ -1,0 +1,41 @@
+"""Point clouds that behaviours ask for."""
+
+import numpy as np
+import pytest
+
+from stack.errors import ParameterError
+from tests.stack.navigation.test_robot_facade import Rig
+from tests.stack.perception.cameras.pictures import SCOUT, floor_picture
+
+
+@pytest.fixture
+def rig():
+    made = Rig()
+    yield made
+    made.toy.navigator.close()
+
+
+def with_depth_camera(rig):
+    """Give the rig's robot the depth camera of scout."""
+    object.__setattr__(rig.world.robot, "depth_cameras", SCOUT.depth_cameras)
+    return rig.facade
+
+
+def test_a_cloud_is_that_of_the_newest_picture_since_the_camera_is_on(rig):
+    facade = with_depth_camera(rig)
+    rig.state.measurements["depth"] = floor_picture(-0.1)
+    assert facade.point_cloud() is None  # taken before anybody asked
+    rig.state.measurements["depth"] = floor_picture(0.0)
+    cloud = facade.point_cloud("depth", voxel=0.1)
+    assert cloud.stamp == 0.0 and np.abs(cloud.points[:, 2]).max() < 0.05
+    assert len(facade.point_cloud("depth", voxel=0.1, above=0.06).points) == 0
+
+
+def test_wrong_arguments_are_refused(rig):
+    with pytest.raises(ParameterError, match="the robot has no depth camera"):
+        rig.facade.point_cloud()
+    facade = with_depth_camera(rig)
+    with pytest.raises(ParameterError, match="unknown depth camera 'dept'"):
+        facade.point_cloud("dept")
+    with pytest.raises(ParameterError, match="expected more than 0 m, got 0"):
+        facade.point_cloud(voxel=0.0)
