@@ -4,7 +4,9 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.camera import CameraModel
 from stack.types.detections import OBJECT_COLOURS, Detection, ObjectColour
+from stack.types.distortion import DISTORTION
 from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
@@ -36,7 +38,6 @@ from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeVi
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
-    CameraModel,
     DepthImage,
     Image,
     Imu,
@@ -77,6 +78,7 @@ __all__ = [
     "DepthPoints",
     "NO_DEPTH",
     "CameraModel",
+    "DISTORTION",
     "CostGrid",
     "CoveragePlan",
     "Expression",

@@ -1,4 +1,4 @@
-"""Pictures of a scene in colour or depth, by PyBullet's software renderer with a pinhole model.
+"""Pictures of a scene in colour or depth, by PyBullet's software renderer.
 
 The same request gives the same picture in any process.
 """
@@ -17,6 +17,7 @@ from stack.drivetrain.description import CameraDescription, DepthCameraDescripti
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_robot import load_robot
 from stack.sim.physics.scene import Scene
+from stack.sim.sensors.lens import Lens
 from stack.sim.worlds.world import World
 from stack.streams import stream
 from stack.types import CameraModel, FloatArray
@@ -82,8 +83,8 @@ class CameraRenderer:
             self._scene = Scene.with_visual_shapes(bullet, self._client, setup.world, path)
         self._robot = self._load(setup.urdf)
         self._others: list[tuple[int, Any]] = []
-        model = setup.camera.model
-        self._projection = projection(model, NEAR, _far(setup.camera))
+        self._lens = Lens(setup.camera.model)
+        self._projection = projection(self._lens.pinhole, NEAR, _far(setup.camera))
 
     def render(self, request: RenderRequest) -> NDArray[np.uint8] | NDArray[np.float32]:
         """Return the picture with its noise.
@@ -106,7 +107,7 @@ class CameraRenderer:
     def _rendered(self, request: RenderRequest) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Return colours (height, width, 3) and the depth buffer (height, width)."""
         self._place_bodies(request)
-        model = self._setup.camera.model
+        model = self._lens.pinhole
         answer = self._bullet.getCameraImage(
             model.width,
             model.height,
@@ -119,7 +120,11 @@ class CameraRenderer:
         )
         shape = (model.height, model.width)
         pixels: NDArray[np.uint8] = np.asarray(answer[2], dtype=np.uint8).reshape(*shape, 4)
-        return pixels[:, :, :3], np.asarray(answer[3], dtype=np.float32).reshape(shape)
+        depth = np.asarray(answer[3], dtype=np.float32).reshape(shape)
+        return (
+            self._lens.seen(pixels[:, :, :3], smooth=True),
+            self._lens.seen(depth, smooth=False),
+        )
 
     def close(self) -> None:
         """Disconnect. Safe to call twice."""
@@ -191,11 +196,17 @@ def projection(model: CameraModel, near: float, far: float) -> FloatArray:
     TinyRenderer samples column i at (x + 1) width / 2 = i, and row j at (y + 1) height / 2 =
     height - 1 - j, where the camera model has the centres of pixels at i + 0.5 and j + 0.5. The
     offsets of half a pixel correct this.
+
+    Args:
+        model: of the camera; its distortion is ignored.
+        near: clipping plane, metres.
+        far: clipping plane, metres.
     """
-    f, width, height = model.focal_length, model.width, model.height
+    width, height = model.width, model.height
     matrix = np.zeros((4, 4))
-    matrix[0, 0], matrix[1, 1] = 2.0 * f / width, 2.0 * f / height
-    matrix[0, 2], matrix[1, 2] = 1.0 / width, 1.0 / height
+    matrix[0, 0], matrix[1, 1] = 2.0 * model.fx / width, 2.0 * model.fy / height
+    matrix[0, 2] = 1.0 / width + (1.0 - 2.0 * model.cx / width)
+    matrix[1, 2] = 1.0 / height + (2.0 * model.cy / height - 1.0)
     matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
     matrix[3, 2] = -1.0
     return matrix

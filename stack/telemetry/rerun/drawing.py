@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import cos, sin
 from pathlib import Path as FilePath
 from typing import Any
@@ -51,6 +52,8 @@ from stack.types import (
 )
 
 Colour = tuple[int, int, int]
+
+_rectifying_maps = lru_cache(maxsize=1)(CameraModel.rectifying_maps)
 
 ROBOT_COLOUR = (94, 200, 255)
 TRUTH_COLOUR = (150, 158, 170)
@@ -260,12 +263,16 @@ class RerunDrawing:
         self._recording.stream.log("tree_text", document)
 
     def image(self, image: Image) -> None:
-        """Log a camera picture; before the first one, log the camera's pose and model."""
+        """Log a rectified camera picture; before the first one, the camera's pose and model."""
         import cv2
 
         if self._recording.frame("world/camera/picture", PICTURE):
             self._camera(image.camera)
-        bgr = np.ascontiguousarray(image.pixels[:, :, ::-1])
+        pixels = image.pixels
+        if image.camera.is_distorted:  # the viewer's camera is a pinhole
+            maps = _rectifying_maps(image.camera)
+            pixels = cv2.remap(pixels, *maps, cv2.INTER_LINEAR)  # type: ignore[assignment]
+        bgr = np.ascontiguousarray(pixels[:, :, ::-1])
         done, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         if done:
             picture = rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg")
