@@ -83,7 +83,16 @@ def read_camera(section: Section | None) -> CameraDescription | None:
     """Read the camera; None without a section."""
     if section is None:
         return None
-    return parameters_of(section, CameraDescription, model=_model(section))
+    camera = parameters_of(section, CameraDescription, model=_model(section))
+    limit = min(1.0 / camera.rate, 2.0 * camera.latency)
+    if camera.exposure > limit:
+        mark = (section.node.get("exposure") or section.node).mark
+        sentence = (
+            f"exposure: {camera.exposure:g} s must be at most {limit:g} s, the time between two "
+            "pictures and twice the latency, which counts from the middle of the exposure"
+        )
+        section.findings.error(SHAPE, mark, sentence)
+    return camera
 
 
 def _depth_camera(section: Section | None) -> DepthCameraDescription | None:

@@ -21,7 +21,7 @@ from stack.drivetrain.description import (
 )
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.sensors.camera import Camera
-from stack.sim.sensors.rendering import RenderSetup
+from stack.sim.sensors.requests import RenderSetup
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Observation, Pose2D

@@ -79,6 +79,14 @@ class CameraDescription:
     latency: float = parameter(0.1, "s", at_least=0.0, help="time from exposure to delivery")
     noise: float = parameter(2.0, at_least=0.0, help="standard deviation of a colour value, 0..255")
     range_max: float = parameter(12.0, "m", above=0.0, help="far limit of the rendering")
+    exposure: float = parameter(
+        0.0, "s", at_least=0.0, at_most=0.5,
+        help="exposure time; pictures of a moving camera are blurred; 0: none",
+    )  # fmt: skip
+    max_gain: float = parameter(
+        1.0, at_least=1.0, at_most=64.0,
+        help="largest gain of the automatic exposure, its inverse is the smallest; 1: fixed",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,15 @@ def test_without_them_the_camera_is_a_centred_pinhole(read):  # noqa: F811
     assert read(zeros).camera.model == model
 
 
+@pytest.mark.parametrize(
+    ("keys", "limit"),
+    [("latency: 20 ms, exposure: 50 ms", 0.04), ("rate: 30, exposure: 0.1", 1 / 30)],
+)
+def test_an_exposure_ends_before_its_picture_is_delivered(read, keys, limit):  # noqa: F811
+    with pytest.raises(InputError, match=f"s must be at most {limit:g} s, the time between"):
+        read(f"{ROBOT}camera: {{position: [0, 0, 1], {keys}}}")
+
+
 def test_depth_cameras_have_the_same_keys(read):  # noqa: F811
     text = LENS.replace("\n", "\n  ").replace("camera:", "depth_cameras:\n  front:", 1)
     assert read(f"{ROBOT}{text}").depth_cameras["front"].model.fx == 421.5

@@ -14,6 +14,7 @@ from stack.sim.physics.meshes import (
     Mesh,
     file_name,
     floor,
+    glass_meshes,
     merged,
     painted,
     pits,
@@ -46,6 +47,7 @@ class Scene:
         self.obstacles: dict[int, str] = {}
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
         self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
+        self._glass: list[int] = []
 
     @classmethod
     def with_collision_shapes(
@@ -86,7 +88,7 @@ class Scene:
     def with_visual_shapes(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
         """Build a scene for rendering: one mesh per colour, floor, doors, people and markers.
 
-        Glass is not drawn: neither a lidar nor a depth camera sees it.
+        Glass is hidden until `show_glass` is called: neither a lidar nor a depth camera sees it.
 
         Raises:
             BodyError: a marker's dictionary or number is unknown to OpenCV.
@@ -95,6 +97,9 @@ class Scene:
         scene.floor = scene._add_visual_floor(world)
         for colour, mesh in static_meshes(world, glass=False).items():
             scene._add_visual_mesh(scene._write(mesh), colour)
+        for colour, mesh in glass_meshes(world).items():
+            scene._glass.append(scene._add_visual_mesh(scene._write(mesh), colour))
+        scene.show_glass(False)
         for line in world.lines:
             scene._add_visual_mesh(scene._write(painted(line)), line.colour)
         for door in world.doors:
@@ -106,6 +111,16 @@ class Scene:
             texture = bullet.loadTexture(str(board_texture(marker, folder)), physicsClientId=client)
             bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
         return scene
+
+    @property
+    def has_glass(self) -> bool:
+        """Whether there are walls of glass."""
+        return bool(self._glass)
+
+    def show_glass(self, shown: bool) -> None:
+        """Show the walls of glass as if they were not transparent, or hide them."""
+        for body in self._glass:
+            self._move(body, 0.0, 0.0, 0.0 if shown else HIDDEN_HEIGHT, 0.0)
 
     def place_door(self, name: str, closed: bool) -> None:
         """Move a door into its gap, or below the floor."""

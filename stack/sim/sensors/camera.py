@@ -11,7 +11,7 @@ import numpy as np
 
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
-from stack.sim.sensors.rendering import RenderRequest, RenderSetup
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.types import DepthImage, Image
 
 _ROUNDING = 1e-9

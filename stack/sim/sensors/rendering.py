@@ -5,7 +5,6 @@ The same request gives the same picture in any process.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,54 +16,23 @@ from stack.drivetrain.description import CameraDescription, DepthCameraDescripti
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_robot import load_robot
 from stack.sim.physics.scene import Scene
+from stack.sim.sensors.exposure import automatic_gain, mean_picture, moments
 from stack.sim.sensors.lens import Lens
-from stack.sim.worlds.world import World
+from stack.sim.sensors.requests import Position, Quaternion, RenderRequest, RenderSetup
 from stack.streams import stream
 from stack.types import CameraModel, FloatArray
 
 NEAR = 0.02
 """Near clipping plane, metres in front of the camera."""
 
+TINT = 0.12
+"""Share of a pixel's colour that is that of the glass in front; the rest shines through."""
+
 NOTHING = 0.9999
 """Share of the far clipping plane beyond which a pixel shows nothing."""
 
-Position = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 """Transform between OpenGL's eye frame (y up, looking along -z) and the optical frame."""
-
-
-@dataclass(frozen=True, slots=True)
-class RenderSetup:
-    """The constant inputs of a renderer: world, robot, camera, seed and the camera's name."""
-
-    world: World
-    urdf: FilePath
-    camera: CameraDescription | DepthCameraDescription
-    seed: int
-    name: str = "camera"
-
-
-@dataclass(frozen=True, slots=True)
-class RenderRequest:
-    """State of everything that moves, at the time of exposure.
-
-    Attributes:
-        step: physics step; selects the image noise.
-        position: (x, y, z) of the base frame, world frame, metres.
-        orientation: quaternion x, y, z, w of the base frame.
-        people: (n, 3) x, y, radius, world frame, metres; nan: not there.
-        doors: name -> closed.
-        robots: (URDF, position, orientation) of the other robots, always in the same order.
-    """
-
-    step: int
-    position: Position
-    orientation: Quaternion
-    people: FloatArray
-    doors: dict[str, bool]
-    robots: tuple[tuple[FilePath, Position, Quaternion], ...] = ()
 
 
 class CameraRenderer:
@@ -92,26 +60,39 @@ class CameraRenderer:
         (height, width, 3) uint8 RGB, or (height, width) float32 metres along the optical axis.
         """
         camera = self._setup.camera
-        colours, buffer = self._rendered(request)
         random = stream(self._setup.seed, self._setup.name, request.step)
         if isinstance(camera, DepthCameraDescription):
-            return measured_depth(buffer, camera, random)
-        light = np.float32(self._setup.world.light)
-        if camera.noise <= 0.0 and light == 1.0:
-            return np.ascontiguousarray(colours)
-        noise = random.standard_normal(colours.shape, dtype=np.float32) * np.float32(camera.noise)
-        noisy = np.clip(np.rint(light * colours + noise), 0, 255)
+            return measured_depth(self._rendered(request)[1], camera, random)
+        shots = [self._rendered(moment)[0] for moment in moments(request, camera)]
+        colours, light = mean_picture(shots), self._setup.world.light
+        gain = automatic_gain(colours, light, camera)
+        if camera.noise <= 0.0 and light * gain == 1.0 and len(shots) == 1:
+            return np.ascontiguousarray(shots[0])
+        deviation = np.float32(camera.noise * max(1.0, gain))
+        noise = random.standard_normal(colours.shape, dtype=np.float32) * deviation
+        noisy = np.clip(np.rint(np.float32(light * gain) * colours + noise), 0, 255)
         picture: NDArray[np.uint8] = noisy.astype(np.uint8)
         return picture
 
     def _rendered(self, request: RenderRequest) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Return colours (height, width, 3) and the depth buffer (height, width)."""
         self._place_bodies(request)
+        view = self._view(request)
+        colours, depth = self._drawn(view)
+        if self._scene.has_glass and not isinstance(self._setup.camera, DepthCameraDescription):
+            self._scene.show_glass(True)
+            panes, nearest = self._drawn(view)
+            self._scene.show_glass(False)
+            colours = behind_glass(colours, panes, nearest < depth)
+        return self._lens.seen(colours, smooth=True), self._lens.seen(depth, smooth=False)
+
+    def _drawn(self, view: FloatArray) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Return the pinhole picture of the scene: colours and depth buffer."""
         model = self._lens.pinhole
         answer = self._bullet.getCameraImage(
             model.width,
             model.height,
-            viewMatrix=self._view(request).T.ravel().tolist(),
+            viewMatrix=view.T.ravel().tolist(),
             projectionMatrix=self._projection.T.ravel().tolist(),
             shadow=0,
             renderer=self._bullet.ER_TINY_RENDERER,
@@ -120,11 +101,7 @@ class CameraRenderer:
         )
         shape = (model.height, model.width)
         pixels: NDArray[np.uint8] = np.asarray(answer[2], dtype=np.uint8).reshape(*shape, 4)
-        depth = np.asarray(answer[3], dtype=np.float32).reshape(shape)
-        return (
-            self._lens.seen(pixels[:, :, :3], smooth=True),
-            self._lens.seen(depth, smooth=False),
-        )
+        return pixels[:, :, :3], np.asarray(answer[3], dtype=np.float32).reshape(shape)
 
     def close(self) -> None:
         """Disconnect. Safe to call twice."""
@@ -162,6 +139,20 @@ class CameraRenderer:
         base[:3, 3] = request.position
         world_from_optical = base @ self._setup.camera.model.base_from_optical()
         return np.linalg.inv(world_from_optical @ _FLIP).astype(np.float64)
+
+
+def behind_glass(
+    colours: NDArray[np.uint8], panes: NDArray[np.uint8], covered: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """Return a picture (height, width, 3) of what is seen through glass.
+
+    Args:
+        colours: without the glass.
+        panes: with the glass as if it were not transparent.
+        covered: (height, width) where glass is in front.
+    """
+    tinted = np.rint((1.0 - TINT) * colours + TINT * panes).astype(np.uint8)
+    return np.where(covered[:, :, None], tinted, colours)
 
 
 def measured_depth(

@@ -19,7 +19,8 @@ from stack.perception.depth_obstacles import obstacle_points, projected
 from stack.perception.depth_parameters import DepthParameters
 from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import Box, FloorLine
 from stack.types import DepthImage, Image, Marker, Pose2D, wrap_angle
 from tests.stack.sim.sim_rover import EMPTY

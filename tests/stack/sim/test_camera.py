@@ -12,8 +12,9 @@ import pytest
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
 from stack.sim.sensors.camera import Camera
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
-from stack.sim.worlds.world import Box, Door, Person
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
+from stack.sim.worlds.world import Box, Door, Person, Wall
 from stack.types import Marker, Pose2D
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, ROVER
 
@@ -221,3 +222,21 @@ def test_importing_the_physics_prints_nothing():
     )
     assert answer.stdout == "2\n"
     assert answer.stderr == ""
+
+
+def test_glass_tints_colours_and_not_depths():
+    pane = Wall(np.array([[1.0, 0.0], [1.0, 3.0]]), 0.04, 1.5, (0.1, 0.4, 0.1), glass=True)
+    world = replace(EMPTY, boxes=(Box(Pose2D(2.25, 0.0), (0.2, 4.0, 4.0), (0.9, 0.9, 0.9)),))
+    alone = replace(SHOT, people=np.zeros((0, 3)), doors={})
+    plain = picture(alone, world=world).astype(int)
+    tinted = picture(alone, world=replace(world, walls=(pane,))).astype(int)
+    changed = (plain != tinted).any(axis=2)
+    # The pane reaches from y = 0 to the left border, up to 1.5 m: 1.25 m above the lens, 0.83 m
+    # in front of it, which is above the picture.
+    assert changed[:120, :155].all() and not changed[:, 165:].any()
+    change = np.abs(tinted - plain)[:120, :155]
+    assert 2 < change.max() < 0.2 * 255
+    assert (tinted[:120, :155, 1] > tinted[:120, :155, 0]).all()  # green
+    depth = DepthCameraDescription(CAMERA.model, noise=0.0, dropout=0.0)
+    seen = picture(alone, world=replace(world, walls=(pane,)), camera=depth)
+    assert (seen == picture(alone, world=world, camera=depth)).all()
