@@ -65,6 +65,7 @@ class SimulatedBody(Body, SimulatedWorld):
             name: Camera(RenderSetup(world, description.urdf, camera, seed, name))
             for name, camera in _cameras(description).items()
         }
+        self._named: set[str] = set()
 
     @property
     def description(self) -> RobotDescription:
@@ -81,7 +82,16 @@ class SimulatedBody(Body, SimulatedWorld):
         self._simulation.begin()
         pictures = {name: camera.take(self.time) for name, camera in self._cameras.items()}
         taken = {name: picture for name, picture in pictures.items() if picture is not None}
+        for name in taken:
+            self._name_driver(name)
         return self._robot.observation(self.time, taken)
+
+    def _name_driver(self, name: str) -> None:
+        """Report the driver of a camera's first picture: those of OpenGL differ between drivers."""
+        driver = self._cameras[name].driver
+        if driver and name not in self._named:
+            self._named.add(name)
+            self._robot.report("renderer", f"{name}: pictures are drawn by OpenGL, {driver}")
 
     def command(self, command: BodyCommand) -> None:
         """Command a velocity; `wait` applies ramps, limits and the dead-man stop.

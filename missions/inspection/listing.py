@@ -244,6 +244,10 @@ def _declared(part: object) -> list[Declaration]:
     return list(declarations(cls).values())
 
 
+def _value_text(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
+
+
 def _describe_robot(name: str) -> str:
     robot = load_robot(name, CURRENT_FOLDER)
     lines = [f"{name}: {_robot_summary(name)}"]
@@ -260,7 +264,7 @@ def _describe_robot(name: str) -> str:
         values = ((item, getattr(part, item.name)) for item in _declared(part))
         lines.append(f"{title}:")
         lines += [
-            f"  {item.name} = {value:g} {item.unit}".rstrip() + f"  ({item.help})"
+            f"  {item.name} = {_value_text(value)} {item.unit}".rstrip() + f"  ({item.help})"
             for item, value in values
         ]
     return "\n".join(lines)

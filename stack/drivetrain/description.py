@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path as FilePath
 from typing import Any
@@ -87,6 +87,11 @@ class CameraDescription:
         1.0, at_least=1.0, at_most=64.0,
         help="largest gain of the automatic exposure, its inverse is the smallest; 1: fixed",
     )  # fmt: skip
+    renderer: str = parameter(
+        "tiny", one_of=("tiny", "gl", "auto"),
+        help="tiny: PyBullet's own; gl: OpenGL, about ten times faster, needs treepilot[gl]; auto: "
+        "gl where it works",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -105,6 +110,11 @@ class DepthCameraDescription:
     )
     range_min: float = parameter(0.15, "m", above=0.0, help="shortest measured distance")
     range_max: float = parameter(4.0, "m", above=0.0, help="longest measured distance")
+    renderer: str = parameter(
+        "tiny", one_of=("tiny", "gl", "auto"),
+        help="tiny: PyBullet's own; gl: OpenGL, about ten times faster, needs treepilot[gl]; auto: "
+        "gl where it works",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -178,6 +188,12 @@ class RobotDescription:
     body: str = "simulated"
     skid: Skid = field(default_factory=Skid)
     depth_cameras: Mapping[str, DepthCameraDescription] = field(default_factory=dict)
+
+    def drawn_by(self, renderer: str) -> RobotDescription:
+        """Return the robot with this renderer for all simulated cameras: tiny, gl or auto."""
+        camera = None if self.camera is None else replace(self.camera, renderer=renderer)
+        depth = {name: replace(it, renderer=renderer) for name, it in self.depth_cameras.items()}
+        return replace(self, camera=camera, depth_cameras=depth)
 
     @property
     def all_lidars(self) -> dict[str, LidarDescription]:

@@ -8,8 +8,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stack.sim.physics.boards import board_quad, board_texture
+from stack.sim.physics.boards import board_quad, board_texture, read_board
 from stack.sim.physics.meshes import (
     Mesh,
     file_name,
@@ -39,12 +40,14 @@ class Scene:
     Attributes:
         floor: body number of the floor.
         obstacles: body number -> description, of all bodies with a collision shape but the floor.
+        textures: body number -> (rows, columns, 3) uint8, of the markers' boards.
     """
 
     def __init__(self, bullet: Any, client: int, world: World, folder: FilePath) -> None:
         self._bullet, self._client, self._folder = bullet, client, folder
         self.floor = -1
         self.obstacles: dict[int, str] = {}
+        self.textures: dict[int, NDArray[np.uint8]] = {}
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
         self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
         self._glass: list[int] = []
@@ -108,7 +111,9 @@ class Scene:
             scene._add_person(person.radius, visible=True)
         for marker in world.markers:
             body = scene._add_visual_mesh(board_quad(marker, folder), (1.0, 1.0, 1.0))
-            texture = bullet.loadTexture(str(board_texture(marker, folder)), physicsClientId=client)
+            file = board_texture(marker, folder)
+            texture = bullet.loadTexture(str(file), physicsClientId=client)
+            scene.textures[body] = read_board(file)
             bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
         return scene
 

@@ -66,6 +66,11 @@ class Camera:
         pixels = np.frombuffer(received, dtype=np.uint8).reshape(*shape, 3)
         return Image(stamp, pixels, camera.model)
 
+    @property
+    def driver(self) -> str:
+        """Driver of OpenGL that has drawn a picture; empty for PyBullet's software renderer."""
+        return self._renderer.driver
+
     def close(self) -> None:
         """Stop the renderer process. Safe to call twice."""
         self._renderer.close()
@@ -84,7 +89,7 @@ class _RendererProcess:
     """
 
     def __init__(self, setup: RenderSetup) -> None:
-        self._setup = setup
+        self._setup, self.driver = setup, ""
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
 
@@ -113,6 +118,9 @@ class _RendererProcess:
             raise self._lost() from error
         if isinstance(answer, str):
             raise BodyError(f"the camera cannot be simulated: {answer}")
+        if isinstance(answer, tuple):
+            (self.driver,) = answer
+            return self.receive()
         picture: bytes = answer
         return picture
 

@@ -1,6 +1,6 @@
-"""Pictures of a scene in colour or depth, by PyBullet's software renderer.
+"""Pictures of a scene in colour or depth.
 
-The same request gives the same picture in any process.
+The same request gives the same picture in any process, with the same renderer (drawing.py).
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from stack.drivetrain.description import CameraDescription, DepthCameraDescripti
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_robot import load_robot
 from stack.sim.physics.scene import Scene
+from stack.sim.sensors.drawing import drawing_of, projection
 from stack.sim.sensors.exposure import automatic_gain, mean_picture, moments
 from stack.sim.sensors.lens import Lens
 from stack.sim.sensors.requests import Position, Quaternion, RenderRequest, RenderSetup
 from stack.streams import stream
-from stack.types import CameraModel, FloatArray
+from stack.types import FloatArray
 
 NEAR = 0.02
 """Near clipping plane, metres in front of the camera."""
@@ -49,10 +50,19 @@ class CameraRenderer:
         with TemporaryDirectory(prefix="treepilot-") as folder:
             path = FilePath(folder)
             self._scene = Scene.with_visual_shapes(bullet, self._client, setup.world, path)
-        self._robot = self._load(setup.urdf)
-        self._others: list[tuple[int, Any]] = []
-        self._lens = Lens(setup.camera.model)
-        self._projection = projection(self._lens.pinhole, NEAR, _far(setup.camera))
+            self._robot = self._load(setup.urdf)
+            self._others: list[tuple[int, Any]] = []
+            self._lens = Lens(setup.camera.model)
+            pinhole = self._lens.pinhole
+            matrix = projection(pinhole, NEAR, _far(setup.camera))
+            self._drawing = drawing_of(
+                setup.camera.renderer, bullet, self._client, pinhole, matrix, self._scene.textures
+            )
+
+    @property
+    def driver(self) -> str:
+        """Driver of OpenGL that draws the pictures; empty for PyBullet's software renderer."""
+        return self._drawing.driver
 
     def render(self, request: RenderRequest) -> NDArray[np.uint8] | NDArray[np.float32]:
         """Return the picture with its noise.
@@ -78,40 +88,26 @@ class CameraRenderer:
         """Return colours (height, width, 3) and the depth buffer (height, width)."""
         self._place_bodies(request)
         view = self._view(request)
-        colours, depth = self._drawn(view)
+        colours, depth = self._drawing.draw(view)
         if self._scene.has_glass and not isinstance(self._setup.camera, DepthCameraDescription):
             self._scene.show_glass(True)
-            panes, nearest = self._drawn(view)
+            panes, nearest = self._drawing.draw(view)
             self._scene.show_glass(False)
             colours = behind_glass(colours, panes, nearest < depth)
         return self._lens.seen(colours, smooth=True), self._lens.seen(depth, smooth=False)
 
-    def _drawn(self, view: FloatArray) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Return the pinhole picture of the scene: colours and depth buffer."""
-        model = self._lens.pinhole
-        answer = self._bullet.getCameraImage(
-            model.width,
-            model.height,
-            viewMatrix=view.T.ravel().tolist(),
-            projectionMatrix=self._projection.T.ravel().tolist(),
-            shadow=0,
-            renderer=self._bullet.ER_TINY_RENDERER,
-            flags=self._bullet.ER_NO_SEGMENTATION_MASK,
-            physicsClientId=self._client,
-        )
-        shape = (model.height, model.width)
-        pixels: NDArray[np.uint8] = np.asarray(answer[2], dtype=np.uint8).reshape(*shape, 4)
-        return pixels[:, :, :3], np.asarray(answer[3], dtype=np.float32).reshape(shape)
-
     def close(self) -> None:
         """Disconnect. Safe to call twice."""
         if self._client >= 0:
+            self._drawing.close()
             self._bullet.disconnect(physicsClientId=self._client)
             self._client = -1
 
     def _place_bodies(self, request: RenderRequest) -> None:
         self._place_robot(self._robot, request.position, request.orientation)
-        self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
+        if len(self._others) < len(request.robots):
+            self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
+            self._drawing.add_bodies()
         for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
             self._place_robot(robot, position, orientation)
         self._scene.place_people([(x, y) for x, y, _ in request.people.tolist()])
@@ -179,25 +175,3 @@ def _far(camera: CameraDescription | DepthCameraDescription) -> float:
     """Return the distance of the far clipping plane, metres; noise may bring what is beyond."""
     beyond = 1.25 if isinstance(camera, DepthCameraDescription) else 1.0
     return beyond * camera.range_max
-
-
-def projection(model: CameraModel, near: float, far: float) -> FloatArray:
-    """Return (4, 4) OpenGL clip space from eye frame, for a pinhole camera.
-
-    TinyRenderer samples column i at (x + 1) width / 2 = i, and row j at (y + 1) height / 2 =
-    height - 1 - j, where the camera model has the centres of pixels at i + 0.5 and j + 0.5. The
-    offsets of half a pixel correct this.
-
-    Args:
-        model: of the camera; its distortion is ignored.
-        near: clipping plane, metres.
-        far: clipping plane, metres.
-    """
-    width, height = model.width, model.height
-    matrix = np.zeros((4, 4))
-    matrix[0, 0], matrix[1, 1] = 2.0 * model.fx / width, 2.0 * model.fy / height
-    matrix[0, 2] = 1.0 / width + (1.0 - 2.0 * model.cx / width)
-    matrix[1, 2] = 1.0 / height + (2.0 * model.cy / height - 1.0)
-    matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
-    matrix[3, 2] = -1.0
-    return matrix
