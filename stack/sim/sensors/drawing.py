@@ -110,10 +110,19 @@ def drawing_of(  # noqa: PLR0913 - the choice, and what both kinds need
     try:
         return GlDrawing(bullet, client, (model.width, model.height), matrix, textures)
     except BodyError as error:
-        if choice == "gl":
-            raise
-        print(f"pictures are drawn by TinyRenderer: {error}", file=sys.stderr, flush=True)
-        return tiny
+        return instead(choice, tiny, error)
+
+
+def instead(choice: str, tiny: TinyDrawing, error: BodyError) -> Drawing:
+    """Return what draws after OpenGL has failed, and say so on standard error.
+
+    Raises:
+        BodyError: the same one, if OpenGL was chosen.
+    """
+    if choice == "gl":
+        raise error
+    print(f"pictures are drawn by TinyRenderer: {error}", file=sys.stderr, flush=True)
+    return tiny
 
 
 def projection(model: CameraModel, near: float, far: float) -> FloatArray:

@@ -138,6 +138,8 @@ class GlDrawing:
         self._from_inertial[body] = self._bullet.invertTransform(*inertial)
         flags = self._bullet.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS
         found = self._bullet.getVisualShapeData(body, flags, physicsClientId=self._client)
+        if body not in self._textures and any(data[8] >= 0 for data in found):
+            raise BodyError("a robot with a texture cannot be drawn by OpenGL")
         for shape in (shape_of(data) for data in found):
             vertices = self._vertices(shape)
             texture = self._textures.get(body, self._plain)

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import CameraDescription, DepthCameraDescription
+from stack.errors import BodyError
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_robot import load_robot
 from stack.sim.physics.scene import Scene
-from stack.sim.sensors.drawing import drawing_of, projection
+from stack.sim.sensors.drawing import TinyDrawing, drawing_of, instead, projection
 from stack.sim.sensors.exposure import automatic_gain, mean_picture, moments
 from stack.sim.sensors.lens import Lens
 from stack.sim.sensors.requests import Position, Quaternion, RenderRequest, RenderSetup
@@ -54,7 +55,7 @@ class CameraRenderer:
             self._others: list[tuple[int, Any]] = []
             self._lens = Lens(setup.camera.model)
             pinhole = self._lens.pinhole
-            matrix = projection(pinhole, NEAR, _far(setup.camera))
+            self._matrix = matrix = projection(pinhole, NEAR, _far(setup.camera))
             self._drawing = drawing_of(
                 setup.camera.renderer, bullet, self._client, pinhole, matrix, self._scene.textures
             )
@@ -107,12 +108,19 @@ class CameraRenderer:
         self._place_robot(self._robot, request.position, request.orientation)
         if len(self._others) < len(request.robots):
             self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
-            self._drawing.add_bodies()
+            self._draw_new_bodies()
         for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
             self._place_robot(robot, position, orientation)
         self._scene.place_people([(x, y) for x, y, _ in request.people.tolist()])
         for name, closed in request.doors.items():
             self._scene.place_door(name, closed)
+
+    def _draw_new_bodies(self) -> None:
+        try:
+            self._drawing.add_bodies()
+        except BodyError as error:
+            tiny = TinyDrawing(self._bullet, self._client, self._lens.pinhole, self._matrix)
+            self._drawing = instead(self._setup.camera.renderer, tiny, error)
 
     def _load(self, urdf: FilePath) -> tuple[int, Any]:
         """Load a robot; return its body number and the pose of its centre of mass."""

@@ -15,6 +15,9 @@ from stack.types import FloatArray
 SPHERE, BOX, CYLINDER, MESH, CAPSULE = 2, 3, 4, 5, 7
 """PyBullet's numbers of the kinds of shapes."""
 
+MESHES = (".obj", ".stl")
+"""Endings of mesh files."""
+
 SIDES = 32
 """Of a round shape."""
 
@@ -46,7 +49,8 @@ def shape_of(data: tuple[Any, ...]) -> Shape:
     """Return a shape from an item of PyBullet's `getVisualShapeData`.
 
     Raises:
-        BodyError: it is a plane, or its mesh cannot be read.
+        BodyError: it is a plane, its mesh cannot be read, or is of a format whose units and axes
+            readers take differently.
     """
     _, link, kind, size, file, position, orientation, colour = data[:8]
     positions, normals, texels = _triangles(kind, size, file.decode())
@@ -73,6 +77,10 @@ def _triangles(
 def _mesh(file: FilePath, scale: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     import trimesh
 
+    if file.suffix.lower() not in MESHES:
+        raise BodyError(
+            f"the mesh {file.name} cannot be drawn by OpenGL; only {' and '.join(MESHES)} can"
+        )
     try:
         mesh: Any = trimesh.load(file, process=False, force="mesh", maintain_order=True)
         faces = np.asarray(mesh.faces)

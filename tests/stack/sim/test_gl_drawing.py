@@ -89,6 +89,66 @@ def test_depths_differ_by_little():
     assert (np.isfinite(tiny) != np.isfinite(gl)).mean() < 0.001
 
 
+PYRAMID = """\
+v -1 -1 0
+v 1 -1 0
+v 1 1 0
+v -1 1 0
+v 0 0 2
+f 1 2 5
+f 2 3 5
+f 3 4 5
+f 4 1 5
+f 4 3 2 1
+"""
+SHAPES = """\
+<robot name="r"><link name="base">
+<inertial><origin xyz="0.1 0 0.2"/><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><origin xyz="1 -0.4 0.2" rpy="0.2 0 0.3"/>
+<geometry><mesh filename="FILE" scale="0.2 0.2 0.2"/></geometry>
+<material name="a"><color rgba="0.2 0.2 0.8 1"/></material></visual></link>
+<link name="l"><inertial><origin xyz="0.1 0.1 0"/><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><origin xyz="0 0 -0.4" rpy="1 0.3 0"/><geometry><box size="0.2 0.3 0.1"/></geometry>
+<material name="b"><color rgba="0.8 0.3 0.8 1"/></material></visual></link>
+<joint name="j" type="fixed"><origin xyz="1.3 0.2 0.8" rpy="0 0 0.7"/>
+<parent link="base"/><child link="l"/></joint></robot>
+"""
+
+
+def shapes(folder, renderer, file="pyramid.obj"):
+    (folder / "pyramid.obj").write_text(PYRAMID)
+    (folder / file).write_text(PYRAMID)
+    (folder / "r.urdf").write_text(SHAPES.replace("FILE", file))
+    setup = RenderSetup(EMPTY, ROVER.urdf, replace(CAMERA, renderer=renderer), 1)
+    other = ((folder / "r.urdf", (0.5, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),)
+    drawn = CameraRenderer(setup)
+    try:
+        view = replace(request(0.0, 0.0, 0.0), people=np.zeros((0, 3)), doors={}, robots=other)
+        return drawn.render(view)
+    finally:
+        drawn.close()
+
+
+@needs_gl
+def test_meshes_and_links_of_a_urdf_look_alike(tmp_path):
+    tiny, gl = (shapes(tmp_path, name).astype(int) for name in ("tiny", "gl"))
+    blue = (gl[:, :, 2] > 1.5 * gl[:, :, 0]) & (gl[:, :, 2] > 60)
+    purple = (gl[:, :, 0] > 1.5 * gl[:, :, 1]) & (gl[:, :, 2] > 60)
+    assert blue.sum() > 500 and purple.sum() > 200  # both are in the picture
+    assert (np.abs(tiny - gl).max(axis=2) > 2).mean() < 0.001
+
+
+@needs_gl
+def test_a_mesh_that_opengl_cannot_draw_is_an_error(tmp_path, capfd):
+    with pytest.raises(BodyError, match=r"pyramid.dae cannot be drawn by OpenGL; only .obj and"):
+        shapes(tmp_path, "gl", "pyramid.dae")
+    drawn, expected = (shapes(tmp_path, name, "pyramid.dae") for name in ("auto", "tiny"))
+    assert (drawn == expected).all()
+    assert "pictures are drawn by TinyRenderer: the mesh pyramid.dae" in capfd.readouterr().err
+
+
 @needs_gl
 def test_the_same_request_gives_the_same_picture():
     assert all((a == b).all() for a, b in zip(pictures("gl"), pictures("gl"), strict=True))
