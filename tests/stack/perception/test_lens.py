@@ -65,7 +65,7 @@ def test_markers_anywhere_in_the_picture_give_the_pose():
     marker = Marker(7, 0.2, (1.4, 0.0, 0.55), pi)
     random = np.random.default_rng(1)
     pictures = []
-    for _ in range(25):
+    for _ in range(18):
         angle, away, aside = random.uniform([-0.7, 0.9, -0.42], [0.7, 1.5, 0.42])
         x, y = 1.4 - away * cos(angle), away * sin(angle)
         base = Pose2D(x, y, atan2(-y, 1.4 - x) + aside)

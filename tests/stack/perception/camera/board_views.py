@@ -34,7 +34,7 @@ class Bench:
         pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 1, 2)
         criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-9)
         rays = cv2.undistortPoints(pixels, self.matrix, self.distortion, criteria=criteria)
-        self._rays = np.column_stack([rays[:, 0], np.ones(len(rays))])
+        self._rays = np.column_stack([rays[:, 0], np.ones(len(rays))]).astype(np.float32)
         self._side = 60  # pixels of a square in the drawing
         self._drawn = Board(self.parameters).drawn(self._side / self.parameters.square)
 
@@ -48,9 +48,10 @@ class Bench:
         middle = np.array([p.columns * side / 2, p.rows * side / 2, 0.0])
         # A ray r meets the board's plane at depth s: R' (s r - move) + middle has z = 0.
         normal = rotation[:, 2]
-        depth = (normal @ np.asarray(move)) / (self._rays @ normal)
-        on_board = (depth[:, None] * self._rays - move) @ rotation + middle
-        at = on_board[:, :2] * (self._side / side) + self._side // 2 - 0.5
+        depth = np.float32(normal @ np.asarray(move)) / (self._rays @ normal.astype(np.float32))
+        off = depth[:, None] * self._rays - np.asarray(move, dtype=np.float32)
+        on_board = off @ rotation[:, :2].astype(np.float32) + middle[:2].astype(np.float32)
+        at = on_board * np.float32(self._side / side) + np.float32(self._side // 2 - 0.5)
         width, height = self.size
         maps = at.reshape(height * FINE, width * FINE, 2).astype(np.float32)
         maps[(depth <= 0).reshape(maps.shape[:2])] = -1e4
