@@ -32,9 +32,9 @@ class Bench:
         x = (np.arange(width)[:, None] + steps).ravel()
         y = (np.arange(height)[:, None] + steps).ravel()
         pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 1, 2)
-        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-9)
+        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 25, 1e-9)
         rays = cv2.undistortPoints(pixels, self.matrix, self.distortion, criteria=criteria)
-        self._rays = np.column_stack([rays[:, 0], np.ones(len(rays))]).astype(np.float32)
+        self._rays = rays.astype(np.float32)
         self._side = 60  # pixels of a square in the drawing
         self._drawn = Board(self.parameters).drawn(self._side / self.parameters.square)
 
@@ -46,15 +46,15 @@ class Bench:
         rotation, _ = cv2.Rodrigues(np.asarray(turn, dtype=float))
         p, side = self.parameters, self.parameters.square
         middle = np.array([p.columns * side / 2, p.rows * side / 2, 0.0])
-        # A ray r meets the board's plane at depth s: R' (s r - move) + middle has z = 0.
-        normal = rotation[:, 2]
-        depth = np.float32(normal @ np.asarray(move)) / (self._rays @ normal.astype(np.float32))
-        off = depth[:, None] * self._rays - np.asarray(move, dtype=np.float32)
-        on_board = off @ rotation[:, :2].astype(np.float32) + middle[:2].astype(np.float32)
-        at = on_board * np.float32(self._side / side) + np.float32(self._side // 2 - 0.5)
+        # The ray r meets the board's plane at s r with s = n m / n r, where n is the normal and m
+        # the translation, at the point R' (s r - m) + middle of the board: a homography of r.
+        normal, move = rotation[:, 2], np.asarray(move)
+        across = [(normal @ move) * rotation[:, n] + (middle[n] - rotation[:, n] @ move) * normal
+                  for n in range(2)]  # fmt: skip
+        offset = (self._side // 2 - 0.5) * normal
+        to_drawing = np.array([*(self._side / side * row + offset for row in across), normal])
         width, height = self.size
-        maps = at.reshape(height * FINE, width * FINE, 2).astype(np.float32)
-        maps[(depth <= 0).reshape(maps.shape[:2])] = -1e4
+        maps = cv2.perspectiveTransform(self._rays, to_drawing).reshape(height * FINE, -1, 2)
         fine = cv2.remap(self._drawn, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderValue=120)
         grey = fine.reshape(height, FINE, width, FINE).mean(axis=(1, 3))
         noise = np.random.default_rng(seed).normal(0.0, self.noise, grey.shape)
