@@ -89,7 +89,7 @@ class CameraDescription:
     )  # fmt: skip
     renderer: str = parameter(
         "tiny", one_of=("tiny", "gl", "auto"),
-        help="tiny: PyBullet's own; gl: OpenGL, about ten times faster, needs treepilot[gl]; auto: "
+        help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
         "gl where it works",
     )  # fmt: skip
 
@@ -112,7 +112,7 @@ class DepthCameraDescription:
     range_max: float = parameter(4.0, "m", above=0.0, help="longest measured distance")
     renderer: str = parameter(
         "tiny", one_of=("tiny", "gl", "auto"),
-        help="tiny: PyBullet's own; gl: OpenGL, about ten times faster, needs treepilot[gl]; auto: "
+        help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
         "gl where it works",
     )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """What draws pinhole pictures of a PyBullet client: its own software renderer, or OpenGL.
 
-The software renderer draws the same picture on every machine and is the default. OpenGL is about
-ten times faster; its pictures differ on edges and round shapes, and between drivers.
+The software renderer draws the same picture on every machine and is the default. OpenGL is three
+to twelve times as fast; its pictures differ on edges and round shapes, and between drivers.
 """
 
 from __future__ import annotations
