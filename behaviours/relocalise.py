@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from math import atan, degrees, pi, radians
+from math import degrees, pi, radians
 
 import numpy as np
 from py_trees.common import Status
@@ -132,7 +132,7 @@ class Relocalise(RobotBehaviour):
         if picture is None:
             self.feedback_message = "no camera"
             return False
-        view = 2.0 * atan(0.5 * picture.camera.width / picture.camera.focal_length)
+        view = picture.camera.horizontal_view
         step = min(max(STEP_SHARE * view, STEP_RANGE[0]), STEP_RANGE[1])
         turned = 0.0
         while True:

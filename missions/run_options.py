@@ -21,6 +21,7 @@ class RunOptions:
         parameters: `controller.cruise_speed` -> value as text; overrides all files.
         camera: "asked" renders an image only when the mission asks for one; "off" simulates a
             robot without a working camera; "on" renders all the time, for the recording.
+        renderer: tiny | gl | auto, of all cameras; empty: the choice of the robot file.
         watch: reload the mission when its file changes.
         breakpoints: nodes before which the mission stops.
         forced: node -> outcome, in force from the start.
@@ -43,6 +44,7 @@ class RunOptions:
     serve: bool = True
     mavlink: str | None = None
     camera: str = "asked"
+    renderer: str = ""
     parameters: Mapping[str, str] | None = None
     watch: bool = False
     breakpoints: tuple[str, ...] = ()

@@ -17,9 +17,23 @@ from stack.drivetrain.description import (
     SonarDescription,
 )
 from stack.parameters import Declaration, declarations
-from stack.types import CameraModel, Pose2D
+from stack.types import DISTORTION, CameraModel, Pose2D
 
 T = TypeVar("T")
+
+FOCAL = tuple(
+    Declaration(name, float, f"focal length along {axis}", "px", above=0.0, at_most=1e5)
+    for name, axis in (("fx", "x"), ("fy", "y"))
+)
+CENTRE = tuple(
+    Declaration(name, float, f"principal point along {axis}, from the picture's corner", "px",
+                at_least=-1e4, at_most=1e4)
+    for name, axis in (("cx", "x"), ("cy", "y"))
+)  # fmt: skip
+COEFFICIENTS = tuple(
+    Declaration(name, float, "distortion coefficient, OpenCV's order", at_least=-100, at_most=100)
+    for name in DISTORTION
+)
 
 YAW = Declaration("yaw", float, "positive to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
 PITCH = Declaration(
@@ -71,7 +85,16 @@ def read_camera(section: Section | None) -> CameraDescription | None:
     """Read the camera; None without a section."""
     if section is None:
         return None
-    return parameters_of(section, CameraDescription, model=_model(section))
+    camera = parameters_of(section, CameraDescription, model=_model(section))
+    limit = min(1.0 / camera.rate, 2.0 * camera.latency)
+    if camera.exposure > limit:
+        mark = (section.node.get("exposure") or section.node).mark
+        sentence = (
+            f"exposure: {camera.exposure:g} s must be at most {limit:g} s, the time between two "
+            "pictures and twice the latency, which counts from the middle of the exposure"
+        )
+        section.findings.error(SHAPE, mark, sentence)
+    return camera
 
 
 def _depth_camera(section: Section | None) -> DepthCameraDescription | None:
@@ -100,13 +123,54 @@ def _scan(section: Section | None) -> DepthScanDescription | None:
 
 def _model(section: Section) -> CameraModel:
     width, height = (section.value(declared) for declared in PIXELS)
-    focal_length = width / 2 / tan(section.value(FIELD_OF_VIEW) / 2)
+    fx, fy = _focal_lengths(section, width)
+    centre = _listed(section, "principal_point", CENTRE)
+    distortion = _listed(section, "distortion", COEFFICIENTS) or ()
     node = section.node_of("position", required=True)
     position = None if node is None else section.parts("position", node, (X, Y, Z))
     x, y, z = position or (0.0, 0.0, 0.0)
-    return CameraModel(
-        width, height, focal_length, (x, y, z), section.value(PITCH), section.value(YAW)
-    )
+    model = CameraModel(
+        width, height, fx, (x, y, z), section.value(PITCH), section.value(YAW), fy,
+        centre, distortion if any(distortion) else (),  # type: ignore[arg-type]
+    )  # fmt: skip
+    _check_lens(section, model)
+    return model
+
+
+def _focal_lengths(section: Section, width: int) -> tuple[float, float | None]:
+    """Read the focal lengths in pixels, given as such or as a field of view."""
+    given = _listed(section, "focal_length", FOCAL)
+    view = section.value(FIELD_OF_VIEW)
+    if given is None:
+        return width / 2 / tan(view / 2), None
+    node = section.node.get("field_of_view")
+    if node is not None:
+        sentence = "field_of_view: follows from focal_length; only one of the two can be set"
+        section.findings.error(SHAPE, node.mark, sentence, "remove `field_of_view`")
+    return given[0], given[1]
+
+
+def _listed(
+    section: Section, key: str, declared: tuple[Declaration, ...]
+) -> tuple[float, ...] | None:
+    node = section.node_of(key)
+    return None if node is None else section.parts(key, node, declared)
+
+
+def _check_lens(section: Section, model: CameraModel) -> None:
+    """Report a principal point outside the picture, and a distortion that folds the picture."""
+    node = section.node.get("principal_point")
+    if node is not None and not (0 < model.cx < model.width and 0 < model.cy < model.height):
+        sentence = (
+            f"principal_point: [{model.cx:g}, {model.cy:g}] is outside the picture of "
+            f"{model.width} x {model.height} pixels"
+        )
+        section.findings.error(SHAPE, node.mark, sentence)
+    node = section.node.get("distortion")
+    if node is not None and not model.is_invertible():
+        sentence = "distortion: some pixels at the border have no ray with these coefficients"
+        hint = "calibrate with the board in the corners of the picture, or set k3 and k2 to 0"
+        section.findings.error(SHAPE, node.mark, sentence, hint)
 
 
 def read_lidars(top: Section) -> dict[str, LidarDescription]:

@@ -21,7 +21,7 @@ from stack.drivetrain.description import (
 )
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.sensors.camera import Camera
-from stack.sim.sensors.rendering import RenderSetup
+from stack.sim.sensors.requests import RenderSetup
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Observation, Pose2D
@@ -65,6 +65,7 @@ class SimulatedBody(Body, SimulatedWorld):
             name: Camera(RenderSetup(world, description.urdf, camera, seed, name))
             for name, camera in _cameras(description).items()
         }
+        self._named: set[str] = set()
 
     @property
     def description(self) -> RobotDescription:
@@ -84,7 +85,16 @@ class SimulatedBody(Body, SimulatedWorld):
             for problem in camera.take_problems():
                 self._robot.report("renderer", problem)
         taken = {name: picture for name, picture in pictures.items() if picture is not None}
+        for name in taken:
+            self._name_driver(name)
         return self._robot.observation(self.time, taken)
+
+    def _name_driver(self, name: str) -> None:
+        """Report the driver of a camera's first picture: those of OpenGL differ between drivers."""
+        driver = self._cameras[name].driver
+        if driver and name not in self._named:
+            self._named.add(name)
+            self._robot.report("renderer", f"{name}: pictures are drawn by OpenGL, {driver}")
 
     def command(self, command: BodyCommand) -> None:
         """Command a velocity; `wait` applies ramps, limits and the dead-man stop.

@@ -82,6 +82,7 @@ in place of a mission that would take minutes."""
 PARSED_ONLY = {
     "watch": "needs a terminal and a mission that runs",
     "lsp": "serves until its input ends",
+    "calibrate": "needs pictures of a printed board",
     "bench barn": "needs the downloaded BARN worlds",
 }
 """Commands whose words and options are checked but not carried out."""

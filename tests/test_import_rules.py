@@ -102,6 +102,7 @@ DATA = {"stack": set(), "missions": {"worlds", "parameters", "routes", "maps"}}
 
 ONE_PLACE = {
     "pybullet": {"stack/sim"},
+    "moderngl": {"stack/sim"},
     "rerun": {"stack/telemetry"},
     "pyarrow": {"stack/telemetry/rerun"},
     "pymavlink": {"stack/telemetry", "robots"},

@@ -15,6 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 import typer
 
 from missions.cli.bench import bench_app
+from missions.cli.calibrate.command import calibrate
 from missions.cli.check import check, explain
 from missions.cli.doctor import doctor
 from missions.cli.drive import drive
@@ -55,6 +56,7 @@ app.command()(describe)
 app.command()(parameters)
 app.command()(schema)
 app.command()(nav2)
+app.command()(calibrate)
 app.command()(lsp)
 app.command()(trace)
 app.command()(doctor)

@@ -17,6 +17,14 @@ class Camera(StrEnum):
     OFF = "off"
 
 
+class Renderer(StrEnum):
+    """What draws the pictures of simulated cameras."""
+
+    TINY = "tiny"
+    GL = "gl"
+    AUTO = "auto"
+
+
 class Record(StrEnum):
     """What can be recorded besides events."""
 
@@ -95,6 +103,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
     camera: Annotated[Camera, typer.Option(help="render on request, always or never")] = (
         Camera.ASKED
     ),
+    renderer: Annotated[
+        Renderer | None,
+        typer.Option(help="what draws camera pictures [default: that of the robot file]"),
+    ] = None,
     watch: Annotated[
         bool, typer.Option("--watch", help="reload the mission when its file changes")
     ] = False,
@@ -175,6 +187,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     options = RunOptions(
         seed=seed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
         out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
+        renderer=renderer.value if renderer else "",
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),
         parameters=assignments(parameter or [], "--parameter"),

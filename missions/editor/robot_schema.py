@@ -6,7 +6,7 @@ from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
 from missions.execution.component_choices import NAVIGATION_KINDS
 from robots.declared import BODY, RADIUS, X, Y, Z, length
-from robots.sensors import FIELD_OF_VIEW, PITCH, PIXELS, YAW
+from robots.sensors import CENTRE, COEFFICIENTS, FIELD_OF_VIEW, FOCAL, PITCH, PIXELS, YAW
 from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
 from stack.drivetrain.description import (
     BatteryDescription,
@@ -34,6 +34,13 @@ def robot_schema() -> Schema:
     model = {
         "position": parts((X, Y, Z)), "yaw": _of(YAW), "pitch": _of(PITCH),
         "field_of_view": _of(FIELD_OF_VIEW), **{item.name: _of(item) for item in PIXELS},
+        "focal_length": documented(
+            parts(FOCAL), "Focal lengths in pixels, in place of `field_of_view`."
+        ),
+        "principal_point": documented(
+            parts(CENTRE), "Pixels from the picture's corner; default: its centre."
+        ),
+        "distortion": documented(parts(COEFFICIENTS), "Brown-Conrady; default: none."),
     }  # fmt: skip
     camera = {**model, **_fields(CameraDescription)}
     scan = documented(section(_fields(DepthScanDescription)), str(DepthScanDescription.__doc__))

@@ -153,6 +153,8 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         world = recorded_world(robot.name)
     if options.camera == "off":
         robot = replace(robot, camera=None)
+    if options.renderer:
+        robot = robot.drawn_by(options.renderer)
     start = _start_pose(options.start, mission, world)
     _gather(found, lambda: _check_start(start, options, marks, world, robot))
     misfits = [] if recording else fit_findings(mission, world, robot)

@@ -23,8 +23,10 @@ from missions.language.kinds import NODES
 from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
+from stack.drivetrain.description import CameraDescription
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
+from stack.types import CameraModel
 
 CURRENT_FOLDER = Path()
 COMPONENTS = {
@@ -244,6 +246,10 @@ def _declared(part: object) -> list[Declaration]:
     return list(declarations(cls).values())
 
 
+def _value_text(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
+
+
 def _describe_robot(name: str) -> str:
     robot = load_robot(name, CURRENT_FOLDER)
     lines = [f"{name}: {_robot_summary(name)}"]
@@ -260,7 +266,19 @@ def _describe_robot(name: str) -> str:
         values = ((item, getattr(part, item.name)) for item in _declared(part))
         lines.append(f"{title}:")
         lines += [
-            f"  {item.name} = {value:g} {item.unit}".rstrip() + f"  ({item.help})"
+            f"  {item.name} = {_value_text(value)} {item.unit}".rstrip() + f"  ({item.help})"
             for item, value in values
         ]
+        if isinstance(part, CameraDescription):
+            lines.append(f"  {_lens(part.model)}")
     return "\n".join(lines)
+
+
+def _lens(model: CameraModel) -> str:
+    """Describe the intrinsics of a camera."""
+    distortion = ", ".join(f"{value:g}" for value in model.distortion)
+    return (
+        f"{model.width} x {model.height} px, fx {model.fx:.2f}, fy {model.fy:.2f}, "
+        f"cx {model.cx:.2f}, cy {model.cy:.2f} px, "
+        + (f"distortion [{distortion}]" if model.is_distorted else "no distortion")
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import atan, cos, inf, sin
 from pathlib import Path as FilePath
@@ -86,6 +86,19 @@ class CameraDescription:
     latency: float = parameter(0.1, "s", at_least=0.0, help="time from exposure to delivery")
     noise: float = parameter(2.0, at_least=0.0, help="standard deviation of a colour value, 0..255")
     range_max: float = parameter(12.0, "m", above=0.0, help="far limit of the rendering")
+    exposure: float = parameter(
+        0.0, "s", at_least=0.0, at_most=0.5,
+        help="exposure time; pictures of a moving camera are blurred; 0: none",
+    )  # fmt: skip
+    max_gain: float = parameter(
+        1.0, at_least=1.0, at_most=64.0,
+        help="largest gain of the automatic exposure, its inverse is the smallest; 1: fixed",
+    )  # fmt: skip
+    renderer: str = parameter(
+        "tiny", one_of=("tiny", "gl", "auto"),
+        help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
+        "gl where it works",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -116,6 +129,11 @@ class DepthCameraDescription:
     )
     range_min: float = parameter(0.15, "m", above=0.0, help="shortest measured distance")
     range_max: float = parameter(4.0, "m", above=0.0, help="longest measured distance")
+    renderer: str = parameter(
+        "tiny", one_of=("tiny", "gl", "auto"),
+        help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
+        "gl where it works",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -189,6 +207,12 @@ class RobotDescription:
     body: str = "simulated"
     skid: Skid = field(default_factory=Skid)
     depth_cameras: Mapping[str, DepthCameraDescription] = field(default_factory=dict)
+
+    def drawn_by(self, renderer: str) -> RobotDescription:
+        """Return the robot with this renderer for all simulated cameras: tiny, gl or auto."""
+        camera = None if self.camera is None else replace(self.camera, renderer=renderer)
+        depth = {name: replace(it, renderer=renderer) for name, it in self.depth_cameras.items()}
+        return replace(self, camera=camera, depth_cameras=depth)
 
     @property
     def real_lidars(self) -> dict[str, LidarDescription]:

@@ -139,9 +139,7 @@ class ColouredObjectDetector:
             if place is None or place[1] > p.farthest:
                 continue
             point, distance, deviation = place
-            left, top, right, bottom = patch.box
-            size = distance / camera.focal_length
-            width, height = size * (right - left), size * (bottom - top)
+            width, height = size_of(patch, camera, distance)
             if max(width, height) < p.least_size:
                 continue
             x, y = base.transform(point[None])[0].tolist()
@@ -182,24 +180,38 @@ def placed(
         expected, error = NEARER * away, (1.0 - NEARER) * away
     elif away is not None:
         expected = away
-        error = PIXEL_ERROR * expected**2 / (camera.focal_length * camera.position[2])
+        error = PIXEL_ERROR * expected**2 / (camera.fy * camera.position[2])
     measured = _range(patch, camera, ranges - eye, expected, SAME_OBJECT + SIGMAS * error)
     if measured is not None:
         expected, error = measured, RANGE_DEVIATION
     if expected == inf:
         return None
-    x, y, _ = _ray(camera, middle, camera.height / 2)
+    x, y, _ = _level_ray(patch, camera, middle)
     return eye + expected * np.array([x, y]) / hypot(x, y), expected, error
 
 
 def _ray(camera: CameraModel, column: float, row: float) -> FloatArray:
     """Return the direction (3,) of a point of the picture, base frame, not normalised."""
-    optical = [
-        (column - camera.width / 2) / camera.focal_length,
-        (row - camera.height / 2) / camera.focal_length,
-        1.0,
-    ]
-    direction: FloatArray = camera.base_from_optical()[:3, :3] @ np.array(optical)
+    x, y = camera.rays(np.array([[column, row]]))[0]
+    direction: FloatArray = camera.base_from_optical()[:3, :3] @ np.array([x, y, 1.0])
+    return direction
+
+
+def size_of(patch: Patch, camera: CameraModel, distance: float) -> tuple[float, float]:
+    """Return width and height of what a patch shows at a distance, metres."""
+    left, top, right, bottom = patch.box
+    if not camera.is_distorted:
+        return distance / camera.fx * (right - left), distance / camera.fy * (bottom - top)
+    row, column = (top + bottom) / 2, (left + right) / 2
+    ends = camera.rays(np.array([[left, row], [right, row], [column, top], [column, bottom]]))
+    return float(distance * (ends[1, 0] - ends[0, 0])), float(distance * (ends[3, 1] - ends[2, 1]))
+
+
+def _level_ray(patch: Patch, camera: CameraModel, column: float) -> FloatArray:
+    """Return the direction (3,) of a column of a patch along the camera's axis, base frame."""
+    _, top, _, bottom = patch.box
+    x = camera.rays(np.array([[column, (top + bottom) / 2]]))[0, 0]
+    direction: FloatArray = camera.base_from_optical()[:3, :3] @ np.array([x, 0.0, 1.0])
     return direction
 
 
@@ -222,10 +234,13 @@ def _range(
         slack: largest difference from it, metres.
     """
     left, _, right, _ = patch.box
-    margin, row = INSET * (right - left), camera.height / 2
+    margin = INSET * (right - left)
     first, last = (
         np.arctan2(ray[1], ray[0])
-        for ray in (_ray(camera, right - margin, row), _ray(camera, left + margin, row))
+        for ray in (
+            _level_ray(patch, camera, right - margin),
+            _level_ray(patch, camera, left + margin),
+        )
     )
     distances = np.hypot(points[:, 0], points[:, 1])
     bearings = np.arctan2(points[:, 1], points[:, 0])

@@ -8,6 +8,8 @@ Efficient and Robust Fiducial Detection", IROS 2016).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,21 +20,32 @@ _STEP = 0.25
 _ROUNDS = 3
 
 
-def refine_corners(grey: NDArray[np.uint8], corners: FloatArray, cells: int) -> FloatArray:
+InPicture = Callable[[FloatArray], FloatArray]
+
+
+def refine_corners(
+    grey: NDArray[np.uint8], corners: FloatArray, cells: int, in_picture: InPicture | None = None
+) -> FloatArray:
     """Refine the corners (4, 2) of a marker's black square.
+
+    A lens bends the sides. With `in_picture` lines are fitted, and corners returned, where a camera
+    without distortion sees them.
 
     Args:
         grey: (height, width) brightness.
         corners: (4, 2) pixels, (0, 0) at a pixel centre, in order; accurate to one or two pixels.
         cells: cells along a side, including the black border. A profile reaches half a cell to each
             side of the edge, and stays within a white margin of an eighth of the side.
+        in_picture: returns the pixels (n, 2) of `grey` that show points (n, 2) without distortion.
     """
     refined = corners
     for _ in range(_ROUNDS):
         side = np.linalg.norm(np.roll(refined, -1, axis=0) - refined, axis=1).min()
         reach = float(np.clip(0.5 * side / cells, 1.25, 4.0))
         lines = [
-            _edge_line(grey, refined[i], refined[(i + 1) % 4], refined.mean(axis=0), reach)
+            _edge_line(
+                grey, (refined[i], refined[(i + 1) % 4]), refined.mean(axis=0), reach, in_picture
+            )
             for i in range(4)
         ]
         met = np.array([_intersection(lines[i - 1], lines[i]) for i in range(4)])
@@ -44,11 +57,13 @@ def refine_corners(grey: NDArray[np.uint8], corners: FloatArray, cells: int) -> 
 
 
 def _edge_line(
-    grey: NDArray[np.uint8], start: FloatArray, end: FloatArray, middle: FloatArray, reach: float
-) -> tuple[FloatArray, float]:
+    grey: NDArray[np.uint8], ends: tuple[FloatArray, FloatArray], middle: FloatArray, reach: float,
+    in_picture: InPicture | None,
+) -> tuple[FloatArray, float]:  # fmt: skip
     """Fit the line n·p = d of the edge between two corners; n is its outward unit normal."""
     import cv2
 
+    start, end = ends
     direction = (end - start) / np.linalg.norm(end - start)
     normal = np.array([direction[1], -direction[0]])
     if normal @ (middle - start) > 0.0:
@@ -57,6 +72,8 @@ def _edge_line(
     on_edge = start + along * (end - start)
     offsets = np.arange(-reach, reach + _STEP / 2, _STEP)
     points = on_edge[:, None, :] + offsets[None, :, None] * normal
+    if in_picture is not None:
+        points = in_picture(points.reshape(-1, 2)).reshape(points.shape)
     maps = points.astype(np.float32)
     profiles = cv2.remap(
         grey, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE

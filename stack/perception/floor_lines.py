@@ -76,6 +76,8 @@ class _FloorView:
         camera: x and y of the camera, base frame, metres.
         sectors: (rows, columns) number of the sector of each cell around the camera.
         distances: (rows, columns) metres from the camera.
+        maps: columns and rows (rows, columns) of the pixels that show the cells, in place of
+            `to_image` where the lens distorts; counted from the centre of the first pixel.
     """
 
     to_image: FloatArray
@@ -84,6 +86,7 @@ class _FloorView:
     camera: FloatArray
     sectors: NDArray[np.int64]
     distances: FloatArray
+    maps: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None
 
     @classmethod
     def of(cls, camera: CameraModel) -> _FloorView | None:
@@ -95,9 +98,12 @@ class _FloorView:
         columns, rows = np.meshgrid(np.arange(2.0 * count), np.arange(2.0 * count))
         u, v, depth = np.einsum("ij,jrc->irc", to_image, [columns, rows, np.ones_like(rows)])
         u, v = u / depth, v / depth
+        if camera.is_distorted:
+            cells = np.column_stack([u.ravel(), v.ravel()])
+            u, v = (camera.distort_points(cells + 0.5) - 0.5).T.reshape(2, *depth.shape)
         x, y = (CELL * (numbers - count + 0.5) for numbers in (columns, rows))
         distance, height = np.hypot(x, y), camera.position[2]
-        coarseness = depth * np.hypot(distance, height) / (camera.focal_length * height)
+        coarseness = depth * np.hypot(distance, height) / (min(camera.fx, camera.fy) * height)
         valid = (
             (depth > 0.0) & (u > 0.0) & (v > 0.0) & (distance < FARTHEST)
             & (u < camera.width - 1.0) & (v < camera.height - 1.0) & (coarseness < COARSEST)
@@ -115,6 +121,9 @@ class _FloorView:
             np.array(camera.position[:2]),
             _sectors(x, y)[part],
             distance[part],
+            (u[part].astype(np.float32), v[part].astype(np.float32))
+            if camera.is_distorted
+            else None,
         )
 
     def open(self, obstacles: FloatArray) -> NDArray[np.uint8]:
@@ -136,6 +145,11 @@ class _FloorView:
         """Return a picture as seen from above: (rows, columns, 3) uint8."""
         rows, columns = self.valid.shape
         smooth = cv2.GaussianBlur(pixels, (3, 3), 0.0)
+        if self.maps is not None:
+            seen: NDArray[np.uint8] = cv2.remap(  # type: ignore[assignment]
+                smooth, *self.maps, cv2.INTER_LINEAR
+            )
+            return seen
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         view: NDArray[np.uint8] = cv2.warpPerspective(  # type: ignore[assignment]
             smooth, self.to_image, (columns, rows), flags=flags

@@ -19,7 +19,15 @@ from stack.errors import InputError
 from stack.parameters import suggestion
 from stack.perception.edges import refine_corners
 from stack.perception.planar_pose import align_on_floor
-from stack.types import FloatArray, Image, Marker, MarkerSighting, Pose2D, PoseCandidate
+from stack.types import (
+    CameraModel,
+    FloatArray,
+    Image,
+    Marker,
+    MarkerSighting,
+    Pose2D,
+    PoseCandidate,
+)
 
 LARGEST_HEIGHT_ERROR = 0.3
 """Metres; largest height of a solution's base above or below the floor."""
@@ -86,8 +94,9 @@ class MarkerDetector:
                 marker = self._known.get((dictionary, int(number)))
                 if marker is not None:
                     cells = int(detector.getDictionary().markerSize) + 2
-                    quad = refine_corners(grey, np.reshape(quad, (4, 2)).astype(float), cells)
-                    found.append(_sighting(image, marker, quad))
+                    rough = np.reshape(quad, (4, 2)).astype(float)
+                    refined = _refined(grey, rough, cells, image.camera)
+                    found.append(_sighting(image, marker, refined))
         seen = [sighting for sighting in found if sighting is not None]
         return tuple(sorted(seen, key=lambda s: (s.distance, s.marker.number)))
 
@@ -112,8 +121,25 @@ def _grey(image: Image) -> Any:
     return cv2.cvtColor(image.pixels, cv2.COLOR_RGB2GRAY)
 
 
+def _refined(grey: Any, corners: FloatArray, cells: int, camera: CameraModel) -> FloatArray:
+    """Return refined corners (4, 2) of a marker as a camera without distortion sees them."""
+    if not camera.is_distorted:
+        return refine_corners(grey, corners, cells)
+
+    def in_picture(points: FloatArray) -> FloatArray:
+        return camera.distort_points(points + 0.5) - 0.5
+
+    return refine_corners(grey, camera.undistort_points(corners + 0.5) - 0.5, cells, in_picture)
+
+
 def _sighting(image: Image, marker: Marker, corners: FloatArray) -> MarkerSighting | None:
-    """Return a marker's sighting from its corners in pixels (4, 2), or None without a solution."""
+    """Return a marker's sighting, or None without a solution.
+
+    Args:
+        image: where it is seen.
+        marker: of the map.
+        corners: (4, 2) pixels of a camera without distortion.
+    """
     import cv2
 
     half = marker.size / 2.0

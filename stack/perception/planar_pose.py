@@ -26,7 +26,7 @@ def align_on_floor(
         start: map frame.
         camera: intrinsics and mount.
         corners: (4, 3) in the map frame, metres.
-        pixels: (4, 2) corners in the image, from the image's corner.
+        pixels: (4, 2) corners in the image without its distortion, from the image's corner.
 
     Returns:
         The pose in the map frame and its root mean square reprojection error in pixels; None if a
@@ -68,9 +68,9 @@ def _project(
     if (points[:, 2] < 0.05).any():
         return None
     depth = points[:, 2]
-    focal = camera.focal_length
-    expected = focal * points[:, :2] / depth[:, None]
-    expected += (camera.width / 2.0, camera.height / 2.0)
+    focal = camera.fx, camera.fy
+    expected = np.array(focal) * points[:, :2] / depth[:, None]
+    expected += (camera.cx, camera.cy)
     expected[:, 1] += lift
     jacobian = np.zeros((corners.shape[0], 2, 4))
     by_x = -(rotation @ base_from_map)[:, 0]
@@ -80,6 +80,6 @@ def _project(
     for column, change in enumerate(moved):
         for axis in range(2):
             slope = change[:, axis] - points[:, axis] / depth * change[:, 2]
-            jacobian[:, axis, column] = focal * slope / depth
+            jacobian[:, axis, column] = focal[axis] * slope / depth
     jacobian[:, 1, 3] = 1.0
     return expected, jacobian.reshape(-1, 4)

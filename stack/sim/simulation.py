@@ -11,7 +11,7 @@ from stack.sim.people import People
 from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.scene_state import SceneState
-from stack.sim.sensors.rendering import RenderRequest
+from stack.sim.sensors.requests import RenderRequest
 from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import World, WorldEvent
@@ -127,14 +127,16 @@ class Simulation:
     def render_request(self, robot: SimulatedRobot) -> RenderRequest:
         """Return the state that a robot's camera renders: everything that moves, as of now."""
         position, orientation = robot.physics.base_pose()
+        state = robot.physics.base_state()
         others = tuple(
             (other.description.urdf, *other.physics.base_pose())
             for other in self._robots
             if other is not robot
         )
         return RenderRequest(
-            self._step, position, orientation, self.people.all_places, dict(self.doors), others
-        )
+            self._step, position, orientation, self.people.all_places, dict(self.doors), others,
+            state.velocity, state.spin,
+        )  # fmt: skip
 
     def _advance_to_due(self) -> None:
         steps = min(robot.due for robot in self._active) - self._step

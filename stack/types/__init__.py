@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.camera import CameraModel
 from stack.types.cameras import CameraState
 from stack.types.detections import (
     NO_OBJECTS,
@@ -14,6 +15,7 @@ from stack.types.detections import (
     ObjectColour,
     SeenObjects,
 )
+from stack.types.distortion import DISTORTION
 from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
@@ -45,7 +47,6 @@ from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeVi
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
-    CameraModel,
     DepthImage,
     Image,
     Imu,
@@ -92,6 +93,7 @@ __all__ = [
     "NO_DEPTH",
     "CameraModel",
     "CameraState",
+    "DISTORTION",
     "CostGrid",
     "CoveragePlan",
     "Expression",

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import cos, sin
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.types.camera import CameraModel
 from stack.types.geometry import FloatArray, Pose2D, Twist
 
 
@@ -128,43 +128,6 @@ class Imu:
     def stamp(self) -> float:
         """Time of the newest sample, seconds."""
         return float(self.stamps[-1])
-
-
-@dataclass(frozen=True, slots=True)
-class CameraModel:
-    """A pinhole camera without distortion, and its mount.
-
-    Attributes:
-        width: pixels.
-        height: pixels.
-        focal_length: pixels, the same for x and y.
-        position: (x, y, z) of the optical centre in the base frame, metres.
-        pitch: radians, positive looking down.
-        yaw: radians, positive to the left.
-    """
-
-    width: int
-    height: int
-    focal_length: float
-    position: tuple[float, float, float]
-    pitch: float = 0.0
-    yaw: float = 0.0
-
-    @property
-    def matrix(self) -> FloatArray:
-        """(3, 3) intrinsic matrix; the principal point is the centre of the image."""
-        f = self.focal_length
-        return np.array([[f, 0, self.width / 2], [0, f, self.height / 2], [0, 0, 1]], dtype=float)
-
-    def base_from_optical(self) -> FloatArray:
-        """(4, 4) transform from the optical frame (x right, y down, z forward) to the base."""
-        cp, sp, cy, sy = cos(self.pitch), sin(self.pitch), cos(self.yaw), sin(self.yaw)
-        forward = np.array([cp * cy, cp * sy, -sp])
-        right = np.array([sy, -cy, 0.0])
-        transform = np.eye(4)
-        transform[:3, 0], transform[:3, 1] = right, np.cross(forward, right)
-        transform[:3, 2], transform[:3, 3] = forward, self.position
-        return transform
 
 
 @dataclass(frozen=True, slots=True)

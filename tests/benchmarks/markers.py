@@ -10,7 +10,8 @@ import numpy as np
 
 from robots.load import find_robot, read_robot
 from stack.perception.markers import MarkerDetector
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import Wall
 from stack.streams import stream
 from stack.types import CameraModel, Image, Marker, Pose2D, wrap_angle

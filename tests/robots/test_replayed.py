@@ -163,7 +163,9 @@ measurements = st.one_of(
     st.builds(
         Image, stamps, arrays(np.uint8, (2, 3, 3)),
         st.builds(
-            CameraModel, st.just(3), st.just(2), numbers, st.tuples(numbers, numbers, numbers)
+            CameraModel, st.just(3), st.just(2), numbers, st.tuples(numbers, numbers, numbers),
+            numbers, numbers, st.none() | numbers, st.none() | st.tuples(numbers, numbers),
+            st.just(()) | st.tuples(*[numbers] * 5),
         ),
     ),
     st.builds(Battery, numbers, st.booleans(), numbers, stamps),

@@ -43,11 +43,10 @@ def decimation(camera: CameraModel) -> int:
 def rays(camera: CameraModel) -> FloatArray:
     """Return (rows, columns, 3) points at depth 1 m of the used pixels, seen from the camera."""
     step = decimation(camera)
-    columns = (np.arange(camera.width) + 0.5 - camera.width / 2) / camera.focal_length
-    lines = (np.arange(camera.height) + 0.5 - camera.height / 2) / camera.focal_length
-    columns, lines = columns[step // 2 :: step], lines[step // 2 :: step]
-    optical = np.ones((lines.size, columns.size, 3))
-    optical[:, :, 0], optical[:, :, 1] = columns[None, :], lines[:, None]
+    shown = camera.rays(camera.pixel_centres()).reshape(camera.height, camera.width, 2)
+    shown = shown[step // 2 :: step, step // 2 :: step]
+    optical = np.ones((*shown.shape[:2], 3))
+    optical[:, :, :2] = shown
     found: FloatArray = optical @ camera.base_from_optical()[:3, :3].T
     found.setflags(write=False)
     return found

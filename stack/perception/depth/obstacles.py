@@ -227,12 +227,13 @@ def obstacle_points(image: DepthImage, parameters: DepthParameters, height: floa
 def projected(
     camera: CameraModel, points: FloatArray
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-    """Return rows (n,), columns (n,) and depths (n,) in metres of points (n, 3), base frame."""
+    """Return rows (n,), columns (n,) and depths (n,) in metres of points (n, 3), base frame.
+
+    Rows and columns are -1 where the camera cannot see.
+    """
     optical = (points - camera.position) @ camera.base_from_optical()[:3, :3]
     depth = optical[:, 2]
-    ahead = np.where(depth > 1e-6, depth, inf)
-    columns = camera.focal_length * optical[:, 0] / ahead + camera.width / 2
-    rows = camera.focal_length * optical[:, 1] / ahead + camera.height / 2
+    columns, rows = np.nan_to_num(camera.project(optical), nan=-1.0).T
     return np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64), depth
 
 

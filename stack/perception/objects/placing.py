@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stack.perception.coloured_objects import Patch, placed
+from stack.perception.coloured_objects import Patch, placed, size_of
 from stack.perception.depth.obstacles import projected
 from stack.perception.objects.heads import Box
 from stack.types import CameraModel, DepthImage, Detection, FloatArray, Image, Pose2D
@@ -51,13 +51,8 @@ def depth_points(image: DepthImage) -> FloatArray:
     depth = image.depth[::STRIDE, ::STRIDE].astype(np.float64)
     good = np.isfinite(depth) & (depth > 0.0)
     depth = depth[good]
-    optical = np.column_stack(
-        [
-            (columns[good] + 0.5 - camera.width / 2) / camera.focal_length * depth,
-            (rows[good] + 0.5 - camera.height / 2) / camera.focal_length * depth,
-            depth,
-        ]
-    )
+    shown = camera.rays(np.column_stack([columns[good], rows[good]]) + 0.5)
+    optical = np.column_stack([shown * depth[:, None], depth])
     points: FloatArray = optical @ camera.base_from_optical()[:3, :3].T + camera.position
     return points
 
@@ -84,12 +79,9 @@ def detection_of(
     if place is None:
         return None
     point, distance, deviation = place
-    across, down = (box.corners[n + 2] - box.corners[n] for n in (0, 1))
-    size = distance / camera.focal_length
+    width, height = size_of(Patch(outline, None), camera, distance)
     x, y = base.transform(point[None])[0].tolist()
-    return Detection(
-        label, image.stamp, (x, y), deviation, size * across, size * down, outline, box.score
-    )
+    return Detection(label, image.stamp, (x, y), deviation, width, height, outline, box.score)
 
 
 def _placed_by_depth(

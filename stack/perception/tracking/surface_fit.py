@@ -60,7 +60,7 @@ def surface_fit(
     if (np.abs(errors) <= 3.0 * POINT_NOISE).mean() < ON_SURFACE:
         return None
     information, pull = _information(points, position, radius)
-    noise: FloatArray = np.linalg.inv(information + np.eye(2) / LARGEST_NOISE**2)
+    noise = np.asarray(np.linalg.inv(information + np.eye(2) / LARGEST_NOISE**2), np.float64)
     return position + noise @ pull, noise
 
 

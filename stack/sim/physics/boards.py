@@ -10,6 +10,7 @@ from math import cos, sin
 from pathlib import Path as FilePath
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.errors import BodyError
 from stack.sim.physics.meshes import file_name
@@ -43,6 +44,13 @@ def board_texture(marker: Marker, folder: FilePath) -> FilePath:
     path = folder / file_name(png, "png")
     path.write_bytes(png)
     return path
+
+
+def read_board(file: FilePath) -> NDArray[np.uint8]:
+    """Return the picture (rows, columns, 3) of a board that `board_texture` has written."""
+    import cv2
+
+    return np.asarray(cv2.imread(str(file)), dtype=np.uint8)
 
 
 def board_quad(marker: Marker, folder: FilePath) -> FilePath:

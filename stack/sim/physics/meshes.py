@@ -7,7 +7,7 @@ which fills joints of any angle. A cylinder is a prism with many sides.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import pairwise
 from math import cos, pi, sin
@@ -74,6 +74,12 @@ def static_meshes(world: World, *, glass: bool = True) -> dict[Colour, Mesh]:
     for cylinder in world.cylinders:
         parts.setdefault(cylinder.colour, []).append(_cylinder(cylinder))
     return {colour: Mesh(np.concatenate(corners)) for colour, corners in parts.items() if corners}
+
+
+def glass_meshes(world: World) -> dict[Colour, Mesh]:
+    """Return the meshes of the walls of glass by colour, in order of first appearance."""
+    panes = tuple(wall for wall in world.walls if wall.glass)
+    return static_meshes(replace(world, walls=panes, boxes=(), cylinders=()))
 
 
 def floor(bounds: Bounds, drops: Sequence[Drop]) -> Mesh:

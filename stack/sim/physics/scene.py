@@ -8,12 +8,14 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stack.sim.physics.boards import board_quad, board_texture
+from stack.sim.physics.boards import board_quad, board_texture, read_board
 from stack.sim.physics.meshes import (
     Mesh,
     file_name,
     floor,
+    glass_meshes,
     merged,
     painted,
     pits,
@@ -38,14 +40,17 @@ class Scene:
     Attributes:
         floor: body number of the floor.
         obstacles: body number -> description, of all bodies with a collision shape but the floor.
+        textures: body number -> (rows, columns, 3) uint8, of the markers' boards.
     """
 
     def __init__(self, bullet: Any, client: int, world: World, folder: FilePath) -> None:
         self._bullet, self._client, self._folder = bullet, client, folder
         self.floor = -1
         self.obstacles: dict[int, str] = {}
+        self.textures: dict[int, NDArray[np.uint8]] = {}
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
         self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
+        self._glass: list[int] = []
 
     @classmethod
     def with_collision_shapes(
@@ -86,7 +91,7 @@ class Scene:
     def with_visual_shapes(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
         """Build a scene for rendering: one mesh per colour, floor, doors, people and markers.
 
-        Glass is not drawn: neither a lidar nor a depth camera sees it.
+        Glass is hidden until `show_glass` is called: neither a lidar nor a depth camera sees it.
 
         Raises:
             BodyError: a marker's dictionary or number is unknown to OpenCV.
@@ -95,6 +100,9 @@ class Scene:
         scene.floor = scene._add_visual_floor(world)
         for colour, mesh in static_meshes(world, glass=False).items():
             scene._add_visual_mesh(scene._write(mesh), colour)
+        for colour, mesh in glass_meshes(world).items():
+            scene._glass.append(scene._add_visual_mesh(scene._write(mesh), colour))
+        scene.show_glass(False)
         for line in world.lines:
             scene._add_visual_mesh(scene._write(painted(line)), line.colour)
         for door in world.doors:
@@ -103,9 +111,21 @@ class Scene:
             scene._add_person(person.radius, visible=True)
         for marker in world.markers:
             body = scene._add_visual_mesh(board_quad(marker, folder), (1.0, 1.0, 1.0))
-            texture = bullet.loadTexture(str(board_texture(marker, folder)), physicsClientId=client)
+            file = board_texture(marker, folder)
+            texture = bullet.loadTexture(str(file), physicsClientId=client)
+            scene.textures[body] = read_board(file)
             bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
         return scene
+
+    @property
+    def has_glass(self) -> bool:
+        """Whether there are walls of glass."""
+        return bool(self._glass)
+
+    def show_glass(self, shown: bool) -> None:
+        """Show the walls of glass as if they were not transparent, or hide them."""
+        for body in self._glass:
+            self._move(body, 0.0, 0.0, 0.0 if shown else HIDDEN_HEIGHT, 0.0)
 
     def place_door(self, name: str, closed: bool) -> None:
         """Move a door into its gap, or below the floor."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
-from stack.sim.sensors.rendering import RenderRequest, RenderSetup
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.types import DepthImage, Image
 
 _ROUNDING = 1e-9
@@ -97,6 +97,11 @@ class Camera:
         self._problems.append(f"the renderer of the camera {self._setup.name} {loss}; {then}")
         self._renderer.close()
 
+    @property
+    def driver(self) -> str:
+        """Driver of OpenGL that has drawn a picture; empty for PyBullet's software renderer."""
+        return self._renderer.driver
+
     def close(self) -> None:
         """Stop the renderer process. Safe to call twice."""
         self._renderer.close()
@@ -126,7 +131,7 @@ class _RendererProcess:
     """
 
     def __init__(self, setup: RenderSetup) -> None:
-        self._setup = setup
+        self._setup, self.driver = setup, ""
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
 
@@ -155,6 +160,9 @@ class _RendererProcess:
             raise self._lost() from error
         if isinstance(answer, str):
             raise BodyError(f"the camera cannot be simulated: {answer}")
+        if isinstance(answer, tuple):
+            (self.driver,) = answer
+            return self.receive()
         picture: bytes = answer
         return picture
 

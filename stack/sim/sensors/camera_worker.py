@@ -1,7 +1,8 @@
 """Process that renders camera pictures: `python -c ... main(descriptor)`, see camera.py.
 
-It reads a RenderSetup, then RenderRequests, and answers each with the bytes of a picture, or with
-an error message. It ends when its parent ends.
+It reads a RenderSetup, then RenderRequests, and answers each with the bytes of a picture, the first
+one after a tuple with the driver of the renderer. An error message takes the place of an answer. It
+ends when its parent ends.
 """
 
 from __future__ import annotations
@@ -30,7 +31,10 @@ def serve(pipe: Connection) -> None:
     """Answer render requests. Raises EOFError when the parent has ended."""
     renderer = CameraRenderer(pipe.recv())
     try:
+        picture = renderer.render(pipe.recv()).tobytes()
+        pipe.send((renderer.driver,))
         while True:
-            pipe.send(renderer.render(pipe.recv()).tobytes())
+            pipe.send(picture)
+            picture = renderer.render(pipe.recv()).tobytes()
     finally:
         renderer.close()

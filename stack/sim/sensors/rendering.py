@@ -1,11 +1,10 @@
-"""Pictures of a scene in colour or depth, by PyBullet's software renderer with a pinhole model.
+"""Pictures of a scene in colour or depth.
 
-The same request gives the same picture in any process.
+The same request gives the same picture in any process, with the same renderer (drawing.py).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,56 +13,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import CameraDescription, DepthCameraDescription
+from stack.errors import BodyError
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_robot import load_robot
 from stack.sim.physics.scene import Scene
-from stack.sim.worlds.world import World
+from stack.sim.sensors.drawing import TinyDrawing, drawing_of, instead, projection
+from stack.sim.sensors.exposure import automatic_gain, mean_picture, moments
+from stack.sim.sensors.lens import Lens
+from stack.sim.sensors.requests import Position, Quaternion, RenderRequest, RenderSetup
 from stack.streams import stream
-from stack.types import CameraModel, FloatArray
+from stack.types import FloatArray
 
 NEAR = 0.02
 """Near clipping plane, metres in front of the camera."""
 
+TINT = 0.12
+"""Share of a pixel's colour that is that of the glass in front; the rest shines through."""
+
 NOTHING = 0.9999
 """Share of the far clipping plane beyond which a pixel shows nothing."""
 
-Position = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 """Transform between OpenGL's eye frame (y up, looking along -z) and the optical frame."""
-
-
-@dataclass(frozen=True, slots=True)
-class RenderSetup:
-    """The constant inputs of a renderer: world, robot, camera, seed and the camera's name."""
-
-    world: World
-    urdf: FilePath
-    camera: CameraDescription | DepthCameraDescription
-    seed: int
-    name: str = "camera"
-
-
-@dataclass(frozen=True, slots=True)
-class RenderRequest:
-    """State of everything that moves, at the time of exposure.
-
-    Attributes:
-        step: physics step; selects the image noise.
-        position: (x, y, z) of the base frame, world frame, metres.
-        orientation: quaternion x, y, z, w of the base frame.
-        people: (n, 3) x, y, radius, world frame, metres; nan: not there.
-        doors: name -> closed.
-        robots: (URDF, position, orientation) of the other robots, always in the same order.
-    """
-
-    step: int
-    position: Position
-    orientation: Quaternion
-    people: FloatArray
-    doors: dict[str, bool]
-    robots: tuple[tuple[FilePath, Position, Quaternion], ...] = ()
 
 
 class CameraRenderer:
@@ -80,10 +51,19 @@ class CameraRenderer:
         with TemporaryDirectory(prefix="treepilot-") as folder:
             path = FilePath(folder)
             self._scene = Scene.with_visual_shapes(bullet, self._client, setup.world, path)
-        self._robot = self._load(setup.urdf)
-        self._others: list[tuple[int, Any]] = []
-        model = setup.camera.model
-        self._projection = projection(model, NEAR, _far(setup.camera))
+            self._robot = self._load(setup.urdf)
+            self._others: list[tuple[int, Any]] = []
+            self._lens = Lens(setup.camera.model)
+            pinhole = self._lens.pinhole
+            self._matrix = matrix = projection(pinhole, NEAR, _far(setup.camera))
+            self._drawing = drawing_of(
+                setup.camera.renderer, bullet, self._client, pinhole, matrix, self._scene.textures
+            )
+
+    @property
+    def driver(self) -> str:
+        """Driver of OpenGL that draws the pictures; empty for PyBullet's software renderer."""
+        return self._drawing.driver
 
     def render(self, request: RenderRequest) -> NDArray[np.uint8] | NDArray[np.float32]:
         """Return the picture with its noise.
@@ -91,50 +71,56 @@ class CameraRenderer:
         (height, width, 3) uint8 RGB, or (height, width) float32 metres along the optical axis.
         """
         camera = self._setup.camera
-        colours, buffer = self._rendered(request)
         random = stream(self._setup.seed, self._setup.name, request.step)
         if isinstance(camera, DepthCameraDescription):
-            return measured_depth(buffer, camera, random)
-        light = np.float32(self._setup.world.light)
-        if camera.noise <= 0.0 and light == 1.0:
-            return np.ascontiguousarray(colours)
-        noise = random.standard_normal(colours.shape, dtype=np.float32) * np.float32(camera.noise)
-        noisy = np.clip(np.rint(light * colours + noise), 0, 255)
+            return measured_depth(self._rendered(request)[1], camera, random)
+        shots = [self._rendered(moment)[0] for moment in moments(request, camera)]
+        colours, light = mean_picture(shots), self._setup.world.light
+        gain = automatic_gain(colours, light, camera)
+        if camera.noise <= 0.0 and light * gain == 1.0 and len(shots) == 1:
+            return np.ascontiguousarray(shots[0])
+        deviation = np.float32(camera.noise * max(1.0, gain))
+        noise = random.standard_normal(colours.shape, dtype=np.float32) * deviation
+        noisy = np.clip(np.rint(np.float32(light * gain) * colours + noise), 0, 255)
         picture: NDArray[np.uint8] = noisy.astype(np.uint8)
         return picture
 
     def _rendered(self, request: RenderRequest) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Return colours (height, width, 3) and the depth buffer (height, width)."""
         self._place_bodies(request)
-        model = self._setup.camera.model
-        answer = self._bullet.getCameraImage(
-            model.width,
-            model.height,
-            viewMatrix=self._view(request).T.ravel().tolist(),
-            projectionMatrix=self._projection.T.ravel().tolist(),
-            shadow=0,
-            renderer=self._bullet.ER_TINY_RENDERER,
-            flags=self._bullet.ER_NO_SEGMENTATION_MASK,
-            physicsClientId=self._client,
-        )
-        shape = (model.height, model.width)
-        pixels: NDArray[np.uint8] = np.asarray(answer[2], dtype=np.uint8).reshape(*shape, 4)
-        return pixels[:, :, :3], np.asarray(answer[3], dtype=np.float32).reshape(shape)
+        view = self._view(request)
+        colours, depth = self._drawing.draw(view)
+        if self._scene.has_glass and not isinstance(self._setup.camera, DepthCameraDescription):
+            self._scene.show_glass(True)
+            panes, nearest = self._drawing.draw(view)
+            self._scene.show_glass(False)
+            colours = behind_glass(colours, panes, nearest < depth)
+        return self._lens.seen(colours, smooth=True), self._lens.seen(depth, smooth=False)
 
     def close(self) -> None:
         """Disconnect. Safe to call twice."""
         if self._client >= 0:
+            self._drawing.close()
             self._bullet.disconnect(physicsClientId=self._client)
             self._client = -1
 
     def _place_bodies(self, request: RenderRequest) -> None:
         self._place_robot(self._robot, request.position, request.orientation)
-        self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
+        if len(self._others) < len(request.robots):
+            self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
+            self._draw_new_bodies()
         for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
             self._place_robot(robot, position, orientation)
         self._scene.place_people([(x, y) for x, y, _ in request.people.tolist()])
         for name, closed in request.doors.items():
             self._scene.place_door(name, closed)
+
+    def _draw_new_bodies(self) -> None:
+        try:
+            self._drawing.add_bodies()
+        except BodyError as error:
+            tiny = TinyDrawing(self._bullet, self._client, self._lens.pinhole, self._matrix)
+            self._drawing = instead(self._setup.camera.renderer, tiny, error)
 
     def _load(self, urdf: FilePath) -> tuple[int, Any]:
         """Load a robot; return its body number and the pose of its centre of mass."""
@@ -157,6 +143,20 @@ class CameraRenderer:
         base[:3, 3] = request.position
         world_from_optical = base @ self._setup.camera.model.base_from_optical()
         return np.linalg.inv(world_from_optical @ _FLIP).astype(np.float64)
+
+
+def behind_glass(
+    colours: NDArray[np.uint8], panes: NDArray[np.uint8], covered: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """Return a picture (height, width, 3) of what is seen through glass.
+
+    Args:
+        colours: without the glass.
+        panes: with the glass as if it were not transparent.
+        covered: (height, width) where glass is in front.
+    """
+    tinted = np.rint((1.0 - TINT) * colours + TINT * panes).astype(np.uint8)
+    return np.where(covered[:, :, None], tinted, colours)
 
 
 def measured_depth(
@@ -183,19 +183,3 @@ def _far(camera: CameraDescription | DepthCameraDescription) -> float:
     """Return the distance of the far clipping plane, metres; noise may bring what is beyond."""
     beyond = 1.25 if isinstance(camera, DepthCameraDescription) else 1.0
     return beyond * camera.range_max
-
-
-def projection(model: CameraModel, near: float, far: float) -> FloatArray:
-    """Return (4, 4) OpenGL clip space from eye frame, for a pinhole camera.
-
-    TinyRenderer samples column i at (x + 1) width / 2 = i, and row j at (y + 1) height / 2 =
-    height - 1 - j, where the camera model has the centres of pixels at i + 0.5 and j + 0.5. The
-    offsets of half a pixel correct this.
-    """
-    f, width, height = model.focal_length, model.width, model.height
-    matrix = np.zeros((4, 4))
-    matrix[0, 0], matrix[1, 1] = 2.0 * f / width, 2.0 * f / height
-    matrix[0, 2], matrix[1, 2] = 1.0 / width, 1.0 / height
-    matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
-    matrix[3, 2] = -1.0
-    return matrix

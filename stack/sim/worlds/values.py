@@ -40,7 +40,7 @@ HEADING = Declaration("heading", float, "anticlockwise from the x axis", "rad")
 NAME = Declaration("name", str, "name in messages", default="")
 ON_MAP = Declaration("on_map", bool, "show it on maps made from the world", default=True)
 GLASS = Declaration(
-    "glass", bool, "of glass: sonars measure it, lidars and cameras see through", default=False
+    "glass", bool, "of glass: sonars measure it, lidars and depth cameras do not", default=False
 )
 THICKNESS = length("thickness", "thickness of the slab", 0.1, at_least=0.01, at_most=10.0)
 HEIGHT = length("height", "height above the floor", 1.0, at_most=20.0)

@@ -25,7 +25,7 @@ DOCK_HEIGHT, DOCK_COLOUR = 0.4, (0.2, 0.4, 0.35)
 class Wall:
     """A polyline of upright slabs with filled joints. points: (n, 2) metres, n >= 2.
 
-    Sonars measure glass; lidars and cameras see through it.
+    Sonars measure glass; lidars and depth cameras see through it, cameras see a faint tint.
     """
 
     points: FloatArray

@@ -275,7 +275,7 @@ class RerunDrawing:
         self._recording.stream.log("tree_text", document)
 
     def image(self, image: Image) -> None:
-        """Log a camera picture; before the first one, log the camera's pose and model."""
+        """Log a rectified camera picture; before the first one, the camera's pose and model."""
         draw_colour_picture(self._recording, image)
 
     def depth_image(self, image: DepthImage) -> None:

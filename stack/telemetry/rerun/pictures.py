@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import rerun as rr
 
@@ -22,12 +24,19 @@ FARTHEST = 65_000
 CAMERA_COLOUR, DEPTH_COLOUR = (94, 200, 255), (200, 230, 76)
 
 
+_rectifying_maps = lru_cache(maxsize=1)(CameraModel.rectifying_maps)
+
+
 def draw_colour_picture(recording: Recording, image: Image) -> None:
-    """Log a picture as JPEG; before the first one, log the camera's pose and model."""
+    """Log a rectified picture as JPEG; before the first one, log the camera's pose and model."""
     import cv2
 
     _frustum(recording, CAMERA, image.camera, CAMERA_COLOUR)
-    bgr = np.ascontiguousarray(image.pixels[:, :, ::-1])
+    pixels = image.pixels
+    if image.camera.is_distorted:  # the viewer's camera is a pinhole
+        maps = _rectifying_maps(image.camera)
+        pixels = cv2.remap(pixels, *maps, cv2.INTER_LINEAR)  # type: ignore[assignment]
+    bgr = np.ascontiguousarray(pixels[:, :, ::-1])
     done, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     if done:
         picture = rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg")

@@ -43,6 +43,13 @@ def test_the_settings_of_fixed_parts_are_described():
         description_of("obstacle_memor", installed())
 
 
+def test_a_robot_s_camera_is_described_with_its_intrinsics():
+    text = description_of("scout", installed())
+    # f = 160 px / tan 35 deg
+    assert "320 x 240 px, fx 228.50, fy 228.50, cx 160.00, cy 120.00 px, no distortion" in text
+    assert "renderer = tiny  (" in text and "exposure = 0 s  (" in text
+
+
 def test_a_broken_plugin_is_named_with_its_file_and_the_others_remain(mission, tmp_path):
     (tmp_path / "mine" / "broken.py").write_text("import nothing_of_that_name\n")
     known = installed(mission)

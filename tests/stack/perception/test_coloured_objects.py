@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from robots.load import find_robot, read_robot
 from stack.perception.colour_parameters import ColourParameters
 from stack.perception.coloured_objects import ColouredObjectDetector, colour_mask
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import Box
 from stack.types import Image, Pose2D
 from tests.stack.sim.sim_rover import EMPTY

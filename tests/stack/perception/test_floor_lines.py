@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from robots.load import find_robot, read_robot
 from stack.perception.floor_lines import CELL, FloorLineDetector
 from stack.perception.rolling_grid import shifted
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import Box, FloorLine
 from stack.types import Image, Pose2D
 from tests.stack.sim.sim_rover import EMPTY

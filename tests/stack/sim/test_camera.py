@@ -9,12 +9,20 @@ import cv2
 import numpy as np
 import pytest
 
+from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
 from stack.sim.sensors.camera import Camera
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
-from stack.sim.worlds.world import Box, Door, Person
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
+from stack.sim.worlds.world import Box, Door, Person, Wall
 from stack.types import Marker, Pose2D
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, ROVER
+
+LENS = {
+    "distortion": (-0.3, 0.09, 0.001, -0.001, 0.0), "principal_point": (166.0, 115.0),
+    "focal_length_y": 276.0,
+}  # fmt: skip
+"""Of a wide-angle camera, as intrinsics of CAMERA."""
 
 MARKER = Marker(7, 0.2, (1.65, 0.1, 0.3), pi)
 WORLD = replace(
@@ -61,8 +69,7 @@ def corners_predicted(marker, camera):
     signs = [(-1, 1), (1, 1), (1, -1), (-1, -1)]
     points = np.array([marker.position + half * (u * right + v * up) for u, v in signs])
     optical = np.linalg.inv(camera.base_from_optical())
-    seen = (points @ optical[:3, :3].T + optical[:3, 3]) @ camera.matrix.T
-    return seen[:, :2] / seen[:, 2:]
+    return camera.project(points @ optical[:3, :3].T + optical[:3, 3])
 
 
 @pytest.mark.parametrize(
@@ -74,8 +81,14 @@ def corners_predicted(marker, camera):
             {"width": 640, "height": 480, "focal_length": 560.0},
         ),
         (MARKER, {"pitch": 0.1, "yaw": 0.15}),
+        (
+            replace(MARKER, position=(1.65, 0.6, 0.6)),
+            {"principal_point": (171.0, 108.5), "focal_length_y": 271.0},
+        ),
+        (replace(MARKER, position=(1.65, 0.6, 0.6)), LENS),
+        (replace(MARKER, position=(1.65, -0.5, 0.15)), {"distortion": (0.3, 0.1, 0.0, 0.0, 0.0)}),
     ],
-    ids=["facing", "aslant", "camera turned"],
+    ids=["facing", "aslant", "camera turned", "principal point", "barrel lens", "pincushion lens"],
 )
 def test_a_marker_is_found_where_the_camera_model_says(marker, model):
     camera = replace(CAMERA, model=replace(CAMERA.model, **model))
@@ -86,6 +99,27 @@ def test_a_marker_is_found_where_the_camera_model_says(marker, model):
     errors = found[marker.number] + 0.5 - corners_predicted(marker, camera.model)
     assert np.abs(errors).max() < 1.5
     assert np.abs(errors.mean(axis=0)).max() < 0.3  # no half-pixel shift of the whole picture
+
+
+def test_the_lens_moves_the_marker_by_many_pixels():
+    """The last two cases above mean something: without the lens the marker is elsewhere."""
+    far = replace(MARKER, position=(1.65, 0.6, 0.6))
+    lens = replace(CAMERA.model, **LENS)
+    plain = replace(lens, distortion=())
+    assert np.abs(corners_predicted(far, lens) - corners_predicted(far, plain)).max() > 8.0
+
+
+def test_a_depth_camera_with_a_lens_measures_along_the_axis():
+    wall = replace(EMPTY, boxes=(Box(Pose2D(2.25, 0.0), (0.2, 4.0, 4.0)),))
+    model = replace(CAMERA.model, **LENS)
+    depth = picture(
+        replace(SHOT, people=np.zeros((0, 3)), doors={}), world=wall,
+        camera=DepthCameraDescription(model, noise=0.0, dropout=0.0),
+    )  # fmt: skip
+    # The wall's face at x = 2.15 is 2 m from the lens at x = 0.15, in every direction; the rest of
+    # the picture is floor, which is nearer.
+    assert np.nanmax(depth) == pytest.approx(2.0, abs=0.01)
+    assert np.abs(depth[:120] - 2.0).max() < 0.01
 
 
 def test_moving_objects_are_drawn_at_their_current_pose():
@@ -218,3 +252,21 @@ def test_importing_the_physics_prints_nothing():
     )
     assert answer.stdout == "2\n"
     assert answer.stderr == ""
+
+
+def test_glass_tints_colours_and_not_depths():
+    pane = Wall(np.array([[1.0, 0.0], [1.0, 3.0]]), 0.04, 1.5, (0.1, 0.4, 0.1), glass=True)
+    world = replace(EMPTY, boxes=(Box(Pose2D(2.25, 0.0), (0.2, 4.0, 4.0), (0.9, 0.9, 0.9)),))
+    alone = replace(SHOT, people=np.zeros((0, 3)), doors={})
+    plain = picture(alone, world=world).astype(int)
+    tinted = picture(alone, world=replace(world, walls=(pane,))).astype(int)
+    changed = (plain != tinted).any(axis=2)
+    # The pane reaches from y = 0 to the left border, up to 1.5 m: 1.25 m above the lens, 0.83 m
+    # in front of it, which is above the picture.
+    assert changed[:120, :155].all() and not changed[:, 165:].any()
+    change = np.abs(tinted - plain)[:120, :155]
+    assert 2 < change.max() < 0.2 * 255
+    assert (tinted[:120, :155, 1] > tinted[:120, :155, 0]).all()  # green
+    depth = DepthCameraDescription(CAMERA.model, noise=0.0, dropout=0.0)
+    seen = picture(alone, world=replace(world, walls=(pane,)), camera=depth)
+    assert (seen == picture(alone, world=world, camera=depth)).all()

@@ -17,7 +17,8 @@ from stack.perception.depth.obstacles import (
     projected,
 )
 from stack.perception.depth.parameters import DepthParameters
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import Box, Drop, Wall
 from stack.types import CameraModel, DepthImage, Observation, Odometry, Pose2D, Twist
 from tests.stack.sim.sim_rover import EMPTY

@@ -1,0 +1,1 @@
+"""`treepilot calibrate`: intrinsics of a camera from pictures of a ChArUco board."""

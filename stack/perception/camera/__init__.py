@@ -1,0 +1,1 @@
+"""Camera calibration from pictures of a ChArUco board."""

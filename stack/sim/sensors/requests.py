@@ -1,0 +1,49 @@
+"""What a renderer is told: once what there is, and for each picture where it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+
+from stack.drivetrain.description import CameraDescription, DepthCameraDescription
+from stack.sim.worlds.world import World
+from stack.types import FloatArray
+
+Position = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSetup:
+    """The constant inputs of a renderer: world, robot, camera, seed and the camera's name."""
+
+    world: World
+    urdf: FilePath
+    camera: CameraDescription | DepthCameraDescription
+    seed: int
+    name: str = "camera"
+
+
+@dataclass(frozen=True, slots=True)
+class RenderRequest:
+    """State of everything that moves, at the time of exposure.
+
+    Attributes:
+        step: physics step; selects the image noise.
+        position: (x, y, z) of the base frame, world frame, metres.
+        orientation: quaternion x, y, z, w of the base frame.
+        people: (n, 3) x, y, radius, world frame, metres; nan: not there.
+        doors: name -> closed.
+        robots: (URDF, position, orientation) of the other robots, always in the same order.
+        velocity: of the base frame's origin, world frame, m/s.
+        spin: angular velocity of the base frame, world frame, rad/s.
+    """
+
+    step: int
+    position: Position
+    orientation: Quaternion
+    people: FloatArray
+    doors: dict[str, bool]
+    robots: tuple[tuple[FilePath, Position, Quaternion], ...] = ()
+    velocity: Position = (0.0, 0.0, 0.0)
+    spin: Position = (0.0, 0.0, 0.0)
