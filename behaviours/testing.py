@@ -44,6 +44,7 @@ from stack.types import (
     RivalPose,
     Scan,
     TaskStatus,
+    TrackedObject,
     Twist,
 )
 
@@ -92,6 +93,7 @@ class ScriptedRobot:
         sightings: returned by `marker_sightings()`.
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour.
+        tracks: moving objects.
         fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
         rivals: other poses that explain the scans as well, in `estimate`.
@@ -122,6 +124,7 @@ class ScriptedRobot:
     markers: tuple[Marker, ...] = ()
     picture: Image | None = None
     sightings: tuple[MarkerSighting, ...] = ()
+    tracks: tuple[TrackedObject, ...] = ()
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
     fit: Callable[[Pose2D], float] = _no_fit

@@ -29,6 +29,7 @@ from stack.types import (
     PoseEstimate,
     Scan,
     TaskStatus,
+    TrackedObject,
     Twist,
 )
 
@@ -117,6 +118,16 @@ class Robot(Protocol):
     @property
     def markers(self) -> tuple[Marker, ...]:
         """The known markers of the map, map frame."""
+        ...
+
+    @property
+    def tracks(self) -> tuple[TrackedObject, ...]:
+        """Moving objects around the robot, such as people, at `time`; map frame.
+
+        Who has moved and stands still now is one of them. An object that is out of sight is
+        expected where its velocity takes it for a second, with a growing covariance; then it is
+        forgotten. It gets another id when it is seen again.
+        """
         ...
 
     @property

@@ -43,6 +43,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    TrackedObject,
     Twist,
     wrap_angle,
 )
@@ -208,6 +209,11 @@ class RobotFacade:
     def markers(self) -> tuple[Marker, ...]:
         """The known markers of the world, map frame."""
         return self._parts.markers
+
+    @property
+    def tracks(self) -> tuple[TrackedObject, ...]:
+        """Moving objects around the robot, map frame."""
+        return self._state.tracks
 
     @property
     def map(self) -> OccupancyGrid:

@@ -1,0 +1,212 @@
+"""Which of the tracked objects is the person who is followed.
+
+A track keeps its id while it is seen; out of sight it is forgotten after a second, and the same
+person gets another id. The person is therefore recognised by motion: where their velocity takes
+them (constant velocities predict people well for a few seconds: C. Schöller et al., "What the
+constant velocity model can teach us about pedestrian motion prediction", RA-L 2020), and by who
+else was seen meanwhile, and so is somebody else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import exp, hypot
+
+import numpy as np
+
+from stack.types import TrackedObject
+
+SURE = 0.3
+"""Metres; a track whose position is more uncertain is out of sight."""
+
+COASTS = 1.5
+"""Seconds for which somebody out of sight is expected to walk on."""
+
+FIRST_REACH, REACH_SPEED, LONGEST_REACH = 0.8, 0.8, 4.0
+"""Metres between the expected place and a new track that may be the person: at once, its growth in
+m/s while out of sight, and its limit."""
+
+TURNING, TURNING_TIME = 0.8, 5.0
+"""Metres per m/s by which a velocity that differs from the person's makes a track less likely, and
+seconds in which that loses weight: people rarely turn round while they are out of sight."""
+
+MEMORY = 8.0
+"""Seconds for which other people are remembered after they were seen."""
+
+NEAR = 1.0
+"""Metres between two people at which their tracks may be exchanged."""
+
+LONGEST_MEETING = 4.0
+"""Seconds of a meeting after which velocities before it tell nothing."""
+
+EXCHANGED, CLEARLY = 0.7, 0.5
+"""m/s by which a track's velocity has changed in a meeting if it is not the person's any more, and
+the share of it by which the other's differs at most."""
+
+STANDING = 0.15
+"""m/s below which somebody stands."""
+
+SMOOTHING = 0.4
+"""Seconds; time constant of the mean velocity."""
+
+
+@dataclass(slots=True)
+class Seen:
+    """Somebody, as last seen, map frame: id of the track, seconds, metres and m/s."""
+
+    id: int
+    stamp: float
+    position: tuple[float, float]
+    velocity: tuple[float, float]
+
+    def expected(self, now: float) -> tuple[float, float]:
+        """Return where they are expected: they walk on for COASTS, then stand."""
+        seconds = min(max(now - self.stamp, 0.0), COASTS)
+        (x, y), (u, v) = self.position, self.velocity
+        return x + seconds * u, y + seconds * v
+
+    def renew(self, track: TrackedObject, now: float) -> None:
+        """Take over what is seen now; the velocity is a mean of the last moments."""
+        keep = exp(-max(now - self.stamp, 0.0) / SMOOTHING)
+        u, v = self.velocity
+        self.velocity = (
+            keep * u + (1.0 - keep) * track.velocity[0],
+            keep * v + (1.0 - keep) * track.velocity[1],
+        )
+        self.id, self.stamp, self.position = track.id, now, track.position
+
+
+@dataclass(slots=True)
+class _Meeting:
+    """Somebody came near the person at a time; the velocity of the person before."""
+
+    began: float
+    velocity: tuple[float, float]
+    other: int
+
+
+class FollowedPerson:
+    """The person who is followed, and who else is around.
+
+    Args:
+        track: of the person.
+        now: seconds on the robot's clock.
+
+    Attributes:
+        seen: the person when last seen.
+        radius: of the person, metres.
+        visible: whether the person is seen now.
+        times_lost: how often the track ended.
+    """
+
+    def __init__(self, track: TrackedObject, now: float) -> None:
+        self.seen = Seen(track.id, now, track.position, track.velocity)
+        self.radius, self.visible, self.times_lost = track.radius, True, 0
+        self._others: dict[int, Seen] = {}
+        self._meeting: _Meeting | None = None
+        self._is_tracked = True
+
+    @property
+    def stands(self) -> bool:
+        """Whether the person stood when last seen."""
+        return hypot(*self.seen.velocity) < STANDING
+
+    def expected(self, now: float) -> tuple[float, float]:
+        """Return where the person is, or is expected to be; map frame, metres."""
+        return self.seen.expected(now)
+
+    def update(self, tracks: Sequence[TrackedObject], now: float) -> None:
+        """Look for the person among the tracks of this moment.
+
+        Args:
+            tracks: map frame.
+            now: seconds on the robot's clock.
+        """
+        by_id = {track.id: track for track in tracks}
+        own = by_id.get(self._exchanged(by_id, now))
+        if own is None:
+            own = self._found_again(tracks, now)
+        if self._is_tracked and own is None:
+            self.times_lost += 1
+        self._is_tracked = own is not None
+        self.visible = own is not None and deviation(own) <= SURE
+        if own is not None:
+            if own.id in self._others:
+                del self._others[own.id]
+            self.radius = own.radius
+            if self.visible:
+                self.seen.renew(own, now)
+            else:
+                self.seen.id = own.id
+        self._note_others((track for track in tracks if track is not own), now)
+
+    def _note_others(self, tracks: Iterable[TrackedObject], now: float) -> None:
+        """Remember who is seen and is not the person; note who meets the person."""
+        nearest, gap = None, NEAR
+        for track in tracks:
+            if deviation(track) > SURE:
+                continue
+            other = self._others.get(track.id)
+            if other is not None:
+                other.renew(track, now)
+            else:
+                self._others[track.id] = Seen(track.id, now, track.position, track.velocity)
+            away = _apart(track.position, self.expected(now))
+            if away < gap:
+                nearest, gap = track.id, away
+        self._others = {
+            number: other for number, other in self._others.items() if now - other.stamp <= MEMORY
+        }
+        if nearest is not None and self._meeting is None:
+            self._meeting = _Meeting(now, self.seen.velocity, nearest)
+
+    def _exchanged(self, by_id: dict[int, TrackedObject], now: float) -> int:
+        """Return the id of the person's track: another one if a meeting has exchanged two.
+
+        After a meeting people walk on as before. If this track does not, and that of the other one
+        does, it is the person's.
+        """
+        own, meeting = by_id.get(self.seen.id), self._meeting
+        if meeting is None:
+            return self.seen.id
+        other = by_id.get(meeting.other)
+        if now - meeting.began > LONGEST_MEETING or own is None or other is None:
+            over = now - meeting.began > LONGEST_MEETING
+            self._meeting = None if over else meeting
+            return self.seen.id
+        if _apart(own.position, other.position) < NEAR:
+            return self.seen.id
+        self._meeting = None
+        changed = _apart(own.velocity, meeting.velocity)
+        if changed > EXCHANGED and _apart(other.velocity, meeting.velocity) < CLEARLY * changed:
+            return other.id
+        return own.id
+
+    def _found_again(self, tracks: Sequence[TrackedObject], now: float) -> TrackedObject | None:
+        """Return the track that is the person's if their own has ended; None without one."""
+        here, hidden = self.expected(now), now - self.seen.stamp
+        reach = min(FIRST_REACH + REACH_SPEED * hidden, LONGEST_REACH)
+        turning = 0.0 if self.stands else TURNING * exp(-hidden / TURNING_TIME)
+        present = {track.id for track in tracks}
+        gone = [other for number, other in self._others.items() if number not in present]
+        best, least = None, reach
+        for track in tracks:
+            if track.id in self._others:
+                continue
+            away = _apart(track.position, here)
+            if any(_apart(track.position, other.expected(now)) < away for other in gone):
+                continue  # somebody else who was out of sight
+            cost = away + turning * _apart(track.velocity, self.seen.velocity)
+            if cost <= least:
+                best, least = track, cost
+        return best
+
+
+def deviation(track: TrackedObject) -> float:
+    """Return the standard deviation of a track's position in its worst direction, metres."""
+    return float(np.sqrt(max(0.0, np.linalg.eigvalsh(track.covariance[:2, :2])[-1])))
+
+
+def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+    return hypot(one[0] - other[0], one[1] - other[1])
