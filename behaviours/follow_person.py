@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from math import atan2, cos, hypot, inf, pi, sin
+from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 from py_trees.common import Status
@@ -43,9 +43,8 @@ again."""
 TURN_GAIN, FASTEST_TURN, POINTED = 1.5, 0.8, 0.1
 """1/s, rad/s and radians: the robot faces a person who stands."""
 
-TOO_NEAR, BACK_SPEED, BACK_ROOM = 0.7, 0.25, 0.4
-"""Share of the distance below which the robot backs off, m/s, and the metres that must be free
-behind it."""
+STILL = 0.35
+"""Metres to the person within which the robot does not turn to face them."""
 
 FARTHER = 2.0
 """Seconds of the person's walk beyond the place where they were last seen, to a second place of the
@@ -69,8 +68,8 @@ class FollowPerson(RobotBehaviour):
     """Follow a walking person at a distance, also after a loss of sight.
 
     The person is the nearest walking one ahead, or nearest to a place. The robot plans to where the
-    person walks and stops at the distance, facing them; it backs off from somebody who comes close
-    only where the lidar shows room. Out of sight, it goes to the place where they were last seen
+    person walks and stops at the distance, facing them; it leaves their way when they come towards
+    it (`evasion`). Out of sight, it goes to the place where they were last seen
     and beyond, and looks round. Succeeds at the first `until_…` that is reached. Fails with
     PERSON_LOST if the person is not seen for `patience`, and with NO_PROGRESS if it cannot follow.
     """
@@ -89,8 +88,8 @@ class FollowPerson(RobotBehaviour):
         "time without sight of the person after which it fails", unit="s", default=20.0, above=0.0
     )
     until_stands: float | None = port(
-        "end when the person, after a walk, has stood for this time and the robot is there", unit="s",
-        default=None, above=0.0,
+        "end when the person, after a walk, has stood for this time and the robot is there",
+        unit="s", default=None, above=0.0,
     )  # fmt: skip
     until_travelled: float | None = port(
         "end after this distance", unit="m", default=None, above=0.0
@@ -200,7 +199,7 @@ class FollowPerson(RobotBehaviour):
             return self.fail(
                 FailureCode.PERSON_LOST, f"no walking person {where} within {self.patience:g} s"
             )
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
         self.feedback_message = "waiting for somebody who walks"
         return Status.RUNNING
 
@@ -299,37 +298,21 @@ class FollowPerson(RobotBehaviour):
             self._query = None
 
     def _stand(self, person: FollowedPerson, gap: float) -> None:
-        """Stand facing the person; back off if they come close and there is room behind."""
+        """Stand facing the person."""
         self._end_query()
         self._drive, self._followed = None, None  # `drive_for` cancels it
         self._unplanned.restart()
         self._watch = StuckWatch(self.start_timer(), self.robot.odometry)
         self.feedback_message = f"standing, {gap:.1f} m to the person"
-        if gap < TOO_NEAR * self.distance and self._can_back_off(person):
-            self.robot.drive_for(Twist(-BACK_SPEED), TIME_TO_LIVE)
-            return
         self._face(person)
 
     def _face(self, person: FollowedPerson) -> None:
+        """Turn to the person; leave their way if they come towards the robot."""
         bearing = _bearing(self.robot.pose, person.expected(self.robot.time))
         turn = min(max(TURN_GAIN * bearing, -FASTEST_TURN), FASTEST_TURN)
-        twist = Twist(angular=turn) if abs(bearing) > POINTED else STANDSTILL
-        self.robot.drive_for(twist, TIME_TO_LIVE)
-
-    def _can_back_off(self, person: FollowedPerson) -> bool:
-        """Whether the person is ahead, and the lidar shows free floor behind the robot."""
-        scan = self.robot.scan
-        if scan is None or abs(_bearing(self.robot.pose, person.expected(self.robot.time))) > AHEAD:
-            return False
-        radius = self.robot.footprint.circumscribed_radius
-        angles = scan.angles + scan.mount.heading
-        behind = np.cos(angles) < -cos(0.3)
-        if not behind.any() or np.isnan(scan.ranges[behind]).mean() > 0.5:
-            return False
-        points = scan.points()
-        lane = (points[:, 0] < 0.0) & (np.abs(points[:, 1]) <= radius + 0.1)
-        nearest = float(-points[lane, 0].max()) if lane.any() else inf
-        return nearest - radius > BACK_ROOM
+        still = abs(bearing) <= POINTED or self._gap(person) < STILL
+        twist = STANDSTILL if still else Twist(angular=turn)
+        self.robot.drive_for(twist, TIME_TO_LIVE, gives_way=True)
 
     def _look_for(self, person: FollowedPerson) -> None:
         """Go on with the search for somebody out of sight."""
@@ -362,7 +345,7 @@ class FollowPerson(RobotBehaviour):
 
     def _waiting(self) -> Steps:
         while True:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
             yield
 
 

@@ -9,7 +9,7 @@ assert tick(drive, robot) is Status.SUCCESS
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from stack.errors import NavigationError, ParameterError
-from stack.robot import Robot
+from stack.robot import JsonValue, Robot
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -100,6 +100,7 @@ class ScriptedRobot:
         said: messages for the operator.
         twist: last velocity of `drive_for`.
         contact: where that one may touch something.
+        gives_way: whether that one leaves the way of people.
         calls: all calls in order.
         task: the newest task; the test sets its outcome.
         motion: the newest motion task; a newer one cancels it.
@@ -131,6 +132,7 @@ class ScriptedRobot:
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
     contact: ContactZone | None = None
+    gives_way: bool = False
     calls: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     task: ScriptedTask = field(default_factory=ScriptedTask)
     motion: ScriptedTask = field(default_factory=ScriptedTask)
@@ -265,7 +267,7 @@ class ScriptedRobot:
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
-        contact: ContactZone | None = None,
+        contact: ContactZone | None = None, gives_way: bool = False,
     ) -> None:  # fmt: skip
         """Store the velocity in `twist`; cancel the motion task, as the real robot does.
 
@@ -276,6 +278,7 @@ class ScriptedRobot:
             raise NavigationError(FailureCode.LOST, "the robot is lost")
         self.motion.cancel()
         self.twist, self.contact = twist, contact
+        self.gives_way = gives_way
         self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
 
     def clear_costmap(
@@ -311,9 +314,12 @@ class ScriptedRobot:
         }
         self.calls.append(("set_pose", {"pose": pose, **deviations, "source": source}))
 
-    def save_image(self, image: Image, name: str) -> str:
+    def save_image(
+        self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
+    ) -> str:
         """Record the call; return the path that a real robot would use."""
-        self.calls.append(("save_image", {"image": image, "name": name}))
+        given = {} if details is None else {"details": details}
+        self.calls.append(("save_image", {"image": image, "name": name, **given}))
         return f"images/{name}.png"
 
     def say(self, text: str) -> None:

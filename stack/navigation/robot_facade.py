@@ -24,6 +24,7 @@ from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
+from stack.robot import JsonValue
 from stack.types import (
     Battery,
     ContactZone,
@@ -86,8 +87,8 @@ class ColouredObjectDetector(Protocol):
 class ImageStore(Protocol):
     """Saves images in the run's folder."""
 
-    def save(self, image: Image, name: str) -> str:
-        """Save an image; return its path relative to the folder."""
+    def save(self, image: Image, name: str, details: Mapping[str, JsonValue] | None = None) -> str:
+        """Save an image, and details beside it; return its path relative to the folder."""
         ...
 
 
@@ -369,10 +370,12 @@ class RobotFacade:
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
-        contact: ContactZone | None = None,
+        contact: ContactZone | None = None, gives_way: bool = False,
     ) -> None:  # fmt: skip
         """Drive a velocity for some seconds; cancels another running motion task."""
-        self._navigation.drive_for(twist, seconds, while_lost=while_lost, contact=contact)
+        self._navigation.drive_for(
+            twist, seconds, while_lost=while_lost, contact=contact, gives_way=gives_way
+        )
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
@@ -464,9 +467,11 @@ class RobotFacade:
         self._parts.estimator.set_pose(pose, position_deviation, heading_deviation)
         self._handle_jump(before, pose, source)
 
-    def save_image(self, image: Image, name: str) -> str:
+    def save_image(
+        self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
+    ) -> str:
         """Save an image in the run's folder; return its path relative to that folder."""
-        return self._parts.store.save(image, name)
+        return self._parts.store.save(image, name, details)
 
     def say(self, text: str) -> None:
         """Write a message to the operator to the event log."""

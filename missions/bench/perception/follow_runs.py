@@ -217,8 +217,9 @@ def rows_of(rows: Sequence[FollowRow]) -> list[dict[str, object]]:
 def report(rows: Sequence[FollowRow]) -> list[str]:
     """Return a line per robot, and one per run that failed."""
     lines = [
-        f"{row['robot']:<9}{row['success']:>7} followed to the end, drove into {row['drove into']}, "
-        f"struck {row['struck']}, within 0.45 m {row['intimate']}, least {row['least distance']}, "
+        f"{row['robot']:<9}{row['success']:>7} followed to the end, "
+        f"drove into {row['drove into']}, struck {row['struck']}, "
+        f"within 0.45 m {row['intimate']}, least {row['least distance']}, "
         f"mean gap {row['mean gap']}, lost {row['lost']} times, {row['time']}"
         for row in rows_of(rows)
     ]
