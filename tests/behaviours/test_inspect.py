@@ -35,9 +35,7 @@ def test_an_ideal_edge_is_as_sharp_as_the_window_says():
 
 @pytest.mark.parametrize("columns", [True, False])
 def test_blur_along_one_axis_is_found(columns):
-    blurred = [
-        quality_of(image(0.0, board(blur=n, columns=columns))).sharpness for n in (3, 5, 9)
-    ]
+    blurred = [quality_of(image(0.0, board(blur=n, columns=columns))).sharpness for n in (3, 5, 9)]
     assert blurred[0] > blurred[1] > blurred[2]
     assert blurred[1] < 0.6 and blurred[2] < 0.3
 
