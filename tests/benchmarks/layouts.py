@@ -92,6 +92,13 @@ LAYOUTS: dict[str, Layout] = {
         "largest": "{largest error}", "largest turn": "{largest turn}", "contacts": "{contacts}",
         "median time": "{median time}",
     }),
+    "follow": Layout({
+        "robot": "{robot}", "with the guide at the end": "{success}", "95 %": "{95 % interval}",
+        "drove into": "{drove into}", "struck": "{struck}", "things": "{things}",
+        "within 0.45 m": "{intimate}", "least distance": "{least distance}",
+        "mean gap": "{mean gap}", "largest": "{largest gap}", "lost per run": "{lost}",
+        "median time": "{time}",
+    }),
     "markers": Layout({
         "distance": "{distance:g} m", "from the normal": "{angle:.0f} deg",
         "detected": "{detected %:.0f} %", "median error": "{error cm:.1f} cm, {error °:.1f}°",
