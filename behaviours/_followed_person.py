@@ -42,7 +42,10 @@ LONGEST_MEETING = 4.0
 
 EXCHANGED, CLEARLY = 0.7, 0.5
 """m/s by which a track's velocity has changed in a meeting if it is not the person's any more, and
-the share of it by which the other's differs at most."""
+the share of it by which each track may differ from the other's velocity before."""
+
+KNOWN = 1.0
+"""Seconds of a track after which the person's velocity is known."""
 
 STANDING = 0.15
 """m/s below which somebody stands."""
@@ -79,11 +82,12 @@ class Seen:
 
 @dataclass(slots=True)
 class _Meeting:
-    """Somebody came near the person at a time; the velocity of the person before."""
+    """Somebody came near the person at a time; the velocities of both before."""
 
     began: float
     velocity: tuple[float, float]
     other: int
+    other_velocity: tuple[float, float]
 
 
 class FollowedPerson:
@@ -105,7 +109,7 @@ class FollowedPerson:
         self.radius, self.visible, self.times_lost = track.radius, True, 0
         self._others: dict[int, Seen] = {}
         self._meeting: _Meeting | None = None
-        self._is_tracked = True
+        self._is_tracked, self._tracked_since = True, now
 
     @property
     def stands(self) -> bool:
@@ -129,6 +133,8 @@ class FollowedPerson:
             own = self._found_again(tracks, now)
         if self._is_tracked and own is None:
             self.times_lost += 1
+        if own is not None and not self._is_tracked:
+            self._tracked_since, self._meeting = now, None
         self._is_tracked = own is not None
         self.visible = own is not None and deviation(own) <= SURE
         if own is not None:
@@ -142,7 +148,10 @@ class FollowedPerson:
         self._note_others((track for track in tracks if track is not own), now)
 
     def _note_others(self, tracks: Iterable[TrackedObject], now: float) -> None:
-        """Remember who is seen and is not the person; note who meets the person."""
+        """Remember who is seen beside the person; note who meets the person.
+
+        Who appears while the person is out of sight may be the person.
+        """
         nearest, gap = None, NEAR
         for track in tracks:
             if deviation(track) > SURE:
@@ -150,7 +159,7 @@ class FollowedPerson:
             other = self._others.get(track.id)
             if other is not None:
                 other.renew(track, now)
-            else:
+            elif self.visible:
                 self._others[track.id] = Seen(track.id, now, track.position, track.velocity)
             away = _apart(track.position, self.expected(now))
             if away < gap:
@@ -158,14 +167,16 @@ class FollowedPerson:
         self._others = {
             number: other for number, other in self._others.items() if now - other.stamp <= MEMORY
         }
-        if nearest is not None and self._meeting is None:
-            self._meeting = _Meeting(now, self.seen.velocity, nearest)
+        known = now - self._tracked_since >= KNOWN
+        if nearest in self._others and known and self._meeting is None:
+            other = self._others[nearest]
+            self._meeting = _Meeting(now, self.seen.velocity, nearest, other.velocity)
 
     def _exchanged(self, by_id: dict[int, TrackedObject], now: float) -> int:
         """Return the id of the person's track: another one if a meeting has exchanged two.
 
-        After a meeting people walk on as before. If this track does not, and that of the other one
-        does, it is the person's.
+        After a meeting people walk on as before. If each of the two tracks now walks as the other
+        one did before, they have been exchanged.
         """
         own, meeting = by_id.get(self.seen.id), self._meeting
         if meeting is None:
@@ -179,9 +190,12 @@ class FollowedPerson:
             return self.seen.id
         self._meeting = None
         changed = _apart(own.velocity, meeting.velocity)
-        if changed > EXCHANGED and _apart(other.velocity, meeting.velocity) < CLEARLY * changed:
-            return other.id
-        return own.id
+        crossed = (
+            _apart(other.velocity, meeting.velocity),
+            _apart(own.velocity, meeting.other_velocity),
+        )
+        exchanged = changed > EXCHANGED and max(crossed) < CLEARLY * changed
+        return other.id if exchanged else own.id
 
     def _found_again(self, tracks: Sequence[TrackedObject], now: float) -> TrackedObject | None:
         """Return the track that is the person's if their own has ended; None without one."""

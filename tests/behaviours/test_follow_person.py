@@ -229,19 +229,29 @@ def follow(person, *steps):
 
 
 def test_exchanged_tracks_are_told_by_the_motion():
-    # Two people meet and walk on; their tracks turn round, which people do not do.
+    # Two people meet after 2 s and walk on; their tracks turn round, which people do not do.
     person = FollowedPerson(track(1, (0.0, 0.0), (0.8, 0.0)), 0.0)
-    for n in range(1, 11):
+    for n in range(1, 46):
         t = 0.1 * n
-        person.update([track(1, (0.8 * t, 0.0), (0.8, 0.0)),
-                       track(2, (1.6 - 0.8 * t, 0.2), (-0.8, 0.0))], t)  # fmt: skip
-    assert person.seen.id == 1
-    for n in range(11, 26):
-        t = 0.1 * n
-        person.update([track(1, (1.6 - 0.8 * t, 0.2), (-0.8, 0.0)),
-                       track(2, (0.8 * t, 0.0), (0.8, 0.0))], t)  # fmt: skip
+        guide, other = ((0.8 * t, 0.0), (0.8, 0.0)), ((3.2 - 0.8 * t, 0.2), (-0.8, 0.0))
+        if n > 20:
+            guide, other = other, guide
+        person.update([track(1, *guide), track(2, *other)], t)
+        if n == 20:
+            assert person.seen.id == 1
     assert person.seen.id == 2 and person.times_lost == 0
-    assert person.seen.position[0] == pytest.approx(2.0)
+    assert person.seen.position[0] == pytest.approx(0.8 * 4.5)
+
+
+def test_a_person_who_turns_round_beside_somebody_is_not_exchanged():
+    # The other one walks north all the time: nobody walks now as the person did before.
+    person = FollowedPerson(track(1, (0.0, 0.0), (0.8, 0.0)), 0.0)
+    for n in range(1, 46):
+        t = 0.1 * n
+        v, x = (0.8, 0.8 * t) if t < 2.0 else (-0.8, 3.2 - 0.8 * t)
+        beside = track(2, (1.8, -1.2 + 0.6 * t), (0.0, 0.6))
+        person.update([track(1, (x, 0.0), (v, 0.0)), beside], t)
+    assert person.seen.id == 1
 
 
 def test_people_who_turn_round_together_are_not_exchanged():
@@ -268,6 +278,19 @@ def test_a_new_track_far_away_or_of_somebody_else_is_not():
     assert not person.visible  # where number 2 is expected, and not where the person is
     follow(person, (1.5, track(6, (9.0, 0.0), (0.8, 0.0))))
     assert not person.visible
+
+
+def test_somebody_who_turned_out_of_sight_is_found_after_a_while():
+    # Round a corner at 0.8 m/s: 2.0 m from where the person is expected, and across their way.
+    person = FollowedPerson(track(1, (0.0, 0.0), (0.8, 0.0)), 0.0)
+    person.update([], 1.0)
+    for n in range(10, 60):
+        if person.visible:
+            break
+        person.update([track(2, (1.2, 2.0), (0.0, 0.3))], 0.1 * n)
+    assert person.seen.id == 2
+    # reach 0.8 + 0.8 t = 2.0 + 0.8 exp(-t / 5) |(0, 0.3) - (0.8, 0)|
+    assert person.seen.stamp == pytest.approx(2.2, abs=0.15)
 
 
 def test_an_uncertain_track_is_out_of_sight():
