@@ -37,12 +37,15 @@ MEMORY = 8.0
 NEAR = 1.0
 """Metres between two people at which their tracks may be exchanged."""
 
-LONGEST_MEETING = 4.0
-"""Seconds of a meeting after which velocities before it tell nothing."""
+LONGEST_MEETING = 8.0
+"""Seconds of a meeting after which the courses before it tell nothing."""
+
+DECISION_TIME = 1.5
+"""Seconds after a meeting in which an exchange shows; the filters need some of them."""
 
 EXCHANGED, CLEARLY = 0.7, 0.5
 """m/s by which a track's velocity has changed in a meeting if it is not the person's any more, and
-the share of it by which each track may differ from the other's velocity before."""
+the share of it by which each track may differ from the other's course before."""
 
 KNOWN = 1.0
 """Seconds of a track after which the person's velocity is known."""
@@ -50,18 +53,33 @@ KNOWN = 1.0
 STANDING = 0.15
 """m/s below which somebody stands."""
 
-SMOOTHING = 0.4
-"""Seconds; time constant of the mean velocity."""
+SMOOTHING, COURSE = 0.4, 1.5
+"""Seconds; time constants of the mean velocity, and of the course: people who meet step aside
+before."""
 
 
 @dataclass(slots=True)
 class Seen:
-    """Somebody, as last seen, map frame: id of the track, seconds, metres and m/s."""
+    """Somebody, as last seen, map frame.
+
+    Attributes:
+        id: of the track.
+        stamp: seconds on the robot's clock.
+        position: metres.
+        velocity: mean of the last moments, m/s.
+        course: mean velocity over a longer time, m/s.
+    """
 
     id: int
     stamp: float
     position: tuple[float, float]
     velocity: tuple[float, float]
+    course: tuple[float, float]
+
+    @staticmethod
+    def of(track: TrackedObject, now: float) -> Seen:
+        """Return somebody who is seen for the first time."""
+        return Seen(track.id, now, track.position, track.velocity, track.velocity)
 
     def expected(self, now: float) -> tuple[float, float]:
         """Return where they are expected: they walk on for COASTS, then stand."""
@@ -70,24 +88,22 @@ class Seen:
         return x + seconds * u, y + seconds * v
 
     def renew(self, track: TrackedObject, now: float) -> None:
-        """Take over what is seen now; the velocity is a mean of the last moments."""
-        keep = exp(-max(now - self.stamp, 0.0) / SMOOTHING)
-        u, v = self.velocity
-        self.velocity = (
-            keep * u + (1.0 - keep) * track.velocity[0],
-            keep * v + (1.0 - keep) * track.velocity[1],
-        )
+        """Take over what is seen now."""
+        seconds = max(now - self.stamp, 0.0)
+        self.velocity = _mean(self.velocity, track.velocity, exp(-seconds / SMOOTHING))
+        self.course = _mean(self.course, track.velocity, exp(-seconds / COURSE))
         self.id, self.stamp, self.position = track.id, now, track.position
 
 
 @dataclass(slots=True)
 class _Meeting:
-    """Somebody came near the person at a time; the velocities of both before."""
+    """Somebody came near the person at a time; the courses of both before, and when they parted."""
 
     began: float
-    velocity: tuple[float, float]
+    course: tuple[float, float]
     other: int
-    other_velocity: tuple[float, float]
+    other_course: tuple[float, float]
+    parted: float | None = None
 
 
 class FollowedPerson:
@@ -105,7 +121,7 @@ class FollowedPerson:
     """
 
     def __init__(self, track: TrackedObject, now: float) -> None:
-        self.seen = Seen(track.id, now, track.position, track.velocity)
+        self.seen = Seen.of(track, now)
         self.radius, self.visible, self.times_lost = track.radius, True, 0
         self._others: dict[int, Seen] = {}
         self._meeting: _Meeting | None = None
@@ -160,7 +176,7 @@ class FollowedPerson:
             if other is not None:
                 other.renew(track, now)
             elif self.visible:
-                self._others[track.id] = Seen(track.id, now, track.position, track.velocity)
+                self._others[track.id] = Seen.of(track, now)
             away = _apart(track.position, self.expected(now))
             if away < gap:
                 nearest, gap = track.id, away
@@ -170,7 +186,7 @@ class FollowedPerson:
         known = now - self._tracked_since >= KNOWN
         if nearest in self._others and known and self._meeting is None:
             other = self._others[nearest]
-            self._meeting = _Meeting(now, self.seen.velocity, nearest, other.velocity)
+            self._meeting = _Meeting(now, self.seen.course, nearest, other.course)
 
     def _exchanged(self, by_id: dict[int, TrackedObject], now: float) -> int:
         """Return the id of the person's track: another one if a meeting has exchanged two.
@@ -181,21 +197,27 @@ class FollowedPerson:
         own, meeting = by_id.get(self.seen.id), self._meeting
         if meeting is None:
             return self.seen.id
+        parted = meeting.parted is not None and now - meeting.parted > DECISION_TIME
+        if parted or now - meeting.began > LONGEST_MEETING:
+            self._meeting = None
+            return self.seen.id
         other = by_id.get(meeting.other)
-        if now - meeting.began > LONGEST_MEETING or own is None or other is None:
-            over = now - meeting.began > LONGEST_MEETING
-            self._meeting = None if over else meeting
+        if own is None or other is None:
             return self.seen.id
         if _apart(own.position, other.position) < NEAR:
+            meeting.parted = None
             return self.seen.id
-        self._meeting = None
-        changed = _apart(own.velocity, meeting.velocity)
+        if meeting.parted is None:
+            meeting.parted = now
+        changed = _apart(own.velocity, meeting.course)
         crossed = (
-            _apart(other.velocity, meeting.velocity),
-            _apart(own.velocity, meeting.other_velocity),
-        )
-        exchanged = changed > EXCHANGED and max(crossed) < CLEARLY * changed
-        return other.id if exchanged else own.id
+            _apart(other.velocity, meeting.course), _apart(own.velocity, meeting.other_course)
+        )  # fmt: skip
+        if changed <= EXCHANGED or max(crossed) >= CLEARLY * changed:
+            return own.id
+        self._meeting = None
+        self._others[own.id] = Seen.of(own, now)
+        return other.id
 
     def _found_again(self, tracks: Sequence[TrackedObject], now: float) -> TrackedObject | None:
         """Return the track that is the person's if their own has ended; None without one."""
@@ -224,3 +246,10 @@ def deviation(track: TrackedObject) -> float:
 
 def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
     return hypot(one[0] - other[0], one[1] - other[1])
+
+
+def _mean(
+    before: tuple[float, float], now: tuple[float, float], keep: float
+) -> tuple[float, float]:
+    """Return an exponential mean with a share of what was before."""
+    return keep * before[0] + (1.0 - keep) * now[0], keep * before[1] + (1.0 - keep) * now[1]
