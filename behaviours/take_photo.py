@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 from py_trees.common import Status
 
+from behaviours._pictures import picture_name
 from behaviours.base import RobotBehaviour, output, port
 from stack.types import FailureCode
 
@@ -29,8 +28,8 @@ class TakePhoto(RobotBehaviour):
         """Ask for a new picture; every request keeps the camera on."""
         picture = self.robot.image()
         if picture is not None and picture.stamp >= self._started:
-            label = re.sub(r"[^\w-]+", "_", self.label)
-            self.image = self.robot.save_image(picture, f"{label}_{picture.stamp:07.2f}s")
+            name = picture_name(self.label, picture.stamp)
+            self.image = self.robot.save_image(picture, name)
             self.feedback_message = self.image
             return Status.SUCCESS
         if self._timer.is_over(self.patience):

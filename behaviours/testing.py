@@ -9,7 +9,7 @@ assert tick(drive, robot) is Status.SUCCESS
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from stack.errors import NavigationError, ParameterError
-from stack.robot import Robot
+from stack.robot import JsonValue, Robot
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -45,6 +45,7 @@ from stack.types import (
     RivalPose,
     Scan,
     TaskStatus,
+    TrackedObject,
     Twist,
 )
 
@@ -94,12 +95,14 @@ class ScriptedRobot:
         sightings: returned by `marker_sightings()`.
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
+        tracks: moving objects.
         fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
         rivals: other poses that explain the scans as well, in `estimate`.
         said: messages for the operator.
         twist: last velocity of `drive_for`.
         contact: where that one may touch something.
+        gives_way: whether that one leaves the way of people.
         calls: all calls in order.
         task: the newest task; the test sets its outcome.
         motion: the newest motion task; a newer one cancels it.
@@ -125,12 +128,14 @@ class ScriptedRobot:
     picture: Image | None = None
     cloud: PointCloud | None = None
     sightings: tuple[MarkerSighting, ...] = ()
+    tracks: tuple[TrackedObject, ...] = ()
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
     fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
     contact: ContactZone | None = None
+    gives_way: bool = False
     calls: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     task: ScriptedTask = field(default_factory=ScriptedTask)
     motion: ScriptedTask = field(default_factory=ScriptedTask)
@@ -279,7 +284,7 @@ class ScriptedRobot:
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
-        contact: ContactZone | None = None,
+        contact: ContactZone | None = None, gives_way: bool = False,
     ) -> None:  # fmt: skip
         """Store the velocity in `twist`; cancel the motion task, as the real robot does.
 
@@ -290,6 +295,7 @@ class ScriptedRobot:
             raise NavigationError(FailureCode.LOST, "the robot is lost")
         self.motion.cancel()
         self.twist, self.contact = twist, contact
+        self.gives_way = gives_way
         self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
 
     def clear_costmap(
@@ -325,9 +331,12 @@ class ScriptedRobot:
         }
         self.calls.append(("set_pose", {"pose": pose, **deviations, "source": source}))
 
-    def save_image(self, image: Image, name: str) -> str:
+    def save_image(
+        self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
+    ) -> str:
         """Record the call; return the path that a real robot would use."""
-        self.calls.append(("save_image", {"image": image, "name": name}))
+        given = {} if details is None else {"details": details}
+        self.calls.append(("save_image", {"image": image, "name": name, **given}))
         return f"images/{name}.png"
 
     def say(self, text: str) -> None:

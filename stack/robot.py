@@ -6,7 +6,7 @@ task cancels the previous one. Names follow nav2_simple_commander.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from stack.types import (
@@ -30,8 +30,11 @@ from stack.types import (
     PoseEstimate,
     Scan,
     TaskStatus,
+    TrackedObject,
     Twist,
 )
+
+JsonValue = str | float | Sequence["JsonValue"] | Mapping[str, "JsonValue"]
 
 
 class Task(Protocol):
@@ -118,6 +121,16 @@ class Robot(Protocol):
     @property
     def markers(self) -> tuple[Marker, ...]:
         """The known markers of the map, map frame."""
+        ...
+
+    @property
+    def tracks(self) -> tuple[TrackedObject, ...]:
+        """Moving objects around the robot, such as people, at `time`; map frame.
+
+        Who has moved and stands still now is one of them. An object that is out of sight is
+        expected where its velocity takes it for a second, with a growing covariance; then it is
+        forgotten. It gets another id when it is seen again.
+        """
         ...
 
     @property
@@ -337,7 +350,7 @@ class Robot(Protocol):
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
-        contact: ContactZone | None = None,
+        contact: ContactZone | None = None, gives_way: bool = False,
     ) -> None:  # fmt: skip
         """Drive a velocity for some seconds, for behaviours with their own control loop.
 
@@ -349,6 +362,7 @@ class Robot(Protocol):
             while_lost: drive also while the robot is lost.
             contact: where the robot may touch something, such as a dock: what the sensors see there
                 does not stop it, and it drives slowly.
+            gives_way: leave the way of somebody who walks towards the robot, as drives do.
 
         Raises:
             NavigationError: LOST, while the robot is, unless `while_lost` is set or the twist is
@@ -403,8 +417,16 @@ class Robot(Protocol):
         """
         ...
 
-    def save_image(self, image: Image, name: str) -> str:
-        """Save a picture in the run's folder; returns its path relative to that folder."""
+    def save_image(
+        self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
+    ) -> str:
+        """Save a picture in the run's folder; returns its path relative to that folder.
+
+        Args:
+            image: to save.
+            name: of the file, without suffix.
+            details: saved beside the picture as a JSON file of the same name.
+        """
         ...
 
     def say(self, text: str) -> None:

@@ -74,6 +74,9 @@ OPTIONS = {
     "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
     "bench flats": ["--worlds", "1", "--seed", "2", "--people", "none"],
     "bench people": ["door", "--seeds", "1", "--people", "social_force"],
+    "bench docking": ["--starts", "1"],
+    "bench line": ["--courses", "1"],
+    "bench follow": ["--seeds", "1"],
     "bench localisation": ["pushed", "--seeds", "1"],
 }
 """What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT

@@ -346,6 +346,32 @@ def docking(  # noqa: PLR0913 - each is an option of the command
     _print(report(measured(entries, TableOptions(out, jobs), _tell)))
 
 
+@bench_app.command("follow")
+def follow(  # noqa: PLR0913 - each is an option of the command
+    seeds: Annotated[int, typer.Option(min=1, help="number of runs")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the first run")] = 0,
+    robots: Annotated[
+        str,
+        typer.Option(
+            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
+        ),
+    ] = "scout",
+    jobs: Jobs = 1,
+    out: Out = Path("bench/follow"),
+    parameter: Parameter = None,
+) -> None:
+    """Follow a guide through doors, past somebody who crosses, and round a corner (mission 35).
+
+    A run passes when the robot is with the guide at the end. The gap is that of the true outlines.
+    """
+    from missions.bench.perception.follow_runs import follow_entries, measured, report
+    from missions.bench.resumable import TableOptions
+
+    given = assignments(parameter or [], "--parameter", "safety.top_speed=0.3")
+    entries = follow_entries(named(robots), range(seed, seed + seeds), given)
+    _print(report(measured(entries, TableOptions(out, jobs), _tell)))
+
+
 @bench_app.command("world")
 def world(  # noqa: PLR0913 - each is an option of the command
     kind: Annotated[str, typer.Argument(help="flat, office, warehouse, hotel, twin, corridor")],

@@ -187,7 +187,10 @@ class Navigator:
     def _evaded(self, wanted: Twist, state: NavigationState) -> Twist:
         """Return the wanted velocity, or one that leaves the way of somebody."""
         when = self.evasion.parameters.when
-        drives = isinstance(self._activities.current, Drive | Disambiguation)
+        current = self._activities.current
+        drives = isinstance(current, Drive | Disambiguation) or (
+            isinstance(current, DriveFor) and current.gives_way
+        )
         if when == "never" or (when == "driving" and not drives):
             return wanted
         situation = Situation(
@@ -364,7 +367,7 @@ class Navigator:
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
-        contact: ContactZone | None = None,
+        contact: ContactZone | None = None, gives_way: bool = False,
     ) -> MotionTask:  # fmt: skip
         """Drive a velocity for some seconds; a call during this time renews it.
 
@@ -383,6 +386,7 @@ class Navigator:
             current.contact = contact
             self.start(current, "goal", "driving on command")
         current.while_lost = while_lost or twist == STANDSTILL
+        current.gives_way = gives_way
         return current.task
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:

@@ -306,11 +306,16 @@ class DriveOnHeading(Recovery):
 
 
 class DriveFor(MotionExecutor):
-    """Drives a velocity with a time to live, renewed by behaviours with their own control loop."""
+    """Drives a velocity with a time to live, renewed by behaviours with their own control loop.
+
+    Attributes:
+        gives_way: whether it leaves the way of people who walk towards the robot.
+    """
 
     def __init__(self, task: MotionTask, twist: Twist, now: float, seconds: float) -> None:
         super().__init__(task)
         self._age = self.timers.new()
+        self.gives_way = False
         self.renew(twist, now, seconds)
 
     def renew(

@@ -25,6 +25,7 @@ from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
 from stack.perception.depth.cloud import point_cloud
+from stack.robot import JsonValue
 from stack.types import (
     Battery,
     ColourMask,
@@ -47,6 +48,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    TrackedObject,
     Twist,
     wrap_angle,
 )
@@ -113,8 +115,8 @@ class ObjectDetection(Protocol):
 class ImageStore(Protocol):
     """Saves images in the run's folder."""
 
-    def save(self, image: Image, name: str) -> str:
-        """Save an image; return its path relative to the folder."""
+    def save(self, image: Image, name: str, details: Mapping[str, JsonValue] | None = None) -> str:
+        """Save an image, and details beside it; return its path relative to the folder."""
         ...
 
 
@@ -256,6 +258,11 @@ class RobotFacade:
     def markers(self) -> tuple[Marker, ...]:
         """The known markers of the world, map frame."""
         return self._parts.markers
+
+    @property
+    def tracks(self) -> tuple[TrackedObject, ...]:
+        """Moving objects around the robot, map frame."""
+        return self._state.tracks
 
     @property
     def map(self) -> OccupancyGrid:
@@ -440,10 +447,12 @@ class RobotFacade:
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
-        contact: ContactZone | None = None,
+        contact: ContactZone | None = None, gives_way: bool = False,
     ) -> None:  # fmt: skip
         """Drive a velocity for some seconds; cancels another running motion task."""
-        self._navigation.drive_for(twist, seconds, while_lost=while_lost, contact=contact)
+        self._navigation.drive_for(
+            twist, seconds, while_lost=while_lost, contact=contact, gives_way=gives_way
+        )
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
@@ -535,9 +544,11 @@ class RobotFacade:
         self._parts.estimator.set_pose(pose, position_deviation, heading_deviation)
         self._handle_jump(before, pose, source)
 
-    def save_image(self, image: Image, name: str) -> str:
+    def save_image(
+        self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
+    ) -> str:
         """Save an image in the run's folder; return its path relative to that folder."""
-        return self._parts.store.save(image, name)
+        return self._parts.store.save(image, name, details)
 
     def say(self, text: str) -> None:
         """Write a message to the operator to the event log."""

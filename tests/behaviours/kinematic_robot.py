@@ -69,9 +69,11 @@ class KinematicRobot(ScriptedRobot):
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
-        contact: ContactZone | None = None,
+        contact: ContactZone | None = None, gives_way: bool = False,
     ) -> None:  # fmt: skip
-        super().drive_for(twist, seconds, while_lost=while_lost, contact=contact)
+        super().drive_for(
+            twist, seconds, while_lost=while_lost, contact=contact, gives_way=gives_way
+        )
         self.alive_until = self.time + seconds
 
     def advance(self, seconds: float) -> None:

@@ -167,6 +167,11 @@ DRIVING = {
         lambda given: driving.docking_table(given.starts, given.table("docking")), ("starts",),
         {**OFF, "first seed": driving.LINES_HELD_OUT},
     ),
+    "follow": Benchmark(
+        "Following a guide (35)",
+        lambda given: driving.follow_table(given.seeds, given.table("follow")), ("seeds",),
+        {**OFF, "first seed": driving.LINES_HELD_OUT},
+    ),
     "barn": Benchmark(
         "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
         ("barn",), {**OFF, "trials": 1},

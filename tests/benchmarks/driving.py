@@ -24,6 +24,9 @@ from missions.bench.people.table import (
 from missions.bench.perception.docking_runs import docking_entries
 from missions.bench.perception.docking_runs import measured as docking_runs
 from missions.bench.perception.docking_runs import rows_of as docking_rows
+from missions.bench.perception.follow_runs import follow_entries
+from missions.bench.perception.follow_runs import measured as follow_runs
+from missions.bench.perception.follow_runs import rows_of as follow_rows
 from missions.bench.perception.line_runs import line_entries
 from missions.bench.perception.line_runs import measured as line_runs
 from missions.bench.perception.line_runs import rows_of as line_rows
@@ -36,7 +39,7 @@ from tests.benchmarks.table import Rows
 FLATS_HELD_OUT = 9100
 """First seed of the flats that are not used for development."""
 LINES_HELD_OUT = 9000
-"""First seed of the lines and docks that are not used for development."""
+"""First seed of the lines, docks and guides that are not used for development."""
 FLAT_ROBOTS = ("scout", "jackal", "glide")
 FAILURES = ("contact", "struck", "timeout", "gave_up")
 
@@ -93,6 +96,13 @@ def docking_table(starts: int, options: TableOptions) -> Rows:
     entries = docking_entries(("scout", "jackal"), seeds, options.out / "worlds", {})
     rows = docking_runs(entries, options, lambda line: print(line, file=sys.stderr))
     return [dict(row) for row in docking_rows(rows)]
+
+
+def follow_table(seeds: int, options: TableOptions) -> Rows:
+    """A row for the robot, with seeds that were not used for development."""
+    entries = follow_entries(("scout",), range(LINES_HELD_OUT, LINES_HELD_OUT + seeds), {})
+    rows = follow_runs(entries, options, lambda line: print(line, file=sys.stderr))
+    return [dict(row) for row in follow_rows(rows)]
 
 
 def barn_table(worlds: Path, options: TableOptions) -> Rows:

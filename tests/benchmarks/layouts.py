@@ -112,6 +112,13 @@ LAYOUTS: dict[str, Layout] = {
         "computed, median": "{computed p50 ms:.2f} ms",
         "computed, 99 %": "{computed p99 ms:.2f} ms",
     }),
+    "follow": Layout({
+        "robot": "{robot}", "with the guide at the end": "{success}", "95 %": "{95 % interval}",
+        "drove into": "{drove into}", "struck": "{struck}", "things": "{things}",
+        "within 0.45 m": "{intimate}", "least distance": "{least distance}",
+        "mean gap": "{mean gap}", "largest": "{largest gap}", "lost per run": "{lost}",
+        "median time": "{time}",
+    }),
     "markers": Layout({
         "distance": "{distance:g} m", "from the normal": "{angle:.0f} deg",
         "detected": "{detected %:.0f} %", "median error": "{error cm:.1f} cm, {error °:.1f}°",

@@ -78,6 +78,16 @@ CASES: dict[FailureCode, tuple[str, str]] = {
     ),
     FailureCode.NO_LINE: ("small_room", "run: follow_line"),
     FailureCode.OBJECT_NOT_FOUND: ("small_room", "run: {find_object: {colour: green}}"),
+    FailureCode.PERSON_LOST: (
+        "small_room", "run: {follow_person: {patience: 2 s, until_time: 9 s}}",
+    ),
+    FailureCode.MARKER_NOT_FOUND: ("small_room", "run: {detect_markers: {wanted: [49]}}"),
+    FailureCode.DOOR_CLOSED: (
+        "small_room", "run: {wait_for_door: {door: [0, 2.5, 180 deg], patience: 2 s}}",
+    ),
+    FailureCode.BAD_IMAGE: (
+        "small_room", "run: {inspect: {min_sharpness: 1.0, retakes: 1}}",
+    ),
     FailureCode.DOCK_NOT_FOUND: (
         "hall.yaml", "run: {dock: {dock: [13.0, 15.0, 0 deg], tries: 1}}",
     ),

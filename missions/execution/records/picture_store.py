@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
 
 from stack.mapping.whole_files import replace_folder
+from stack.robot import JsonValue
 from stack.telemetry.hub import reason_of
 from stack.telemetry.recorder import RunFolder
 from stack.types import Image
@@ -16,22 +19,29 @@ class PictureStore:
     def __init__(self, folder: RunFolder | None) -> None:
         self._folder = folder
 
-    def save(self, image: Image, name: str) -> str:
-        """Write a picture as JPEG, atomically; return its path relative to the run folder.
+    def save(self, image: Image, name: str, details: Mapping[str, JsonValue] | None = None) -> str:
+        """Write a picture as JPEG, and details beside it as JSON; return the picture's path.
 
-        Without a run folder nothing is written; the returned path is the same. A picture that
-        cannot be written, e.g. on a full disk, is noted as a lost record.
+        Each file is written whole or not at all. Without a run folder nothing is written; the
+        returned path, relative to it, is the same. A file that cannot be written, e.g. on a full
+        disk, is noted as a lost record.
         """
         import cv2
 
         path = f"pictures/{name}.jpg"
         if self._folder is not None:
-            encoded = cv2.imencode(".jpg", image.pixels[:, :, ::-1])[1].tobytes()
-            try:
-                self._folder.write(path, encoded)
-            except OSError as error:
-                self._folder.on_loss(path, reason_of(error))
+            self._write(path, cv2.imencode(".jpg", image.pixels[:, :, ::-1])[1].tobytes())
+            if details is not None:
+                text = json.dumps({"picture": path, **details}, indent=2, ensure_ascii=False)
+                self._write(f"pictures/{name}.json", text.encode() + b"\n")
         return path
+
+    def _write(self, path: str, content: bytes) -> None:
+        assert self._folder is not None
+        try:
+            self._folder.write(path, content)
+        except OSError as error:
+            self._folder.on_loss(path, reason_of(error))
 
 
 class FolderMapStore:

@@ -1,0 +1,255 @@
+"""Which of the tracked objects is the person who is followed.
+
+A track keeps its id while it is seen; out of sight it is forgotten after a second, and the same
+person gets another id. The person is therefore recognised by motion: where their velocity takes
+them (constant velocities predict people well for a few seconds: C. Schöller et al., "What the
+constant velocity model can teach us about pedestrian motion prediction", RA-L 2020), and by who
+else was seen meanwhile, and so is somebody else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import exp, hypot
+
+import numpy as np
+
+from stack.types import TrackedObject
+
+SURE = 0.3
+"""Metres; a track whose position is more uncertain is out of sight."""
+
+COASTS = 1.5
+"""Seconds for which somebody out of sight is expected to walk on."""
+
+FIRST_REACH, REACH_SPEED, LONGEST_REACH = 0.8, 0.8, 4.0
+"""Metres between the expected place and a new track that may be the person: at once, its growth in
+m/s while out of sight, and its limit."""
+
+TURNING, TURNING_TIME = 0.8, 5.0
+"""Metres per m/s by which a velocity that differs from the person's makes a track less likely, and
+seconds in which that loses weight: people rarely turn round while they are out of sight."""
+
+MEMORY = 8.0
+"""Seconds for which other people are remembered after they were seen."""
+
+NEAR = 1.0
+"""Metres between two people at which their tracks may be exchanged."""
+
+LONGEST_MEETING = 8.0
+"""Seconds of a meeting after which the courses before it tell nothing."""
+
+DECISION_TIME = 1.5
+"""Seconds after a meeting in which an exchange shows; the filters need some of them."""
+
+EXCHANGED, CLEARLY = 0.7, 0.5
+"""m/s by which a track's velocity has changed in a meeting if it is not the person's any more, and
+the share of it by which each track may differ from the other's course before."""
+
+KNOWN = 1.0
+"""Seconds of a track after which the person's velocity is known."""
+
+STANDING = 0.15
+"""m/s below which somebody stands."""
+
+SMOOTHING, COURSE = 0.4, 1.5
+"""Seconds; time constants of the mean velocity, and of the course: people who meet step aside
+before."""
+
+
+@dataclass(slots=True)
+class Seen:
+    """Somebody, as last seen, map frame.
+
+    Attributes:
+        id: of the track.
+        stamp: seconds on the robot's clock.
+        position: metres.
+        velocity: mean of the last moments, m/s.
+        course: mean velocity over a longer time, m/s.
+    """
+
+    id: int
+    stamp: float
+    position: tuple[float, float]
+    velocity: tuple[float, float]
+    course: tuple[float, float]
+
+    @staticmethod
+    def of(track: TrackedObject, now: float) -> Seen:
+        """Return somebody who is seen for the first time."""
+        return Seen(track.id, now, track.position, track.velocity, track.velocity)
+
+    def expected(self, now: float) -> tuple[float, float]:
+        """Return where they are expected: they walk on for COASTS, then stand."""
+        seconds = min(max(now - self.stamp, 0.0), COASTS)
+        (x, y), (u, v) = self.position, self.velocity
+        return x + seconds * u, y + seconds * v
+
+    def renew(self, track: TrackedObject, now: float) -> None:
+        """Take over what is seen now."""
+        seconds = max(now - self.stamp, 0.0)
+        self.velocity = _mean(self.velocity, track.velocity, exp(-seconds / SMOOTHING))
+        self.course = _mean(self.course, track.velocity, exp(-seconds / COURSE))
+        self.id, self.stamp, self.position = track.id, now, track.position
+
+
+@dataclass(slots=True)
+class _Meeting:
+    """Somebody came near the person at a time; the courses of both before, and when they parted."""
+
+    began: float
+    course: tuple[float, float]
+    other: int
+    other_course: tuple[float, float]
+    parted: float | None = None
+
+
+class FollowedPerson:
+    """The person who is followed, and who else is around.
+
+    Args:
+        track: of the person.
+        now: seconds on the robot's clock.
+
+    Attributes:
+        seen: the person when last seen.
+        radius: of the person, metres.
+        visible: whether the person is seen now.
+        times_lost: how often the track ended.
+    """
+
+    def __init__(self, track: TrackedObject, now: float) -> None:
+        self.seen = Seen.of(track, now)
+        self.radius, self.visible, self.times_lost = track.radius, True, 0
+        self._others: dict[int, Seen] = {}
+        self._meeting: _Meeting | None = None
+        self._is_tracked, self._tracked_since = True, now
+
+    @property
+    def stands(self) -> bool:
+        """Whether the person stood when last seen."""
+        return hypot(*self.seen.velocity) < STANDING
+
+    def expected(self, now: float) -> tuple[float, float]:
+        """Return where the person is, or is expected to be; map frame, metres."""
+        return self.seen.expected(now)
+
+    def update(self, tracks: Sequence[TrackedObject], now: float) -> None:
+        """Look for the person among the tracks of this moment.
+
+        Args:
+            tracks: map frame.
+            now: seconds on the robot's clock.
+        """
+        by_id = {track.id: track for track in tracks}
+        own = by_id.get(self._exchanged(by_id, now))
+        if own is None:
+            own = self._found_again(tracks, now)
+        if self._is_tracked and own is None:
+            self.times_lost += 1
+        if own is not None and not self._is_tracked:
+            self._tracked_since, self._meeting = now, None
+        self._is_tracked = own is not None
+        self.visible = own is not None and deviation(own) <= SURE
+        if own is not None:
+            if own.id in self._others:
+                del self._others[own.id]
+            self.radius = own.radius
+            if self.visible:
+                self.seen.renew(own, now)
+            else:
+                self.seen.id = own.id
+        self._note_others((track for track in tracks if track is not own), now)
+
+    def _note_others(self, tracks: Iterable[TrackedObject], now: float) -> None:
+        """Remember who is seen beside the person; note who meets the person.
+
+        Who appears while the person is out of sight may be the person.
+        """
+        nearest, gap = None, NEAR
+        for track in tracks:
+            if deviation(track) > SURE:
+                continue
+            other = self._others.get(track.id)
+            if other is not None:
+                other.renew(track, now)
+            elif self.visible:
+                self._others[track.id] = Seen.of(track, now)
+            away = _apart(track.position, self.expected(now))
+            if away < gap:
+                nearest, gap = track.id, away
+        self._others = {
+            number: other for number, other in self._others.items() if now - other.stamp <= MEMORY
+        }
+        known = now - self._tracked_since >= KNOWN
+        if nearest in self._others and known and self._meeting is None:
+            other = self._others[nearest]
+            self._meeting = _Meeting(now, self.seen.course, nearest, other.course)
+
+    def _exchanged(self, by_id: dict[int, TrackedObject], now: float) -> int:
+        """Return the id of the person's track: another one if a meeting has exchanged two.
+
+        After a meeting people walk on as before. If each of the two tracks now walks as the other
+        one did before, they have been exchanged.
+        """
+        own, meeting = by_id.get(self.seen.id), self._meeting
+        if meeting is None:
+            return self.seen.id
+        parted = meeting.parted is not None and now - meeting.parted > DECISION_TIME
+        if parted or now - meeting.began > LONGEST_MEETING:
+            self._meeting = None
+            return self.seen.id
+        other = by_id.get(meeting.other)
+        if own is None or other is None:
+            return self.seen.id
+        if _apart(own.position, other.position) < NEAR:
+            meeting.parted = None
+            return self.seen.id
+        if meeting.parted is None:
+            meeting.parted = now
+        changed = _apart(own.velocity, meeting.course)
+        crossed = (
+            _apart(other.velocity, meeting.course), _apart(own.velocity, meeting.other_course)
+        )  # fmt: skip
+        if changed <= EXCHANGED or max(crossed) >= CLEARLY * changed:
+            return own.id
+        self._meeting = None
+        self._others[own.id] = Seen.of(own, now)
+        return other.id
+
+    def _found_again(self, tracks: Sequence[TrackedObject], now: float) -> TrackedObject | None:
+        """Return the track that is the person's if their own has ended; None without one."""
+        here, hidden = self.expected(now), now - self.seen.stamp
+        reach = min(FIRST_REACH + REACH_SPEED * hidden, LONGEST_REACH)
+        turning = 0.0 if self.stands else TURNING * exp(-hidden / TURNING_TIME)
+        present = {track.id for track in tracks}
+        gone = [other for number, other in self._others.items() if number not in present]
+        best, least = None, reach
+        for track in tracks:
+            if track.id in self._others:
+                continue
+            away = _apart(track.position, here)
+            if any(_apart(track.position, other.expected(now)) < away for other in gone):
+                continue  # somebody else who was out of sight
+            cost = away + turning * _apart(track.velocity, self.seen.velocity)
+            if cost <= least:
+                best, least = track, cost
+        return best
+
+
+def deviation(track: TrackedObject) -> float:
+    """Return the standard deviation of a track's position in its worst direction, metres."""
+    return float(np.sqrt(max(0.0, np.linalg.eigvalsh(track.covariance[:2, :2])[-1])))
+
+
+def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+    return hypot(one[0] - other[0], one[1] - other[1])
+
+
+def _mean(
+    before: tuple[float, float], now: tuple[float, float], keep: float
+) -> tuple[float, float]:
+    """Return an exponential mean with a share of what was before."""
+    return keep * before[0] + (1.0 - keep) * now[0], keep * before[1] + (1.0 - keep) * now[1]

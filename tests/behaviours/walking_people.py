@@ -1,0 +1,133 @@
+"""A robot that drives its paths at once at their speed, among people who walk as functions say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import atan2
+
+import numpy as np
+
+from behaviours.testing import ScriptedRobot, ScriptedTask
+from stack.types import FloatArray, Path, Pose2D, TrackedObject
+
+PERIOD = 0.1
+FORGET = 1.0
+SPEED = 0.8
+
+Walk = Callable[[float], tuple[float, float]]
+"""Time in seconds to a position in metres."""
+
+
+def track(
+    number: int, at: tuple[float, float], velocity: tuple[float, float] = (0.0, 0.0),
+    deviation: float = 0.05, stamp: float = 0.0,
+) -> TrackedObject:  # fmt: skip
+    """A track with equal deviations in all directions."""
+    covariance = np.diag([deviation**2, deviation**2, 0.1, 0.1])
+    return TrackedObject(number, stamp, at, velocity, 0.2, covariance)
+
+
+@dataclass
+class Escort(ScriptedRobot):
+    """Sees people unless `hides` says no, as the tracker does: for a second it expects them.
+
+    Attributes:
+        walks: of the people.
+        hides: whether the robot at a pose cannot see a position.
+        corner: a point over which plans lead from smaller x; None: straight.
+        way: (time, pose) in each step.
+    """
+
+    walks: list[Walk] = field(default_factory=list)
+    hides: Callable[[Pose2D, tuple[float, float]], bool] = lambda pose, at: False
+    corner: tuple[float, float] | None = None
+    way: list[tuple[float, Pose2D]] = field(default_factory=list)
+    driven: Path | None = None
+    along: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._numbers = list(range(1, len(self.walks) + 1))
+        self._seen: dict[int, TrackedObject] = {}
+        self._look()
+
+    def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
+        task = super().plan(goal, start)
+        corner = [] if self.corner is None or self._past_corner else [self.corner]
+        points = [(self.pose.x, self.pose.y), *corner, (goal.x, goal.y)]
+        headings = [atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise(points)]
+        table = np.array([(*p, h) for p, h in zip(points, [*headings, goal.heading], strict=True)])
+        task.succeed(Path(table))
+        return task
+
+    @property
+    def _past_corner(self) -> bool:
+        assert self.corner is not None
+        return self.pose.x > self.corner[0] - 0.3
+
+    def follow_path(self, path: Path) -> ScriptedTask:
+        task = super().follow_path(path)
+        self.driven, self.along = path, 0.0
+        return task
+
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> ScriptedTask:
+        task = super().navigate_to(goal, tolerance=tolerance, partial=partial)
+        points = [(self.pose.x, self.pose.y, 0.0), (goal.x, goal.y, goal.heading)]
+        if self.corner is not None and not self._past_corner:
+            points.insert(1, (*self.corner, 0.0))
+        self.driven, self.along = Path(np.array(points)), 0.0
+        return task
+
+    def advance(self, seconds: float) -> None:
+        super().advance(seconds)
+        if self.driven is not None and self.motion.status.name == "RUNNING":
+            self.along += SPEED * seconds
+            before = self.pose
+            self.pose = at_length(self.driven.points, self.along)
+            step = before.distance_to(self.pose)
+            heading = before.heading
+            if step > 1e-6:
+                heading = before.bearing_to(self.pose)
+            self.pose = Pose2D(self.pose.x, self.pose.y, heading)
+            if self.along >= self.driven.length:
+                self.motion.succeed()
+        else:
+            self.driven = None
+            turn = self.twist.angular * seconds
+            self.pose = self.pose.compose(Pose2D(self.twist.linear * seconds, 0.0, turn))
+        self.odometry = self.pose
+        self.way.append((self.time, self.pose))
+        self._look()
+
+    def _look(self) -> None:
+        """Update the tracks; who was out of sight for FORGET gets a new number."""
+        for n, walk in enumerate(self.walks):
+            at, later = walk(self.time), walk(self.time + 0.01)
+            velocity = ((later[0] - at[0]) / 0.01, (later[1] - at[1]) / 0.01)
+            number = self._numbers[n]
+            if not self.hides(self.pose, at):
+                self._seen[number] = track(number, at, velocity, stamp=self.time)
+            elif number in self._seen and self.time - self._seen[number].stamp > FORGET:
+                del self._seen[number]
+                self._numbers[n] = max(self._numbers) + 1
+        found = []
+        for number, last in self._seen.items():
+            age = self.time - last.stamp
+            moved = last.at(self.time)
+            found.append(track(number, moved.position, moved.velocity, 0.05 + 0.5 * age, self.time))
+        self.tracks = tuple(found)
+
+
+def at_length(points: FloatArray, along: float) -> Pose2D:
+    """Return the pose on a path (n, 3) after some metres."""
+    steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
+    sums = np.concatenate([[0.0], np.cumsum(steps)])
+    along = min(along, float(sums[-1]))
+    return Pose2D(
+        float(np.interp(along, sums, points[:, 0])),
+        float(np.interp(along, sums, points[:, 1])),
+        float(points[-1, 2]),
+    )
