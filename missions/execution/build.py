@@ -37,7 +37,9 @@ from stack.perception.camera_lease import CameraLease
 from stack.perception.coloured_objects import ColouredObjectDetector
 from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.floor_lines import FloorLineDetector
-from stack.perception.markers import MarkerDetector
+from stack.perception.markers.detector import MarkerDetector
+from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.markers.stage import MarkerStage
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
 from stack.runtime.interfaces import Parts
@@ -85,7 +87,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         world=plan.world.name,
         seed=seed,
         footprint=plan.robot.footprint,
-        markers=plan.world.markers,
+        markers=plan.markers,
         urdf=decoded(read_input(plan.robot.urdf, "URDF", URDF_BYTES), plan.robot.urdf),
         versions=versions(),
         places=dict(plan.mission.places),
@@ -130,6 +132,8 @@ def build(
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     depth = DepthObstacles(robot, plan.choices["depth"].parameters)
     coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
+    detector = _marker_detector(plan)
+    markers = MarkerStage(detector, plan.choices["markers"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     maps = MapService(
@@ -151,8 +155,8 @@ def build(
             maps=maps,
             recording_over=lambda: body.recording_over,
             emit=_emitter(telemetry, "navigation"),
-            markers=plan.world.markers,
-            detector=MarkerDetector(plan.world.markers) if robot.camera else None,
+            markers=plan.markers,
+            detector=detector,
             floor_lines=FloorLineDetector() if robot.camera else None,
             coloured_objects=coloured_objects if robot.camera else None,
             cover=world_model.cover,
@@ -168,6 +172,7 @@ def build(
                 "odometry": Tunable.of(odometry),
                 "depth": Tunable.of(depth),
                 "coloured_objects": Tunable.of(coloured_objects),
+                "markers": Tunable.of(markers),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )
@@ -185,8 +190,8 @@ def build(
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
-        depth=depth, obstacle_memory=obstacle_memory, world_model=world_model, tree=tree,
-        facade=facade,
+        markers=markers, depth=depth, obstacle_memory=obstacle_memory, world_model=world_model,
+        tree=tree, facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
         map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
         sensor_log=sensor_log,
@@ -197,6 +202,15 @@ def build(
         if not ack.done:
             raise InputError(ack.reason)
     return Engine(runtime, body, tree, telemetry, debugger, simulation, scorer, sensor_log)
+
+
+def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
+    """Return the detector of the markers that the mission knows, and of those it surveys."""
+    if plan.robot.camera is None:
+        return None
+    settings: MarkerParameters = plan.choices["markers"].parameters
+    surveyed = (settings.surveyed_dictionary,) if settings.survey else ()
+    return MarkerDetector(plan.markers, settings, surveyed)
 
 
 def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:

@@ -24,6 +24,7 @@ from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
 from stack.perception.colour_parameters import ColourParameters
 from stack.perception.depth_parameters import DepthParameters
+from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
@@ -48,6 +49,7 @@ SETTINGS: dict[str, type] = {
     "tracker": TrackerParameters,
     "depth": DepthParameters,
     "coloured_objects": ColourParameters,
+    "markers": MarkerParameters,
     "obstacle_memory": ObstacleMemoryParameters,
     "loop": LoopParameters,
     "recording": RecordingParameters,

@@ -39,7 +39,7 @@ from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
-from stack.types import Pose2D
+from stack.types import Marker, Pose2D
 
 __all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
 
@@ -56,6 +56,7 @@ class PreparedMission:
         belief: initial pose estimate, map frame; None when the mission declares it unknown.
         warnings: findings about the files that components name.
         recording: what a replayed robot plays; None for a robot that drives.
+        markers: those that the robot knows, map frame; in a simulation others may stand there.
     """
 
     mission: Mission
@@ -67,6 +68,7 @@ class PreparedMission:
     text: str
     warnings: tuple[Finding, ...] = ()
     recording: Recording | None = None
+    markers: tuple[Marker, ...] = ()
 
     @property
     def is_mapped(self) -> bool:
@@ -172,7 +174,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     choices["planner"], warnings = located or (planner, ())
     warnings = (*misfits, *warnings)
     plan = PreparedMission(
-        mission, robot, world, start, belief, choices, text, warnings, recording
+        mission, robot, world, start, belief, choices, text, warnings, recording, world.markers
     )  # fmt: skip
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()

@@ -14,6 +14,7 @@ from stack.navigation.robot_facade import RobotFacade
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
 from stack.perception.depth_obstacles import DepthObstacles
+from stack.perception.markers.stage import MarkerStage
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
@@ -138,6 +139,7 @@ class Parts:
     odometry: OdometryFusion
     frames: TransformBuffer
     estimator: Estimator
+    markers: MarkerStage
     depth: DepthObstacles
     obstacle_memory: ObstacleMemory
     world_model: WorldModel

@@ -105,7 +105,11 @@ class Runtime:
             observation = deskew_observation(observation, p.frames)
             before = p.estimator.estimate
             estimate = p.estimator.update(observation, p.frames)
+            fix = p.markers.update(observation, p.frames)
+            if fix is not None:
+                estimate = p.estimator.update_markers(fix, p.frames)
             p.frames.correct(estimate)
+            p.markers.add_views(observation, p.frames, estimate)
             if estimate.jumps != before.jumps:
                 p.facade.estimate_jumped(before.pose, estimate.pose)
         with measure("obstacles"):
@@ -128,7 +132,7 @@ class Runtime:
                 emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
             )  # fmt: skip
         state.commanded = command
-        capture = p.camera.is_active(p.body.time)
+        capture = p.camera.is_active(p.body.time) or p.markers.wants_picture(p.body.time)
         p.body.command(BodyCommand(command, capture=capture, depth=p.depth.is_on))
         self._log_pose()
         with measure("publish"):

@@ -52,8 +52,10 @@ from stack.types.tasks import (
     TaskStatus,
 )
 from stack.types.world import (
+    MARKER_DICTIONARIES,
     HealthThresholds,
     Marker,
+    MarkerFix,
     MarkerSighting,
     PoseCandidate,
     PoseEstimate,
@@ -91,7 +93,9 @@ __all__ = [
     "Image",
     "Imu",
     "LETHAL_COST",
+    "MARKER_DICTIONARIES",
     "Marker",
+    "MarkerFix",
     "MarkerSighting",
     "Measurement",
     "NO_COVARIANCE",

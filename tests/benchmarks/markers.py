@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from robots.load import find_robot, read_robot
-from stack.perception.markers import MarkerDetector
+from stack.perception.markers.detector import MarkerDetector
 from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
 from stack.sim.worlds.world import Wall
 from stack.streams import stream

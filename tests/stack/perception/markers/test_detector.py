@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from stack.errors import InputError
-from stack.perception.edges import refine_corners
-from stack.perception.markers import MarkerDetector, map_from_marker
+from stack.perception.markers.detector import MarkerDetector
+from stack.perception.markers.edges import refine_corners
+from stack.perception.markers.square_pose import map_from_marker
 from stack.types import CameraModel, Image, Marker, Pose2D, wrap_angle
 
 FOCAL = 160.0 / tan(radians(35.0))
