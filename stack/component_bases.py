@@ -445,6 +445,17 @@ class Estimator(Component, ABC):
         """Return further files of a saved map by name, e.g. of a pose graph."""
         return {}
 
+    def corrected_pose(self, stamp: float, odometry: Pose2D) -> Pose2D | None:
+        """Return where the base was at an earlier stamp, as far as it is known now, map frame.
+
+        None if the estimator does not correct the past, as all but SLAM do.
+
+        Args:
+            stamp: seconds.
+            odometry: pose of the base then, odom frame.
+        """
+        return None
+
     def load_map(self, grid: OccupancyGrid, folder: FilePath, pose: Pose2D | None) -> None:
         """Use a saved map from now on, between two steps.
 

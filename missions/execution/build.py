@@ -138,7 +138,7 @@ def build(
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
-        FolderMapStore(folder, plan.mission.source.parent),
+        FolderMapStore(folder, plan.mission.source.parent), markers.survey, plan.markers,
     )  # fmt: skip
     facade = RobotFacade(
         FacadeParts(

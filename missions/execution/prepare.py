@@ -13,6 +13,7 @@ from missions.execution.fit import fit_findings, start_problem
 from missions.execution.resources import (
     catalogue_of,
     find_mission,
+    known_markers,
     load_robot,
     load_world,
     map_folder,
@@ -35,6 +36,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.mapping.limits import MAX_CELLS
 from stack.parameters import read_quantity, suggestion
+from stack.perception.markers.parameters import MarkerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
@@ -173,8 +175,10 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     located = _gather(found, lambda: located_planner(planner, mission, robot, world))
     choices["planner"], warnings = located or (planner, ())
     warnings = (*misfits, *warnings)
+    markers = _gather(found, lambda: known_markers(mission, world)) or ()
+    _gather(found, lambda: _check_markers(choices, marks, robot))
     plan = PreparedMission(
-        mission, robot, world, start, belief, choices, text, warnings, recording, world.markers
+        mission, robot, world, start, belief, choices, text, warnings, recording, markers
     )  # fmt: skip
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()
@@ -275,6 +279,22 @@ def _check_estimator(choice: Choice, marks: _Marks, belief: Pose2D | None) -> No
         estimator.check_map(map_folder(marks.mission.map, marks.mission.source.parent))
     except InputError as error:
         raise InputError([Finding(marks.of("map"), "E111", str(error))]) from None
+
+
+def _check_markers(choices: dict[str, Choice], marks: _Marks, robot: RobotDescription) -> None:
+    """Raise InputError for markers that nothing can see or use."""
+    settings: MarkerParameters = choices["markers"].parameters
+    estimator = choices[LOCALISATION]
+    uses: type[Estimator] = estimator.component
+    for name, wanted in (("localise", settings.localise), ("survey", settings.survey)):
+        if wanted and robot.camera is None:
+            sentence = f"markers: {name}: the robot {robot.name!r} has no camera"
+            raise InputError([Finding(marks.of_component("markers", name), "E111", sentence)])
+    if settings.localise and not uses.uses_markers:
+        sentence = f"markers: localise: the estimator {estimator.name!r} does not use markers"
+        mark = marks.of_component("markers", "localise")
+        hint = "use `localisation: mcl`, or `dead_reckoning` without a map"
+        raise InputError([Finding(mark, "E111", sentence, hint)])
 
 
 def _check_rate(loop: LoopParameters, marks: _Marks) -> None:

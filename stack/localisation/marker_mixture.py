@@ -135,8 +135,8 @@ class Mixture:
         total = np.zeros((3, 3))
         for share, one, by in zip(known.tolist(), self.components, off, strict=True):
             total += share * (one.covariance + np.outer(by - mean, by - mean))
-        found: FloatArray = (1.0 - float(shares[-1])) * np.linalg.inv(total)
-        return found
+        inverse = np.asarray(np.linalg.inv(total), dtype=np.float64)
+        return (1.0 - float(shares[-1])) * inverse
 
     @property
     def _false(self) -> float:

@@ -254,6 +254,18 @@ class SlamEstimator(Estimator):
             HealthThresholds(p.lost_health, p.good_health),
         )  # fmt: skip
 
+    def corrected_pose(self, stamp: float, odometry: Pose2D) -> Pose2D | None:
+        """Return the pose at a stamp of this run, from the keyframe nearest in time."""
+        keyframes = self.mapper.graph.keyframes.values()
+        session = max((keyframe.session for keyframe in keyframes), default=0)
+        near = min(
+            (keyframe for keyframe in keyframes if keyframe.session == session),
+            key=lambda keyframe: abs(keyframe.stamp - stamp), default=None,
+        )  # fmt: skip
+        if near is None:
+            return None
+        return near.pose.compose(odometry.relative_to(near.odometry))
+
     def configure(self, parameters: SlamParameters) -> None:
         """Apply new parameters to the next scans."""
         super().configure(parameters)

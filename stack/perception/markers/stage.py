@@ -20,11 +20,13 @@ class MarkerStage:
 
     Attributes:
         survey: of the markers that the map does not have.
+        fixes: number of pictures that gave a pose so far.
     """
 
     def __init__(self, detector: MarkerDetector | None, parameters: MarkerParameters) -> None:
         self.parameters, self._detector = parameters, detector
         self.survey = MarkerSurvey(parameters)
+        self.fixes = 0
         self._last = float("-inf")
         self._fixed_at: Pose2D | None = None
 
@@ -68,6 +70,7 @@ class MarkerStage:
         fix = self._detector.fix(image)
         if fix is not None:
             self._fixed_at = odometry
+            self.fixes += 1
         return fix
 
     def add_views(

@@ -10,22 +10,21 @@ do not average out, and are added to the covariance as a whole.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from math import atan2
+from math import atan2, cos, sin
 
 import numpy as np
 
 from stack.perception.markers.detector import MarkerDetection
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.markers.planar_pose import project
 from stack.perception.markers.square_pose import corners_in_map, square_solutions
 from stack.types import CameraModel, FloatArray, Image, Marker, Pose2D, wrap_angle
 
 _SPACING, _TURN = 0.15, 0.15
 """Metres and radians by which views of a marker differ at least."""
 
-_MOST_VIEWS = 120
+_MOST_VIEWS = 80
 """Views of a marker that are kept; then those in which it is smallest are dropped."""
 
 _LEAST_SIDE = 10.0
@@ -34,11 +33,15 @@ _LEAST_SIDE = 10.0
 _HUBER = 2.0
 """Deviations of the pixel noise from which on a corner's weight falls."""
 
-_STARTS = 6
+_STARTS = 4
 """Views, those in which the marker is largest, whose solutions are starts."""
+
+Corrected = Callable[[float, Pose2D], Pose2D | None]
 
 _ITERATIONS = 20
 _STEP = 1e-5
+_NEAREST = 0.05
+"""Metres in front of the camera; points that are nearer have no image."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +109,19 @@ class MarkerSurvey:
         if len(kept) > _MOST_VIEWS:
             kept.remove(min(kept, key=lambda one: one.side))
 
-    def markers(self) -> tuple[Marker, ...]:
-        """Return the markers that have enough views, with standard deviations, in order."""
-        found = [
-            surveyed(key, views, self.parameters)
-            for key, views in sorted(self.views.items())
-            if len(views) >= self.parameters.least_views
-        ]
+    def markers(self, corrected: Corrected) -> tuple[Marker, ...]:
+        """Return the markers that have enough views, with standard deviations, in order.
+
+        Args:
+            corrected: returns the base's pose at a stamp and odometry pose as it is known now, or
+                None if it is still the one that the view has.
+        """
+        found = []
+        for key, views in sorted(self.views.items()):
+            if len(views) >= self.parameters.least_views:
+                poses = [corrected(view.stamp, view.odometry) or view.base for view in views]
+                placed = [replace(view, base=pose) for view, pose in zip(views, poses, strict=True)]
+                found.append(surveyed(key, placed, self.parameters))
         return tuple(marker for marker in found if marker is not None)
 
 
@@ -129,10 +138,11 @@ def surveyed(
     largest = sorted(views, key=lambda view: -view.side)[:_STARTS]
     starts = [start for view in largest for start in _solutions(view, parameters.surveyed_size)]
     marker = Marker(key[1], parameters.surveyed_size, (0.0, 0.0, 0.0), 0.0, key[0])
+    views_of_it = _Views(views)
     found = [
         solved
         for start in starts
-        if (solved := _refined(start, marker, views, parameters.pixel_noise)) is not None
+        if (solved := _refined(start, marker, views_of_it, parameters.pixel_noise)) is not None
     ]
     if not found:
         return None
@@ -166,25 +176,48 @@ def _solutions(view: MarkerView, size: float) -> Iterable[FloatArray]:
         yield np.array([x, y, at[2], atan2(out[1], out[0]) + view.base.heading])
 
 
-def _residuals(unknowns: FloatArray, marker: Marker, views: list[MarkerView]) -> FloatArray | None:
-    """Return (n, 8) reprojection errors, pixels; None if a view has the marker behind it."""
-    corners, rows = corners_in_map(_placed(marker, unknowns)), []
-    for view in views:
-        optical_from_base = np.asarray(np.linalg.inv(view.camera.base_from_optical()))
-        at = np.array([view.base.x, view.base.y, view.base.heading, 0.0])
-        projected = project(at, optical_from_base, view.camera, corners)
-        if projected is None:
+class _Views:
+    """Views of a marker as arrays.
+
+    Attributes:
+        optical_from_map: (n, 3, 4).
+        focal: (n, 1, 1) pixels. centre: (n, 1, 2) of the image, pixels.
+        seen: (n, 4, 2) corners, pixels.
+    """
+
+    def __init__(self, views: list[MarkerView]) -> None:
+        self.optical_from_map = np.array([_optical_from_map(view) for view in views])
+        self.focal = np.array([view.camera.focal_length for view in views])[:, None, None]
+        sizes = [(view.camera.width, view.camera.height) for view in views]
+        self.centre = np.array(sizes)[:, None, :] / 2.0
+        self.seen = np.array([view.corners for view in views])
+
+    def residuals(self, unknowns: FloatArray, marker: Marker) -> FloatArray | None:
+        """Return (n, 8) reprojection errors, pixels; None if a view has the marker behind it."""
+        corners = np.column_stack([corners_in_map(_placed(marker, unknowns)), np.ones(4)])
+        points = np.einsum("nij,kj->nki", self.optical_from_map, corners)
+        if (points[..., 2] < _NEAREST).any():
             return None
-        rows.append((view.corners - projected[0]).ravel())
-    return np.array(rows)
+        expected = self.focal * points[..., :2] / points[..., 2:] + self.centre
+        off: FloatArray = (self.seen - expected).reshape(len(self.seen), -1)
+        return off
+
+
+def _optical_from_map(view: MarkerView) -> FloatArray:
+    c, s = cos(view.base.heading), sin(view.base.heading)
+    map_from_base = np.eye(4)
+    map_from_base[:2, :2] = [[c, -s], [s, c]]
+    map_from_base[:2, 3] = view.base.x, view.base.y
+    transform = np.linalg.inv(map_from_base @ view.camera.base_from_optical())[:3]
+    return np.asarray(transform, dtype=np.float64)
 
 
 def _refined(
-    start: FloatArray, marker: Marker, views: list[MarkerView], noise: float
+    start: FloatArray, marker: Marker, views: _Views, noise: float
 ) -> tuple[float, FloatArray, FloatArray] | None:
     """Return robust cost, unknowns and their covariance (4, 4) by damped Gauss-Newton steps."""
     unknowns, damping = start, 1e-3
-    residuals = _residuals(unknowns, marker, views)
+    residuals = views.residuals(unknowns, marker)
     if residuals is None:
         return None
     cost = _cost(residuals, noise)
@@ -198,7 +231,7 @@ def _refined(
         normal = np.einsum("nka,nkb->ab", weighted, jacobian) / noise**2
         slope = np.einsum("nka,nk->a", weighted, residuals) / noise**2
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
-        tried = _residuals(unknowns + step, marker, views)
+        tried = views.residuals(unknowns + step, marker)
         if tried is None or _cost(tried, noise) > cost:
             damping *= 10.0
             continue
@@ -212,14 +245,14 @@ def _refined(
 
 
 def _jacobian(
-    unknowns: FloatArray, residuals: FloatArray, marker: Marker, views: list[MarkerView]
+    unknowns: FloatArray, residuals: FloatArray, marker: Marker, views: _Views
 ) -> FloatArray | None:
     """Return (n, 8, 4) derivatives of the expected pixels, by differences."""
     columns = []
     for column in range(4):
         moved = unknowns.copy()
         moved[column] += _STEP
-        changed = _residuals(moved, marker, views)
+        changed = views.residuals(moved, marker)
         if changed is None:
             return None
         columns.append((residuals - changed) / _STEP)
