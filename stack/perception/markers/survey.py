@@ -27,8 +27,11 @@ _SPACING, _TURN = 0.15, 0.15
 _MOST_VIEWS = 80
 """Views of a marker that are kept; then those in which it is smallest are dropped."""
 
-_LEAST_SIDE = 10.0
-"""Pixels; smaller markers are left out."""
+_LEAST_SIDE = 14.0
+"""Pixels; smaller markers are left out: their corners are biased."""
+
+_INDEPENDENT = 10.0
+"""Views whose errors of the corners are independent at most; those from one direction are alike."""
 
 _HUBER = 2.0
 """Deviations of the pixel noise from which on a corner's weight falls."""
@@ -149,6 +152,7 @@ def surveyed(
     _, unknowns, covariance = min(found, key=lambda one: one[0])
     p = parameters
     common = np.square([p.position_noise, p.position_noise, 0.0, p.heading_noise])
+    covariance = covariance * max(1.0, len(views) / _INDEPENDENT)
     total = covariance + _of_poses(unknowns, views) + np.diag(common)
     position = float(np.sqrt(np.linalg.eigvalsh(total[:2, :2])[-1]))
     return replace(
