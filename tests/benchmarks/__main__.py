@@ -44,7 +44,7 @@ from tests.benchmarks.origin import Version, current_version, machine, today
 from tests.benchmarks.table import Rows, show
 
 BENCH = Path("bench")
-HELD_OUT, CORRIDORS, SURVEYS = 9000, 2, 1
+HELD_OUT, CORRIDORS, SURVEYS = 9000, 1, 1
 """First seed of the benches of markers, and their runs: a minute of processor time each."""
 
 CONTROLLERS = ("pure_pursuit", "mppi", "dwb")
