@@ -58,7 +58,7 @@ def _row(
     """Figures of PICTURES random poses."""
     distance, angle = place
     random = stream(0, f"markers {distance:g} m {angle:g} deg")
-    errors, mirrored, contained = [], 0, 0
+    errors, mirrored, fixes, contained = [], 0, 0, 0
     for number in range(PICTURES):
         way = distance + random.uniform(-AWAY, AWAY)
         side = radians(angle) * random.choice([-1.0, 1.0]) + random.uniform(-OFF_NORMAL, OFF_NORMAL)
@@ -74,7 +74,10 @@ def _row(
             continue
         away = [item.pose.distance_to(pose) for item in sightings[0].candidates]
         best = int(np.argmin(away))
-        contained += any(_contains(one, pose) for one in sightings[0].candidates)
+        fix = detector.fix(image)
+        if fix is not None:
+            fixes += 1
+            contained += any(_contains(one, pose) for one in fix.candidates)
         mirrored += away[0] - away[best] > OTHER_POSE
         heading = wrap_angle(sightings[0].candidates[best].pose.heading - pose.heading)
         errors.append((away[best], abs(degrees(heading))))
@@ -85,7 +88,7 @@ def _row(
         "error 95 % cm": 100.0 * float(np.percentile(metres, 95)),
         "error °": float(np.median(turned)), "error 95 % °": float(np.percentile(turned, 95)),
         "mirrored %": 100.0 * mirrored / max(1, len(errors)),
-        "contained %": 100.0 * contained / max(1, len(errors)),
+        "contained %": 100.0 * contained / max(1, fixes),
     }  # fmt: skip
 
 
