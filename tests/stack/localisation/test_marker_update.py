@@ -104,9 +104,12 @@ def through_the_corridor(*, markers: bool) -> Drive:
 
 
 def test_a_marker_corrects_the_drift_along_a_bare_corridor():
-    """3 % of 21 m are 0.63 m without markers; the last one is seen at 23 m."""
+    """Both ends are out of the lidar's range (12 m) from x = 12 m to 23 m: 3 % of 11 m are 0.33 m.
+
+    The last marker is seen at 23 m.
+    """
     without, aided = through_the_corridor(markers=False), through_the_corridor(markers=True)
-    assert without.error > 0.4
+    assert without.error > 0.25
     assert aided.error < 0.1
     assert aided.contains
     deviations = [one.estimator.estimate.position_deviation for one in (without, aided)]
