@@ -20,6 +20,7 @@ from stack.types import (
     CostGrid,
     FailureCode,
     FloatArray,
+    MarkerFix,
     Observation,
     OccupancyGrid,
     Odometry,
@@ -342,6 +343,7 @@ class Estimator(Component, ABC):
     Attributes:
         needs_map: whether it works only in missions with a map.
         needs_initial_pose: whether, on a map, the mission must know where the robot starts.
+        uses_markers: whether `update_markers` corrects the pose.
         loads_saved_maps: whether it reads more of a saved map than the grid, e.g. a pose graph; a
             mission with a saved map then begins with `load_map` instead of `start`.
         lidar: name of the lidar whose scans `fit_at` and `localise_globally` expect.
@@ -349,6 +351,7 @@ class Estimator(Component, ABC):
 
     needs_map: ClassVar[bool] = False
     needs_initial_pose: ClassVar[bool] = False
+    uses_markers: ClassVar[bool] = False
     loads_saved_maps: ClassVar[bool] = False
 
     @classmethod
@@ -389,6 +392,20 @@ class Estimator(Component, ABC):
                 is the pose at which a measurement was taken.
         """
 
+    def update_markers(self, fix: MarkerFix, frames: TransformBuffer) -> PoseEstimate:
+        """Process the known markers in a picture; return the estimate at the time of `update`.
+
+        It is called after `update` in the step in which the picture arrives, with
+        `navigation: {markers: {localise: true}}`. Consecutive pictures are taken from different
+        places, so that their errors are about independent. Estimators without `uses_markers`
+        ignore them.
+
+        Args:
+            fix: the base's pose at the picture's stamp, with its candidates.
+            frames: as for `update`.
+        """
+        return self.estimate
+
     @property
     @abstractmethod
     def estimate(self) -> PoseEstimate:
@@ -427,6 +444,17 @@ class Estimator(Component, ABC):
     def map_files(self) -> Mapping[str, bytes]:
         """Return further files of a saved map by name, e.g. of a pose graph."""
         return {}
+
+    def corrected_pose(self, stamp: float, odometry: Pose2D) -> Pose2D | None:
+        """Return where the base was at an earlier stamp, as far as it is known now, map frame.
+
+        None if the estimator does not correct the past, as all but SLAM do.
+
+        Args:
+            stamp: seconds.
+            odometry: pose of the base then, odom frame.
+        """
+        return None
 
     def load_map(self, grid: OccupancyGrid, folder: FilePath, pose: Pose2D | None) -> None:
         """Use a saved map from now on, between two steps.

@@ -49,6 +49,7 @@ from missions.testing.session import run_files
 from robots.load import read_robot
 from stack.components import GROUPS
 from stack.documents import read_text
+from stack.mapping.marker_maps import read_marker_map
 from stack.planning.routes.geojson import read_route_graph
 
 ROOT = Path(__file__).parents[1]
@@ -170,6 +171,8 @@ class Follower:
             assert findings(self.folder / "my_world.yaml") == []
         elif key == "robot":
             self.robot(block)
+        elif key == "markers":
+            assert read_marker_map(self.folder / "markers.yaml", block.text)
         elif key:
             self.snippet(block)
         else:

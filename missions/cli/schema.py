@@ -13,6 +13,7 @@ class SchemaKind(StrEnum):
     MISSION = "mission"
     WORLD = "world"
     ROBOT = "robot"
+    MARKERS = "markers"
 
 
 def schema(
@@ -23,7 +24,7 @@ def schema(
         typer.Option(metavar="PLUGIN", help="plugin to include, as under `plugins` of a mission"),
     ] = None,
 ) -> None:
-    """Print the JSON Schema of mission, world or robot files.
+    """Print the JSON Schema of mission, world or robot files, or of maps of markers.
 
     docs/editors.md says how to use it in an editor.
     """

@@ -12,10 +12,10 @@ from stack.errors import InputError
 
 
 def schema_text(kind: str, plugins: Sequence[str] = ()) -> str:
-    """Return the JSON Schema of `mission`, `world` or `robot` files.
+    """Return the JSON Schema of `mission`, `world`, `robot` or `markers` files.
 
     Args:
-        kind: mission, world or robot.
+        kind: mission, world, robot or markers.
         plugins: plugins of missions to include, relative to the current folder.
 
     Raises:
@@ -31,6 +31,10 @@ def schema_text(kind: str, plugins: Sequence[str] = ()) -> str:
         from missions.editor.world_schema import world_schema
 
         schema = world_schema()
+    elif kind == "markers":
+        from missions.editor.world_schema import marker_map_schema
+
+        schema = marker_map_schema()
     else:
         from missions.editor.robot_schema import robot_schema
 

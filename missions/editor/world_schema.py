@@ -1,4 +1,4 @@
-"""JSON Schema (draft 2020-12) of world files, recorded from the readers of world files.
+"""JSON Schemas (draft 2020-12) of world files and maps of markers, recorded from their readers.
 
 The readers of single items (stack.sim.worlds.items) run on a section that records the keys they
 read, so that a new key of a reader is in the schema at once.
@@ -20,6 +20,7 @@ from missions.editor.value_schemas import (
     section,
 )
 from stack.documents import Findings, Mark, Node, Section
+from stack.mapping.marker_maps import board_entries, marker_entry
 from stack.parameters import Declaration
 from stack.sim.worlds import items
 from stack.sim.worlds.people import people
@@ -65,6 +66,28 @@ def world_schema() -> Schema:
     _require_by_model(keys["people"]["items"])
     _require_one_action(keys["timeline"]["items"])
     return {"$schema": DRAFT, "title": "treepilot world, format 1", **section(keys, ["world"])}
+
+
+def marker_map_schema() -> Schema:
+    """Return the schema of maps of markers."""
+    entries: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
+        "markers": (lambda _, section: marker_entry(section, _ignore), "Single markers."),
+        "boards": (
+            lambda _, section: board_entries(section, _ignore),
+            "Boards: grids of markers, numbered row by row from the top left one.",
+        ),
+    }
+    keys = {
+        "format": documented({"enum": [1]}, "Version of maps of markers: `1`."),
+        "doc": documented({"type": "string"}, "Description."),
+    }
+    for key, (read, text) in entries.items():
+        keys[key] = documented({"type": "array", "items": _schema_of(read)}, text)
+    return {"$schema": DRAFT, "title": "treepilot map of markers, format 1", **section(keys)}
+
+
+def _ignore(*_: object) -> None:
+    """Drop the number of a marker: a schema does not compare entries."""
 
 
 def _require_by_model(entry: Schema) -> None:

@@ -39,7 +39,9 @@ from stack.perception.coloured_objects import ColouredObjectDetector
 from stack.perception.depth.obstacles import DepthObstacles
 from stack.perception.depth.scan import DepthScans
 from stack.perception.floor_lines import FloorLineDetector
-from stack.perception.markers import MarkerDetector
+from stack.perception.markers.detector import MarkerDetector
+from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.markers.stage import MarkerStage
 from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracking.tracker import Tracker
@@ -88,7 +90,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         world=plan.world.name,
         seed=seed,
         footprint=plan.robot.footprint,
-        markers=plan.world.markers,
+        markers=plan.markers,
         urdf=decoded(read_input(plan.robot.urdf, "URDF", URDF_BYTES), plan.robot.urdf),
         versions=versions(),
         places=dict(plan.mission.places),
@@ -134,6 +136,8 @@ def build(
     depth = DepthObstacles(robot, plan.choices["depth"].parameters)
     cameras = CameraWatch(robot, plan.choices["cameras"].parameters)
     coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
+    detector = _marker_detector(plan)
+    markers = MarkerStage(detector, plan.choices["markers"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     objects = ObjectDetection(
@@ -147,7 +151,7 @@ def build(
     depth_camera = CameraLease(loop.camera_time)
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
-        FolderMapStore(folder, plan.mission.source.parent),
+        FolderMapStore(folder, plan.mission.source.parent), markers.survey, plan.markers,
     )  # fmt: skip
     facade = RobotFacade(
         FacadeParts(
@@ -165,8 +169,8 @@ def build(
             maps=maps,
             recording_over=lambda: body.recording_over,
             emit=_emitter(telemetry, "navigation"),
-            markers=plan.world.markers,
-            detector=MarkerDetector(plan.world.markers) if robot.camera else None,
+            markers=plan.markers,
+            detector=detector,
             floor_lines=FloorLineDetector() if robot.camera else None,
             coloured_objects=coloured_objects if robot.camera else None,
             objects=objects,
@@ -185,6 +189,7 @@ def build(
                 "cameras": Tunable.of(cameras),
                 "coloured_objects": Tunable.of(coloured_objects),
                 "object_detector": Tunable.of(objects),
+                "markers": Tunable.of(markers),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )
@@ -202,7 +207,7 @@ def build(
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
-        cameras=cameras, depth_scans=DepthScans(robot), depth=depth,
+        cameras=cameras, markers=markers, depth_scans=DepthScans(robot), depth=depth,
         obstacle_memory=obstacle_memory, objects=objects, world_model=world_model, tree=tree,
         facade=facade,
         navigator=navigator, safety=safety, camera=camera,
@@ -216,6 +221,15 @@ def build(
         if not ack.done:
             raise InputError(ack.reason)
     return Engine(runtime, body, tree, telemetry, debugger, simulation, scorer, sensor_log)
+
+
+def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
+    """Return the detector of the markers that the mission knows, and of those it surveys."""
+    if plan.robot.camera is None:
+        return None
+    settings: MarkerParameters = plan.choices["markers"].parameters
+    surveyed = (settings.surveyed_dictionary,) if settings.survey else ()
+    return MarkerDetector(plan.markers, settings, surveyed)
 
 
 def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:

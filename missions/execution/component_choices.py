@@ -25,6 +25,7 @@ from stack.parameters import build, suggestion
 from stack.perception.cameras.parameters import CameraParameters
 from stack.perception.colour_parameters import ColourParameters
 from stack.perception.depth.parameters import DepthParameters
+from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.tracking.parameters import TrackerParameters
@@ -52,6 +53,7 @@ SETTINGS: dict[str, type] = {
     "cameras": CameraParameters,
     "coloured_objects": ColourParameters,
     "object_detector": ObjectDetectorParameters,
+    "markers": MarkerParameters,
     "obstacle_memory": ObstacleMemoryParameters,
     "loop": LoopParameters,
     "recording": RecordingParameters,

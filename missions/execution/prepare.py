@@ -14,6 +14,7 @@ from missions.execution.fit.detector import located_detector
 from missions.execution.resources import (
     catalogue_of,
     find_mission,
+    known_markers,
     load_robot,
     load_world,
     map_folder,
@@ -36,11 +37,12 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.mapping.limits import MAX_CELLS
 from stack.parameters import read_quantity, suggestion
+from stack.perception.markers.parameters import MarkerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
-from stack.types import Pose2D
+from stack.types import Marker, Pose2D
 
 __all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
 
@@ -57,6 +59,7 @@ class PreparedMission:
         belief: initial pose estimate, map frame; None when the mission declares it unknown.
         warnings: findings about the files that components name.
         recording: what a replayed robot plays; None for a robot that drives.
+        markers: those that the robot knows, map frame; in a simulation others may stand there.
     """
 
     mission: Mission
@@ -68,6 +71,7 @@ class PreparedMission:
     text: str
     warnings: tuple[Finding, ...] = ()
     recording: Recording | None = None
+    markers: tuple[Marker, ...] = ()
 
     @property
     def is_mapped(self) -> bool:
@@ -178,8 +182,10 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         choices["object_detector"], sightless = detector
         warnings = (*warnings, *sightless)
     warnings = (*misfits, *warnings)
+    markers = _gather(found, lambda: known_markers(mission, world)) or ()
+    _gather(found, lambda: _check_markers(choices, marks, robot))
     plan = PreparedMission(
-        mission, robot, world, start, belief, choices, text, warnings, recording
+        mission, robot, world, start, belief, choices, text, warnings, recording, markers
     )  # fmt: skip
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()
@@ -280,6 +286,22 @@ def _check_estimator(choice: Choice, marks: _Marks, belief: Pose2D | None) -> No
         estimator.check_map(map_folder(marks.mission.map, marks.mission.source.parent))
     except InputError as error:
         raise InputError([Finding(marks.of("map"), "E111", str(error))]) from None
+
+
+def _check_markers(choices: dict[str, Choice], marks: _Marks, robot: RobotDescription) -> None:
+    """Raise InputError for markers that nothing can see or use."""
+    settings: MarkerParameters = choices["markers"].parameters
+    estimator = choices[LOCALISATION]
+    uses: type[Estimator] = estimator.component
+    for name, wanted in (("localise", settings.localise), ("survey", settings.survey)):
+        if wanted and robot.camera is None:
+            sentence = f"markers: {name}: the robot {robot.name!r} has no camera"
+            raise InputError([Finding(marks.of_component("markers", name), "E111", sentence)])
+    if settings.localise and not uses.uses_markers:
+        sentence = f"markers: localise: the estimator {estimator.name!r} does not use markers"
+        mark = marks.of_component("markers", "localise")
+        hint = "use `localisation: mcl`, or `dead_reckoning` without a map"
+        raise InputError([Finding(mark, "E111", sentence, hint)])
 
 
 def _check_rate(loop: LoopParameters, marks: _Marks) -> None:

@@ -38,6 +38,7 @@ TUNED = {
     "odometry": ("odometry",), "obstacle_memory": ("obstacle_memory",),
     "depth": ("depth",), "cameras": ("cameras",), "coloured_objects": ("coloured_objects",),
     "object_detector": ("object_detector",),
+    "markers": ("markers",),
     "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""

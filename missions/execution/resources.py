@@ -10,7 +10,7 @@ from pathlib import Path
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import chosen
 from missions.execution.plugin_components import plugged_components
-from missions.language.model import Component, Replay, Resources
+from missions.language.model import Component, Mission, Replay, Resources
 from robots.load import find_robot, read_robot
 from robots.logs.opening import MCAP, beginning, open_log
 from robots.logs.recording import SENSOR_LOG, Recording
@@ -19,12 +19,13 @@ from stack.documents import Finding, Findings, Mark, Node
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.mapping.limits import FARTHEST
+from stack.mapping.marker_maps import MARKERS_YAML, read_marker_map
 from stack.parameters import nearest
 from stack.sim.import_world import read_any_world
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import find_world
 from stack.telemetry.sensor_log import is_sensor_log, read_about, read_observations
-from stack.types import OccupancyGrid
+from stack.types import Marker, OccupancyGrid
 
 MISSIONS = Path(__file__).parents[1]
 WORLDS = MISSIONS / "worlds"
@@ -144,6 +145,7 @@ def resources(world: str | None = None) -> Resources:
         ),
         check_robot=lambda name, folder: _ignore(load_robot(name, folder)),
         check_map=lambda name, folder: _ignore(load_map(name, folder)),
+        check_markers=lambda name, folder: _ignore(read_marker_map(folder / name)),
         check_component=lambda kind, use, values, mapped: _ignore(
             chosen(kind, {**values, **({"use": use} if use else {})}, mapped=mapped)
         ),
@@ -179,6 +181,23 @@ def map_folder(name: str, folder: Path) -> Path | None:
         return None
     path = folder / name
     return path if path.is_dir() else path.parent
+
+
+def known_markers(mission: Mission, world: World) -> tuple[Marker, ...]:
+    """Return the markers that the robot knows: the mission's, its saved map's, else the world's.
+
+    Raises:
+        InputError: the map of markers has errors.
+    """
+    folder = mission.source.parent
+    if mission.markers == "none":
+        return ()
+    if mission.markers not in ("", "from_world"):
+        return read_marker_map(folder / mission.markers)
+    saved = map_folder(mission.map, folder)
+    if not mission.markers and saved is not None and (saved / MARKERS_YAML).is_file():
+        return read_marker_map(saved / MARKERS_YAML)
+    return world.markers
 
 
 def _nav2_components(name: str, folder: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:

@@ -59,6 +59,11 @@ FILE_CODES: dict[str, Code] = {
                  "resolution: coarse", "use the format of the ROS map_server"),
     "E402": Code("map: image", "the image of the map cannot be read", "image: nowhere.pgm",
                  "name a PGM or PNG file"),
+    "E405": Code("map of markers: key or value", "a key is unknown or missing, or its value has a "
+                 "wrong type, unit or range", "markers: [{id: 7}]",
+                 "use the suggested key or value"),
+    "E406": Code("map of markers: ids", "an id is used twice, or the dictionary does not have it",
+                 "{id: 99, dictionary: DICT_4X4_50}", "use another id or dictionary"),
     "E430": Code("route graph: file", "the file is not a GeoJSON FeatureCollection or has no edge",
                  "[1, 2]", "write a FeatureCollection with Point and LineString features"),
     "E431": Code("route graph: feature", "a geometry or property of a feature is wrong",

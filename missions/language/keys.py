@@ -148,6 +148,9 @@ MISSION = _section(
         Form.PLACE, words=("start", "unknown")),
     Key("map", "`from_world` (the default), `none`, a ROS `map.yaml`, or a folder of a saved map.",
         Form.FILE, words=("from_world", "none")),
+    Key("markers", "The fiducial markers that the robot knows: `from_world` (the default), `none`, "
+        "or a map of markers. A saved map with `markers.yaml` brings its own.",
+        Form.FILE, words=("from_world", "none")),
     Key("places", "Named poses in the map frame: `dock: [0, 0, 90 deg]`.", Form.POSES),
     Key("parameters", "Parameter files, applied in order before `navigation`.", Form.FILES),
     Key("navigation", "Components of the navigation stack and their parameters.",

@@ -46,6 +46,7 @@ class Resources:
         world_places: (world as written, mission's folder) -> the world's named poses.
         check_robot: (robot as written, mission's folder).
         check_map: (map as written, mission's folder); not called for `from_world` and `none`.
+        check_markers: (map of markers as written, mission's folder); likewise.
         check_component: (kind, name or None for the default, raw parameters, whether there is a
             map).
         plugged_components: (plugins as written, mission's folder) -> the components in them: kind
@@ -57,6 +58,7 @@ class Resources:
     world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, folder: {}
     check_robot: Callable[[str, Path], None] = _accept
     check_map: Callable[[str, Path], None] = _accept
+    check_markers: Callable[[str, Path], None] = _accept
     check_component: Callable[[str, str | None, Mapping[str, Any], bool], None] = _accept
     plugged_components: Callable[[Sequence[str], Path], Mapping[str, Mapping[str, str]]] = (
         lambda plugins, folder: {}
@@ -366,6 +368,7 @@ class Mission:
         robot, world, map: as written; paths are relative to the folder of `source`.
             With a log, `robot` describes the drive; then `world` may be empty.
         replay: the log that is played; None for a robot that drives.
+        markers: `from_world`, `none`, or a file as written; empty if the mission does not say.
         start: true start pose in the simulation, map frame; None for the world's own.
         initial_pose: initial pose estimate: `start`, `unknown` or a pose.
         components: by kind: those under `navigation`, and `localisation`.
@@ -401,3 +404,4 @@ class Mission:
     includes: tuple[Path, ...] = ()
     warnings: tuple[Finding, ...] = ()
     replay: Replay | None = None
+    markers: str = ""

@@ -10,6 +10,7 @@ from stack.errors import Finding, InputError
 
 MISSION, WORLD, ROBOT, MAP = "mission", "world file", "robot file", "map file"
 PARAMETERS, NAV2, TREES = "parameter file", "Nav2 parameter file", "file of trees"
+MARKERS = "map of markers"
 
 _NAME_KEYS = {MISSION: ("mission", "run"), WORLD: ("world",), ROBOT: ("robot",), TREES: ("trees",)}
 """A file with one of these keys is of its kind, unless it is a mission."""
@@ -32,6 +33,7 @@ _SIGNS = {
         "safety", "evasion", "speed_limits", "tracker", "loop", "recording", "localisation",
     ),
     TREES: ("trees",),
+    MARKERS: ("markers", "boards"),
 }  # fmt: skip
 """Keys that only files of this kind have; `world` and `robot` also stand in missions."""
 
@@ -43,6 +45,7 @@ _USES = {
     PARAMETERS: "list it under `parameters:` of a mission",
     NAV2: "name it in a mission: `navigation: {nav2_params: FILE}`",
     TREES: "list it under `include:` of a mission",
+    MARKERS: "name it under `markers:` of a mission",
 }
 
 

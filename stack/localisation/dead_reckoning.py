@@ -13,8 +13,12 @@ import numpy as np
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.marker_mixture import Mixture, components_of
 from stack.localisation.parameters import DeadReckoningParameters
-from stack.types import FloatArray, Observation, OccupancyGrid, Pose2D, PoseEstimate
+from stack.types import FloatArray, MarkerFix, Observation, OccupancyGrid, Pose2D, PoseEstimate
+
+_VOLUME = 2000.0
+"""m² rad; poses among which a false measurement of markers is: about 18 m by 18 m."""
 
 
 class DeadReckoning(Estimator):
@@ -27,6 +31,7 @@ class DeadReckoning(Estimator):
 
     Parameters = DeadReckoningParameters
     needs_initial_pose = True
+    uses_markers = True
     parameters: DeadReckoningParameters
 
     def __init__(
@@ -59,6 +64,19 @@ class DeadReckoning(Estimator):
         """Update the estimate with odometry; scans have no effect without a map."""
         self._time = observation.time
         self.follow(frames.pose_at("odom", observation.time))
+        return self.estimate
+
+    def update_markers(self, fix: MarkerFix, frames: TransformBuffer) -> PoseEstimate:
+        """Correct the pose as a Kalman filter does; without markers in view it drifts again."""
+        if self._odometry is None or not frames.covers(fix.stamp):
+            return self.estimate
+        since = frames.motion(fix.stamp, frames.newest)
+        noise = frames.motion_covariance(fix.stamp, frames.newest)
+        components = [one.carried(since, noise) for one in components_of(fix.candidates)]
+        likelihood = Mixture(components, self.parameters.marker_outliers, _VOLUME)
+        pose, self._covariance = likelihood.posterior(self.estimate.pose, self._covariance)
+        self._map_from_odom = pose.compose(self._odometry.inverse())
+        self._corrected_at = max(self._corrected_at, fix.stamp)
         return self.estimate
 
     def follow(self, odometry: Pose2D) -> None:

@@ -22,6 +22,7 @@ from stack.localisation.confidence import Confidence
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibrate
 from stack.localisation.health_model import HealthFeatures, health
+from stack.localisation.marker_update import MarkerUpdate
 from stack.localisation.modes import Mode
 from stack.localisation.motion_models import MotionSince, motion_model
 from stack.localisation.parameters import LocaliserParameters
@@ -37,6 +38,7 @@ from stack.streams import stream
 from stack.types import (
     FloatArray,
     HealthThresholds,
+    MarkerFix,
     Observation,
     OccupancyGrid,
     Pose2D,
@@ -73,6 +75,7 @@ class Localiser(Estimator):
 
     Parameters = LocaliserParameters
     needs_map = True
+    uses_markers = True
     parameters: LocaliserParameters
 
     @staticmethod
@@ -153,6 +156,7 @@ class Localiser(Estimator):
         self._evaluator.configure(p)
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
         self._recovery.parameters = p
+        self._markers = MarkerUpdate(self._field, self._filter, p)
         self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
         self._confidence.configure(p)
         self._estimate = None
@@ -187,6 +191,21 @@ class Localiser(Estimator):
             self.process(frames.pose_at("odom", scan.stamp), scan, covariance, disturbed=disturbed)
             self._corrected_at = scan.stamp
         self.process(frames.pose_at("odom", observation.time))
+        return self.estimate
+
+    def update_markers(self, fix: MarkerFix, frames: TransformBuffer) -> PoseEstimate:
+        """Weight the particles by the markers in a picture, at the pose of its own stamp."""
+        if self._odometry is None or not frames.covers(fix.stamp):
+            return self.estimate
+        reference = self._odometry if self._scattered else self._reference
+        since = reference.relative_to(frames.pose_at("odom", fix.stamp))
+        likelihood = self._markers.likelihood(fix, since, self._stated.covariance)
+        self._estimate = None
+        if self._scattered:
+            self._restart(self._markers.modes_of(likelihood))
+        elif self._markers.apply(likelihood):
+            self._jumped(confirmed=False)
+        self._corrected_at = max(self._corrected_at, fix.stamp)
         return self.estimate
 
     def _stated_errors(

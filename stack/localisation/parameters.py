@@ -213,6 +213,14 @@ class LocaliserParameters:
         15.0, "m", above=0.0, at_most=100.0,
         help="how far away a place is looked for at which rivals differ",
     )  # fmt: skip
+    marker_outliers: float = parameter(
+        0.02, above=0.0, at_most=0.5,
+        help="share of the pictures whose markers are not where the map says",
+    )  # fmt: skip
+    marker_evidence: float = parameter(
+        3.0, above=0.0, at_most=100.0,
+        help="largest evidence of the markers in one picture for or against a mode",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         if self.max_particles < self.min_particles:
@@ -237,6 +245,10 @@ class DeadReckoningParameters:
     heading_variance_per_radian: float = parameter(
         2e-4, at_least=0.0, help="variance of the heading per radian turned, rad²/rad"
     )
+    marker_outliers: float = parameter(
+        0.02, above=0.0, at_most=0.5,
+        help="share of the pictures whose markers are not where the map says",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

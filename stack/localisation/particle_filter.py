@@ -137,7 +137,7 @@ class ParticleFilter:
         mean = mode.pose
         if mode.is_settled(limit):
             self._align(mode, points)
-        self._resample(mode)
+        self.resample(mode)
         self._observe(mode, predicted, mean, points)
 
     def _observe(self, mode: Mode, predicted: Pose2D, mean: Pose2D, points: FloatArray) -> None:
@@ -178,7 +178,12 @@ class ParticleFilter:
         if aligned.distance_to(mode.pose) < self._parameters.settled_deviation:
             mode.pose = aligned
 
-    def _resample(self, mode: Mode) -> None:
+    def noise(self, moved: Pose2D) -> FloatArray:
+        """Return the (3, 3) covariance of an odometry displacement, in the frame before it."""
+        return self._motion.covariance(moved)
+
+    def resample(self, mode: Mode) -> None:
+        """Draw a mode's particles anew if few of them carry most of the weight."""
         weights = mode.particle_set.weights
         if 1.0 / float(weights @ weights) > 0.5 * weights.size:
             return

@@ -14,9 +14,11 @@ from stack.errors import InputError, NavigationError, ParameterError
 from stack.mapping.exploration.coverage import coverage_plan
 from stack.mapping.exploration.frontiers import FrontierParameters, frontiers_of, known_area
 from stack.mapping.exploration.views import only_in_view
+from stack.mapping.marker_maps import MARKERS_YAML, marker_map_text
 from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.tasks import CostmapLike
+from stack.perception.markers.survey import MarkerSurvey
 from stack.types import (
     FREE,
     LETHAL_COST,
@@ -27,6 +29,7 @@ from stack.types import (
     FailureCode,
     FloatArray,
     Frontier,
+    Marker,
     OccupancyGrid,
     Pose2D,
 )
@@ -60,12 +63,20 @@ class MapService:
         costmap: the global costmap: the map of a mission that has none.
         static: the mission's map; None without one.
         store: of saved maps.
+        survey: of markers; None without a camera.
+        markers: the known ones, which are saved with the surveyed ones.
+
+    Attributes:
+        surveyed: markers that the survey had found when the map was saved last, map frame.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, robot: RobotDescription, estimator: Estimator, costmap: CostmapLike,
-        static: OccupancyGrid | None, store: MapStore,
+        static: OccupancyGrid | None, store: MapStore, survey: MarkerSurvey | None = None,
+        markers: Sequence[Marker] = (),
     ) -> None:  # fmt: skip
+        self._survey, self._markers = survey, tuple(markers)
+        self.surveyed: tuple[Marker, ...] = ()
         self._robot, self._estimator, self._costmap = robot, estimator, costmap
         self._static, self._store = static, store
         self._sensed: tuple[int, OccupancyGrid] | None = None
@@ -119,12 +130,20 @@ class MapService:
         Raises:
             NavigationError: FAILED if it cannot be written.
         """
-        files = folder_contents(self.grid, self._estimator.map_files())
+        files = folder_contents(self.grid, {**self._estimator.map_files(), **self._marker_map()})
         try:
             return self._store.save(name, files)
         except OSError as error:
             sentence = f"the map cannot be saved to {name!r}: {error.strerror or error}"
             raise NavigationError(FailureCode.FAILED, sentence) from None
+
+    def _marker_map(self) -> dict[str, bytes]:
+        """Return the map of markers of a saved map, if the mission surveys them."""
+        if self._survey is None or not self._survey.parameters.survey:
+            return {}
+        self.surveyed = self._survey.markers(self._estimator.corrected_pose)
+        text = marker_map_text((*self._markers, *self.surveyed), "saved with the map")
+        return {MARKERS_YAML: text.encode()}
 
     def load(self, name: str, pose: Pose2D | None) -> OccupancyGrid:
         """Load a saved map into the estimator and use it from now on.

@@ -298,6 +298,15 @@ class RobotFacade:
         """Save the map as a folder; return its name."""
         saved = self._parts.maps.save(name)
         self._parts.emit("map", f"saved the map as {saved}: {self.known_area:.1f} m² known")
+        for one in self._parts.maps.surveyed:
+            x, y, _ = one.position
+            self._parts.emit(
+                "marker",
+                f"surveyed marker {one.number} at ({x:.2f}, {y:.2f}), {degrees(one.heading):.0f} "
+                f"deg, within {one.position_deviation:.2f} m and "
+                f"{degrees(one.heading_deviation):.1f} deg",
+                number=one.number, x=round(x, 3), y=round(y, 3), heading=round(one.heading, 4),
+            )  # fmt: skip
         return saved
 
     def load_map(self, name: str, pose: Pose2D | None = None) -> None:

@@ -16,6 +16,7 @@ from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.depth.obstacles import DepthObstacles
 from stack.perception.depth.scan import DepthScans
+from stack.perception.markers.stage import MarkerStage
 from stack.perception.objects.detection import ObjectDetection
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
@@ -143,6 +144,7 @@ class Parts:
     estimator: Estimator
     cameras: CameraWatch
     depth_scans: DepthScans
+    markers: MarkerStage
     depth: DepthObstacles
     obstacle_memory: ObstacleMemory
     objects: ObjectDetection

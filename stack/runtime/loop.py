@@ -112,7 +112,11 @@ class Runtime:
             observation = deskew_observation(observation, p.frames)
             before = p.estimator.estimate
             estimate = p.estimator.update(observation, p.frames)
+            fix = p.markers.update(observation, p.frames)
+            if fix is not None:
+                estimate = p.estimator.update_markers(fix, p.frames)
             p.frames.correct(estimate)
+            p.markers.add_views(observation, p.frames, estimate)
             if estimate.jumps != before.jumps:
                 p.facade.estimate_jumped(before.pose, estimate.pose)
         with measure("obstacles"):
@@ -298,7 +302,8 @@ class Runtime:
 
     @property
     def _captures(self) -> bool:
-        return self.parts.camera.is_active(self.parts.body.time)
+        p, now = self.parts, self.parts.body.time
+        return p.camera.is_active(now) or p.markers.wants_picture(now)
 
     @property
     def _measures_depth(self) -> bool:

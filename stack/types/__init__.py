@@ -63,8 +63,10 @@ from stack.types.tasks import (
     TaskStatus,
 )
 from stack.types.world import (
+    MARKER_DICTIONARIES,
     HealthThresholds,
     Marker,
+    MarkerFix,
     MarkerSighting,
     PoseCandidate,
     PoseEstimate,
@@ -108,7 +110,9 @@ __all__ = [
     "Image",
     "Imu",
     "LETHAL_COST",
+    "MARKER_DICTIONARIES",
     "Marker",
+    "MarkerFix",
     "MarkerSighting",
     "Measurement",
     "NO_COVARIANCE",

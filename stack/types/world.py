@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import hypot
 
 import numpy as np
 
 from stack.types.geometry import FloatArray, Pose2D
+from stack.types.sensors import NO_COVARIANCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,14 @@ class TrackedObject:
         return replace(self, stamp=time, position=self.position_after(time - self.stamp))
 
 
+MARKER_DICTIONARIES = {
+    **{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
+    "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
+    "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587,
+}  # fmt: skip
+"""OpenCV's fiducial dictionaries: name -> number of markers."""
+
+
 @dataclass(frozen=True, slots=True)
 class Marker:
     """A square fiducial marker of known size and pose, in the map frame.
@@ -59,6 +68,8 @@ class Marker:
         position: (x, y, z) of the centre, metres.
         heading: direction of its outward normal, radians; the marker is vertical.
         dictionary: an OpenCV ArUco dictionary, e.g. DICT_4X4_50 or DICT_APRILTAG_36h11.
+        position_deviation: standard deviation of x and y, metres; 0 where it is not known.
+        heading_deviation: standard deviation of the heading, radians; likewise.
     """
 
     number: int
@@ -66,6 +77,8 @@ class Marker:
     position: tuple[float, float, float]
     heading: float
     dictionary: str = "DICT_4X4_50"
+    position_deviation: float = 0.0
+    heading_deviation: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,10 +183,14 @@ class PoseCandidate:
     Attributes:
         pose: of the base in the map frame, at the image's stamp.
         error: reprojection error, pixels.
+        covariance: (3, 3) of x, y, heading, map frame; zeros where it is not known.
+        share: its probability among the candidates of the picture, in [0, 1].
     """
 
     pose: Pose2D
     error: float
+    covariance: FloatArray = field(default_factory=lambda: NO_COVARIANCE, compare=False)
+    share: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,4 +207,20 @@ class MarkerSighting:
     stamp: float
     marker: Marker
     distance: float
+    candidates: tuple[PoseCandidate, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerFix:
+    """The base's pose by all known markers in one picture.
+
+    Attributes:
+        stamp: of the image, seconds.
+        markers: those that explain it, the nearest first.
+        candidates: poses that explain all of them, the most probable first: two where the markers
+            are far away or in one plane, else one. Their shares add up to 1.
+    """
+
+    stamp: float
+    markers: tuple[Marker, ...]
     candidates: tuple[PoseCandidate, ...]

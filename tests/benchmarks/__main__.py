@@ -29,6 +29,8 @@ from tests.benchmarks import (
     estop,
     hall,
     mapping,
+    marker_corridor,
+    marker_survey,
     markers,
     missions,
     planners,
@@ -44,6 +46,9 @@ from tests.benchmarks.origin import Version, current_version, machine, today
 from tests.benchmarks.table import Rows, show
 
 BENCH = Path("bench")
+HELD_OUT, CORRIDORS, SURVEYS = 9000, 1, 1
+"""First seed of the benches of markers, and their runs: a minute of processor time each."""
+
 CONTROLLERS = ("pure_pursuit", "mppi", "dwb")
 
 
@@ -212,6 +217,16 @@ PERCEPTION = {
     "markers": Benchmark(
         "The pose from a marker", lambda given: markers.run(),
         setting={"camera": "scout", "pictures": markers.PICTURES},
+    ),
+    "marker_corridor": Benchmark(
+        "Markers in a bare corridor",
+        lambda given: marker_corridor.run(HELD_OUT, CORRIDORS, given.folder / "corridor"),
+        setting={**OFF, "first seed": HELD_OUT, "seeds": CORRIDORS},
+    ),
+    "marker_survey": Benchmark(
+        "Surveyed markers of the office",
+        lambda given: marker_survey.run(HELD_OUT, SURVEYS),
+        setting={**OFF, "first seed": HELD_OUT, "seeds": SURVEYS},
     ),
 }  # fmt: skip
 NEEDS = {"barn": "barn", "slam": "logs"}

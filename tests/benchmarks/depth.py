@@ -22,7 +22,8 @@ from stack.drivetrain.description import DepthCameraDescription, RobotDescriptio
 from stack.frames.buffer import TransformBuffer
 from stack.perception.depth.obstacles import DepthObstacles
 from stack.perception.depth.parameters import DepthParameters
-from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.sensors.rendering import CameraRenderer
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import World
 from stack.types import (
     LETHAL_COST,

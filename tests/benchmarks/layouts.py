@@ -123,6 +123,20 @@ LAYOUTS: dict[str, Layout] = {
         "distance": "{distance:g} m", "from the normal": "{angle:.0f} deg",
         "detected": "{detected %:.0f} %", "median error": "{error cm:.1f} cm, {error °:.1f}°",
         "95 %": "{error 95 % cm:.1f} cm, {error 95 % °:.1f}°", "mirrored": "{mirrored %:.0f} %",
+        "contained": "{contained %:.0f} %",
+    }),
+    "marker_corridor": Layout({
+        "odometry": "{odometry}", "markers": "{markers}", "runs": "{runs}",
+        "mean error": "{mean cm:.1f} cm", "95 %": "{95 % cm:.1f} cm",
+        "largest": "{largest cm:.0f} cm, {largest °:.1f}°", "contained": "{contained %:.1f} %",
+        "mean health": "{health:.2f}", "within 0.3 m": "{right %:.1f} %",
+        "pictures used": "{pictures used}",
+    }),
+    "marker_survey": Layout({
+        "map": "{map}", "runs": "{runs}", "surveyed": "{surveyed}",
+        "median error": "{median cm:.1f} cm, {median °:.1f}°",
+        "largest": "{largest cm:.1f} cm, {largest °:.1f}°",
+        "within 2 deviations": "{within 2 deviations %:.0f} %",
     }),
     "missions": Layout(
         {

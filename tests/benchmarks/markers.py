@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from robots.load import find_robot, read_robot
-from stack.perception.markers import MarkerDetector
+from stack.perception.markers.detector import MarkerDetector
 from stack.sim.sensors.rendering import CameraRenderer
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import Wall
 from stack.streams import stream
-from stack.types import CameraModel, Image, Marker, Pose2D, wrap_angle
+from stack.types import CameraModel, Image, Marker, Pose2D, PoseCandidate, wrap_angle
 from tests.benchmarks.table import Rows
 from tests.stack.sim.sim_rover import EMPTY
 
@@ -31,12 +31,15 @@ AWAY, OFF_NORMAL = 0.1, radians(5.0)
 OTHER_POSE = 0.05
 """Metres by which another solution is nearer to the truth than the best one, to count."""
 
+CHI_SQUARE = 7.815
+"""95 % quantile of the chi-square distribution with three degrees of freedom."""
+
 MARKER = Marker(7, 0.2, (0.0, 0.0, 0.4), 0.0)
 WALL = Wall(np.array([[-0.05, -3.0], [-0.05, 3.0]]))
 
 
 def run() -> Rows:
-    """Rows of detections, errors in cm and degrees, and how often the mirrored pose fits better."""
+    """Rows of detections, errors in cm and degrees, mirrored poses that fit better, containment."""
     robot = read_robot(find_robot("scout", Path()))
     assert robot.camera is not None
     world = replace(EMPTY, markers=(MARKER,), walls=(WALL,))
@@ -56,7 +59,7 @@ def _row(
     """Figures of PICTURES random poses."""
     distance, angle = place
     random = stream(0, f"markers {distance:g} m {angle:g} deg")
-    errors, mirrored = [], 0
+    errors, mirrored, fixes, contained = [], 0, 0, 0
     for number in range(PICTURES):
         way = distance + random.uniform(-AWAY, AWAY)
         side = radians(angle) * random.choice([-1.0, 1.0]) + random.uniform(-OFF_NORMAL, OFF_NORMAL)
@@ -72,6 +75,10 @@ def _row(
             continue
         away = [item.pose.distance_to(pose) for item in sightings[0].candidates]
         best = int(np.argmin(away))
+        fix = detector.fix(image)
+        if fix is not None:
+            fixes += 1
+            contained += any(_contains(one, pose) for one in fix.candidates)
         mirrored += away[0] - away[best] > OTHER_POSE
         heading = wrap_angle(sightings[0].candidates[best].pose.heading - pose.heading)
         errors.append((away[best], abs(degrees(heading))))
@@ -82,4 +89,12 @@ def _row(
         "error 95 % cm": 100.0 * float(np.percentile(metres, 95)),
         "error °": float(np.median(turned)), "error 95 % °": float(np.percentile(turned, 95)),
         "mirrored %": 100.0 * mirrored / max(1, len(errors)),
+        "contained %": 100.0 * contained / max(1, fixes),
     }  # fmt: skip
+
+
+def _contains(candidate: PoseCandidate, truth: Pose2D) -> bool:
+    """Return whether the 95 % ellipsoid of x, y and heading contains the truth."""
+    turn = wrap_angle(candidate.pose.heading - truth.heading)
+    off = np.array([candidate.pose.x - truth.x, candidate.pose.y - truth.y, turn])
+    return float(off @ np.linalg.solve(candidate.covariance, off)) <= CHI_SQUARE

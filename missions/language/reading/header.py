@@ -100,6 +100,13 @@ class HeaderReader:
             self._ask("map", lambda: self.resources.check_map(name, self.folder), None)
         return name
 
+    def markers(self) -> str:
+        """Return `from_world`, `none` or a map of markers; empty if the mission does not say."""
+        name = self.text("markers", "")
+        if name and name not in MISSION["markers"].words:
+            self._ask("markers", lambda: self.resources.check_markers(name, self.folder), None)
+        return name
+
     def pose(
         self, key: str, places: Mapping[str, Symbol], words: tuple[str, ...]
     ) -> Pose2D | str | None:

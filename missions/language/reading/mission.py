@@ -86,7 +86,7 @@ class _Reading:
         start = header.pose("start", places, ())
         initial_pose = header.pose("initial_pose", places, MISSION["initial_pose"].words)
         files, plugins = header.texts("parameters"), header.texts("plugins")
-        map_name = header.map()
+        map_name, markers = header.map(), header.markers()
         components = header.components(files, mapped=map_name != "none")
         self.values.used.update(dict.fromkeys(header.values.used))
         self.words.scope = scope = Scope((places, keys, arguments))
@@ -122,7 +122,7 @@ class _Reading:
             places={key: symbol.value for key, symbol in places.items()},
             arguments={key: symbol.value for key, symbol in arguments.items()},
             blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
-            includes=tuple(self.includes.files), replay=replay,
+            includes=tuple(self.includes.files), replay=replay, markers=markers,
         )  # fmt: skip
 
     def _names(

@@ -39,6 +39,9 @@ LEAST_SHARE, FULL_SHARE = 0.2, 0.6
 CLEARANCE = 0.05
 """Metres between the robot's inscribed circle and surfaces on the way to a view."""
 
+LONGEST_LINK = 10.0
+"""Seconds over which odometry links an earlier pose to a keyframe."""
+
 UNKNOWN_VARIANCE = 1.0
 """Square metres or radians: variance in a direction that no scan determines."""
 
@@ -253,6 +256,14 @@ class SlamEstimator(Estimator):
             self._places[1].rivals if self._places is not None else (),
             HealthThresholds(p.lost_health, p.good_health),
         )  # fmt: skip
+
+    def corrected_pose(self, stamp: float, odometry: Pose2D) -> Pose2D | None:
+        """Return the pose at a stamp of this run, from the keyframe nearest in time."""
+        own = [k for k in self.mapper.graph.keyframes.values() if k.session == self.mapper.session]
+        near = min(own, key=lambda keyframe: abs(keyframe.stamp - stamp), default=None)
+        if near is None or abs(near.stamp - stamp) > LONGEST_LINK:
+            return None
+        return near.pose.compose(odometry.relative_to(near.odometry))
 
     def configure(self, parameters: SlamParameters) -> None:
         """Apply new parameters to the next scans."""

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from stack.documents import Section
+from stack.documents import Mark, Section
+from stack.mapping.marker_maps import read_marker
 from stack.parameters import Declaration
 from stack.sim.worlds.polylines import rounded
 from stack.sim.worlds.values import (
@@ -43,13 +44,6 @@ from stack.sim.worlds.world import (
     Wall,
 )  # fmt: skip
 from stack.types import Marker, wrap_angle
-
-DICTIONARIES = {
-    **{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
-    "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
-    "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587,
-}  # fmt: skip
-"""OpenCV's fiducial dictionaries: name -> number of markers."""
 
 
 def _colour(section: Section, kind: type) -> Colour:
@@ -123,26 +117,11 @@ def door(reading: Reading, section: Section) -> Door | None:
 
 def marker(reading: Reading, section: Section) -> Marker | None:
     """Read a fiducial marker."""
-    number = section.value(Declaration("id", int, "marker id in its dictionary", at_least=0))
-    at = reading.point(section, "at")
-    height = section.value(
-        length("height", "height of its centre above the floor", 0.4, at_most=5.0)
-    )
-    facing = section.value(Declaration("facing", float, "direction it faces", "rad"))
-    size = section.value(length("size", "side of the black square", 0.2, at_most=2.0))
-    dictionary = section.value(
-        Declaration("dictionary", str, default="DICT_4X4_50", one_of=tuple(DICTIONARIES))
-    )
-    identified = section.node.get("id")
-    if number is not None and identified is not None:
-        reading.take(f"{dictionary} marker", number, identified.mark)
-        if number >= DICTIONARIES[dictionary]:
-            sentence = f"{dictionary} has no marker {number}"
-            hint = f"its ids are 0 to {DICTIONARIES[dictionary] - 1}"
-            reading.findings.error(UNKNOWN_NAME, identified.mark, sentence, hint)
-    if number is None or at is None or facing is None:
-        return None
-    return Marker(number, size, (at[0], at[1], height), wrap_angle(facing), dictionary)
+
+    def take(dictionary: str, number: int, mark: Mark) -> None:
+        reading.take(f"{dictionary} marker", number, mark)
+
+    return read_marker(section, take, UNKNOWN_NAME)
 
 
 def friction_zone(reading: Reading, section: Section) -> FrictionZone | None:

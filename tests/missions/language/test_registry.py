@@ -139,6 +139,7 @@ world: small_room
 start: dock
 initial_pose: start
 map: from_world
+markers: from_world
 places: {shelf: [1.0, 1.0]}
 parameters: []
 navigation: {planner: astar}

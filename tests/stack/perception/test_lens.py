@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stack.perception.depth_obstacles import obstacle_points, projected
-from stack.perception.depth_parameters import DepthParameters
 
 from robots.load import find_robot, read_robot
 from stack.drivetrain.description import DepthCameraDescription
 from stack.perception.colour_parameters import ColourParameters
 from stack.perception.coloured_objects import ColouredObjectDetector
+from stack.perception.depth.obstacles import obstacle_points, projected
+from stack.perception.depth.parameters import DepthParameters
 from stack.perception.floor_lines import FloorLineDetector
-from stack.perception.markers import MarkerDetector
+from stack.perception.markers.detector import MarkerDetector
 from stack.sim.sensors.rendering import CameraRenderer
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import Box, FloorLine

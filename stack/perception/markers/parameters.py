@@ -1,0 +1,61 @@
+"""Parameters of the fiducial markers, in a module without heavy imports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.parameters import parameter
+from stack.types import MARKER_DICTIONARIES
+
+
+@dataclass(frozen=True)
+class MarkerParameters:
+    """Use of fiducial markers: localisation while driving, and the survey of unknown markers."""
+
+    localise: bool = parameter(
+        False, help="every picture with known markers corrects the pose; the camera stays on"
+    )
+    survey: bool = parameter(
+        False,
+        help="measure the poses of markers that the map of markers does not have; `save_map` saves "
+        "them; the camera stays on",
+    )
+    rate: float = parameter(
+        5.0, "Hz", above=0.0, at_most=60.0,
+        help="pictures that localisation and survey request; the camera's own rate is the limit",
+    )  # fmt: skip
+    update_distance: float = parameter(
+        0.1, "m", at_least=0.0, at_most=5.0,
+        help="the pose is corrected again after this distance: pictures from one place have the "
+        "same errors",
+    )  # fmt: skip
+    update_angle: float = parameter(
+        0.1, "rad", at_least=0.0, at_most=3.0, help="or after this angle"
+    )
+    pixel_noise: float = parameter(
+        0.4, "px", above=0.0, at_most=10.0,
+        help="standard deviation of a marker's corner in the image; scales the covariance",
+    )  # fmt: skip
+    position_noise: float = parameter(
+        0.01, "m", at_least=0.0, at_most=1.0,
+        help="standard deviation of what all pictures share: mount of the camera, map and markers",
+    )  # fmt: skip
+    heading_noise: float = parameter(
+        0.005, "rad", at_least=0.0, at_most=0.5, help="likewise, of the heading"
+    )
+    largest_error: float = parameter(
+        2.0, "px", above=0.0, at_most=50.0,
+        help="reprojection error from which on a marker is elsewhere than the map says",
+    )  # fmt: skip
+    farthest: float = parameter(
+        6.0, "m", above=0.0, help="markers farther away do not correct the pose"
+    )
+    surveyed_size: float = parameter(
+        0.2, "m", above=0.0, at_most=2.0, help="side of the black square of surveyed markers"
+    )
+    surveyed_dictionary: str = parameter(
+        "DICT_4X4_50", one_of=tuple(MARKER_DICTIONARIES), help="dictionary of surveyed markers"
+    )
+    least_views: int = parameter(
+        5, at_least=2, help="views of a marker from which on the survey has its pose"
+    )
