@@ -39,6 +39,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PlaceSighting,
     Pose2D,
     PoseEstimate,
     RivalPose,
@@ -90,6 +91,8 @@ class ScriptedRobot:
     Attributes:
         picture: returned by `image()`.
         sightings: returned by `marker_sightings()`.
+        keyframes: of the map.
+        seen_places: returned by `place_sightings()`.
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour.
         fit: called by `fit_at()`.
@@ -122,6 +125,8 @@ class ScriptedRobot:
     markers: tuple[Marker, ...] = ()
     picture: Image | None = None
     sightings: tuple[MarkerSighting, ...] = ()
+    keyframes: int = 0
+    seen_places: tuple[PlaceSighting, ...] = ()
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
     fit: Callable[[Pose2D], float] = _no_fit
@@ -191,6 +196,10 @@ class ScriptedRobot:
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Return `sightings`."""
         return self.sightings
+
+    def place_sightings(self) -> tuple[PlaceSighting, ...]:
+        """Return `seen_places`."""
+        return self.seen_places
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Return `lines`."""

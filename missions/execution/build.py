@@ -39,6 +39,7 @@ from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers import MarkerDetector
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.places.memory import PlaceMemory
 from stack.perception.tracker import Tracker
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
@@ -130,11 +131,12 @@ def build(
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     depth = DepthObstacles(robot, plan.choices["depth"].parameters)
     coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
+    places = _places(plan)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
-        FolderMapStore(folder, plan.mission.source.parent),
+        FolderMapStore(folder, plan.mission.source.parent), places,
     )  # fmt: skip
     facade = RobotFacade(
         FacadeParts(
@@ -155,6 +157,7 @@ def build(
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
             floor_lines=FloorLineDetector() if robot.camera else None,
             coloured_objects=coloured_objects if robot.camera else None,
+            places=places,
             cover=world_model.cover,
             draw=world_model.draw,
             forget_tracks=world_model.forget_tracks,
@@ -168,6 +171,7 @@ def build(
                 "odometry": Tunable.of(odometry),
                 "depth": Tunable.of(depth),
                 "coloured_objects": Tunable.of(coloured_objects),
+                "place_recognition": Tunable.of(places),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )
@@ -184,7 +188,7 @@ def build(
     )
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
-        body=body, odometry=odometry, frames=frames, estimator=estimator,
+        body=body, odometry=odometry, frames=frames, estimator=estimator, places=places,
         depth=depth, obstacle_memory=obstacle_memory, world_model=world_model, tree=tree,
         facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
@@ -375,6 +379,19 @@ def _navigator(
         period=period,
         log=log,
     )
+
+
+def _places(plan: PreparedMission) -> PlaceMemory:
+    """Return the memory of places, with the keyframes that are saved with the map."""
+    robot = plan.robot
+    places = PlaceMemory(
+        robot.main_lidar, has_camera=robot.camera is not None,
+        parameters=plan.choices["place_recognition"].parameters,
+    )  # fmt: skip
+    folder = map_folder(plan.mission.map, plan.mission.source.parent)
+    if folder is not None:
+        places.load(folder)
+    return places
 
 
 def _discard(text: str) -> None:

@@ -25,6 +25,7 @@ from stack.parameters import build, suggestion
 from stack.perception.colour_parameters import ColourParameters
 from stack.perception.depth_parameters import DepthParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
+from stack.perception.places.parameters import PlaceParameters
 from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
@@ -48,6 +49,7 @@ SETTINGS: dict[str, type] = {
     "tracker": TrackerParameters,
     "depth": DepthParameters,
     "coloured_objects": ColourParameters,
+    "place_recognition": PlaceParameters,
     "obstacle_memory": ObstacleMemoryParameters,
     "loop": LoopParameters,
     "recording": RecordingParameters,

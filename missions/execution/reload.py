@@ -37,6 +37,7 @@ TUNED = {
     "tracker": (), "loop": (), "recording": (), "localisation": ("localisation",),
     "odometry": ("odometry",), "obstacle_memory": ("obstacle_memory",),
     "depth": ("depth",), "coloured_objects": ("coloured_objects",),
+    "place_recognition": ("place_recognition",),
     "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""

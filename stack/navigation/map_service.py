@@ -17,6 +17,7 @@ from stack.mapping.exploration.views import only_in_view
 from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.tasks import CostmapLike
+from stack.perception.places.memory import PlaceMemory
 from stack.types import (
     FREE,
     LETHAL_COST,
@@ -60,14 +61,15 @@ class MapService:
         costmap: the global costmap: the map of a mission that has none.
         static: the mission's map; None without one.
         store: of saved maps.
+        places: keyframes that are saved with the map.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, robot: RobotDescription, estimator: Estimator, costmap: CostmapLike,
-        static: OccupancyGrid | None, store: MapStore,
+        static: OccupancyGrid | None, store: MapStore, places: PlaceMemory | None = None,
     ) -> None:  # fmt: skip
         self._robot, self._estimator, self._costmap = robot, estimator, costmap
-        self._static, self._store = static, store
+        self._static, self._store, self._places = static, store, places
         self._sensed: tuple[int, OccupancyGrid] | None = None
         self._area: tuple[OccupancyGrid, float] | None = None
 
@@ -114,12 +116,13 @@ class MapService:
         return coverage_plan(self.grid, pose, clearance or radius, spacing, corners)
 
     def save(self, name: str) -> str:
-        """Save the map and what the estimator adds, for example its pose graph.
+        """Save the map, its keyframes and what the estimator adds, for example its pose graph.
 
         Raises:
             NavigationError: FAILED if it cannot be written.
         """
-        files = folder_contents(self.grid, self._estimator.map_files())
+        keyframes = {} if self._places is None else self._places.files()
+        files = folder_contents(self.grid, {**self._estimator.map_files(), **keyframes})
         try:
             return self._store.save(name, files)
         except OSError as error:
@@ -127,7 +130,7 @@ class MapService:
             raise NavigationError(FailureCode.FAILED, sentence) from None
 
     def load(self, name: str, pose: Pose2D | None) -> OccupancyGrid:
-        """Load a saved map into the estimator and use it from now on.
+        """Load a saved map into the estimator, and its keyframes, and use it from now on.
 
         Args:
             name: of the folder, or of a map.yaml.
@@ -142,6 +145,8 @@ class MapService:
         try:
             grid = read_ros_map(path / MAP_YAML if path.is_dir() else path)
             self._estimator.load_map(grid, folder, pose)
+            if self._places is not None:
+                self._places.load(folder)
         except (InputError, ParameterError) as error:
             raise NavigationError(FailureCode.FAILED, f"cannot load {name!r}: {error}") from None
         self._static = grid

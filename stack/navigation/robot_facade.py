@@ -24,6 +24,7 @@ from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
+from stack.perception.places.memory import PlaceMemory
 from stack.types import (
     Battery,
     ContactZone,
@@ -40,6 +41,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PlaceSighting,
     Pose2D,
     PoseEstimate,
     Scan,
@@ -110,6 +112,7 @@ class FacadeParts:
         recording_over: whether all measurements of a replayed log have been played.
         floor_lines: None when the robot has no camera.
         coloured_objects: likewise.
+        places: keyframes of the map; None when they are not used.
     """
 
     robot: RobotDescription
@@ -133,6 +136,7 @@ class FacadeParts:
     recording_over: Callable[[], bool] = lambda: False
     floor_lines: FloorLineDetector | None = None
     coloured_objects: ColouredObjectDetector | None = None
+    places: PlaceMemory | None = None
 
 
 class RobotFacade:
@@ -276,6 +280,18 @@ class RobotFacade:
         if image is None or detector is None:
             return ()
         return detector.sightings(image)
+
+    @property
+    def keyframes(self) -> int:
+        """Number of keyframes of the map that pictures can be compared with."""
+        return 0 if self._parts.places is None else self._parts.places.count
+
+    def place_sightings(self) -> tuple[PlaceSighting, ...]:
+        """Poses from which the newest image can have been taken; keeps the camera on."""
+        image, places = self.image(), self._parts.places
+        if image is None or places is None:
+            return ()
+        return places.sightings(image, self._parts.frames)
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Lines on the floor around the robot; keeps the camera on like `image`."""

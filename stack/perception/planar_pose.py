@@ -35,7 +35,7 @@ def align_on_floor(
     optical_from_base = np.asarray(np.linalg.inv(camera.base_from_optical()), dtype=np.float64)
     unknowns = np.array([start.x, start.y, start.heading, 0.0])
     for _ in range(_ITERATIONS):
-        projected = _project(unknowns, optical_from_base, camera, corners)
+        projected = project(unknowns, optical_from_base, camera, corners)
         if projected is None:
             return None
         expected, jacobian = projected
@@ -46,7 +46,7 @@ def align_on_floor(
         unknowns += step
         if np.abs(step).max() < 1e-7:
             break
-    projected = _project(unknowns, optical_from_base, camera, corners)
+    projected = project(unknowns, optical_from_base, camera, corners)
     if projected is None:
         return None
     error = float(np.sqrt(((pixels - projected[0]) ** 2).sum(axis=1).mean()))
@@ -54,10 +54,20 @@ def align_on_floor(
     return Pose2D(0.0, 0.0).compose(Pose2D(x, y, heading)), error
 
 
-def _project(
+def project(
     unknowns: FloatArray, optical_from_base: FloatArray, camera: CameraModel, corners: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Project map points for x, y, heading and lift: pixels (4, 2) and the (8, 4) Jacobian."""
+    """Project map points for a base pose.
+
+    Args:
+        unknowns: (4,) x, y, heading of the base in the map frame, and vertical shift in pixels.
+        optical_from_base: (4, 4).
+        camera: intrinsics.
+        corners: (n, 3) map frame, metres.
+
+    Returns:
+        Pixels (n, 2) and the (2n, 4) Jacobian; None if a point is behind the camera.
+    """
     x, y, heading, lift = unknowns
     c, s = cos(heading), sin(heading)
     base_from_map = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])

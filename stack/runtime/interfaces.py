@@ -15,6 +15,7 @@ from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
 from stack.perception.depth_obstacles import DepthObstacles
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.places.memory import PlaceMemory
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Debugging, Layer, TreeRow
@@ -138,6 +139,7 @@ class Parts:
     odometry: OdometryFusion
     frames: TransformBuffer
     estimator: Estimator
+    places: PlaceMemory
     depth: DepthObstacles
     obstacle_memory: ObstacleMemory
     world_model: WorldModel

@@ -108,6 +108,8 @@ class Runtime:
             p.frames.correct(estimate)
             if estimate.jumps != before.jumps:
                 p.facade.estimate_jumped(before.pose, estimate.pose)
+        with measure("places"):
+            p.places.update(observation, p.frames, estimate, motion.twist.angular)
         with measure("obstacles"):
             smooth = smooth_observation(observation)
             depth = p.depth.update(smooth, p.frames)
@@ -128,7 +130,7 @@ class Runtime:
                 emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
             )  # fmt: skip
         state.commanded = command
-        capture = p.camera.is_active(p.body.time)
+        capture = p.camera.is_active(p.body.time) or p.places.is_recording
         p.body.command(BodyCommand(command, capture=capture, depth=p.depth.is_on))
         self._log_pose()
         with measure("publish"):

@@ -33,6 +33,7 @@ from stack.types.grids import (
     OccupancyGrid,
 )
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
+from stack.types.places import PlaceSighting
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
@@ -101,6 +102,7 @@ __all__ = [
     "OccupancyGrid",
     "Odometry",
     "Path",
+    "PlaceSighting",
     "Pose2D",
     "HealthThresholds",
     "PoseCandidate",

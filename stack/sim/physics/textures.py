@@ -82,7 +82,8 @@ def texture_picture(name: str) -> Picture:
         "tiles": _tiles,
     }  # fmt: skip
     tile = makers[name](random)
-    return np.clip(np.rint(tile), 0, 255).astype(np.uint8)
+    picture: Picture = np.clip(np.rint(tile), 0, 255).astype(np.uint8)
+    return picture
 
 
 def _grain(random: np.random.Generator, along: int, across: int) -> FloatArray:
