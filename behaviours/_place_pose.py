@@ -9,7 +9,7 @@ from behaviours._marker_pose import Fit, Hypothesis
 from stack.types import PlaceSighting, Pose2D
 
 RIVAL_SHARE = 0.67
-"""Share of the best pose's inliers from which another pose makes a picture ambiguous."""
+"""Share of the best pose's inliers from which another pose that fits makes a picture ambiguous."""
 
 STEPS = ((0.08, radians(2.4)), (0.04, radians(1.2)), (0.02, radians(0.6)), (0.01, radians(0.3)))
 """Steps of the refinement, metres and radians."""
@@ -45,22 +45,24 @@ def refined(pose: Pose2D, fit: Fit) -> tuple[Pose2D, float]:
 
 
 def place_hypothesis(
-    sightings: Sequence[PlaceSighting], at_stamp: Pose2D, now: Pose2D, fit: Fit
+    sightings: Sequence[PlaceSighting], at_stamp: Pose2D, now: Pose2D, fit: Fit, min_fit: float
 ) -> Hypothesis | None:
-    """Return the hypothesis of a picture; None if it resembles no place, or two about equally.
+    """Return the hypothesis of a picture; None without one, or if two places explain it equally.
 
     Args:
         sightings: of one picture, most inliers first.
         at_stamp: odometry pose at the picture's stamp.
         now: odometry pose at the stamp of the scan that `fit` evaluates.
         fit: fit of the newest scan to the map at a pose, in [0, 1].
+        min_fit: poses with less are no hypotheses.
     """
-    if not sightings:
+    since, found = now.relative_to(at_stamp), []
+    for sighting in sightings:
+        pose, health = refined(sighting.pose.compose(since), fit)
+        if health >= min_fit:
+            map_from_odom = pose.compose(now.inverse())
+            support = sighting.error, (sighting.stamp,), "appearance", sighting.inliers
+            found.append(Hypothesis(map_from_odom, health, *support))
+    if not found or any(one.inliers >= RIVAL_SHARE * found[0].inliers for one in found[1:]):
         return None
-    best, *others = sightings
-    if any(other.inliers >= RIVAL_SHARE * best.inliers for other in others):
-        return None
-    pose, health = refined(best.pose.compose(now.relative_to(at_stamp)), fit)
-    return Hypothesis(
-        pose.compose(now.inverse()), health, best.error, (best.stamp,), "appearance", best.inliers
-    )
+    return found[0]

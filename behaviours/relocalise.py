@@ -183,7 +183,7 @@ class Relocalise(RobotBehaviour):
         new = [one for sighting in seen for one in hypotheses(sighting, then, now, fit)]
         if not seen:
             places = [one for one in self.robot.place_sightings() if one.stamp == stamp]
-            recognised = place_hypothesis(places, then, now, fit)
+            recognised = place_hypothesis(places, then, now, fit, self.min_fit)
             new = [] if recognised is None else [recognised]
         self._known = merged(self._known, [one for one in new if one.fit >= self.min_fit], now)
 

@@ -130,7 +130,7 @@ class Runtime:
                 emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
             )  # fmt: skip
         state.commanded = command
-        capture = p.camera.is_active(p.body.time) or p.places.is_recording
+        capture = p.camera.is_active(p.body.time) or p.places.wants_picture
         p.body.command(BodyCommand(command, capture=capture, depth=p.depth.is_on))
         self._log_pose()
         with measure("publish"):

@@ -11,8 +11,11 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from math import cos, degrees, pi, radians, sin
+from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 
@@ -154,24 +157,40 @@ def asked(
     return outcomes
 
 
-def run(poses: int, folder: Path, seed: int = HELD_OUT) -> Rows:
+def asked_with(saved: Path, poses: int, folder: Path, seed: int) -> list[Outcome]:
+    """Return what a robot decides in the office of a seed, by a saved map and its keyframes."""
+    found = read_keyframes(saved)
+    assert found is not None, "the tour has recorded no keyframe"
+    recogniser = PlaceRecogniser(found[0], LOOSE, found[1])
+    office = Office(seed, folder)
+    try:
+        grid = load_map(str(saved), saved)
+        estimator = chosen("localisation", {}).create(office.robot, grid, 0)
+        return asked(office, office.office.poses(poses, CLEARANCE), recogniser, estimator)
+    finally:
+        office.close()
+
+
+def run(poses: int, folder: Path, jobs: int = 1, seed: int = HELD_OUT) -> Rows:
     """Figures of both offices; writes the curve to folder/places.png."""
-    own, other = Office(seed, folder), Office(seed + 1, folder)
+    own = Office(seed, folder)
     try:
         saved = mapped(own, folder)
-        found = read_keyframes(saved)
-        assert found is not None, "the tour has recorded no keyframe"
-        recogniser = PlaceRecogniser(found[0], LOOSE, found[1])
-        estimator = chosen("localisation", {}).create(own.robot, load_map(str(saved), saved), 0)
-        near = asked(own, own.office.poses(poses, CLEARANCE), recogniser, estimator)
-        far = asked(other, other.office.poses(poses, CLEARANCE), recogniser, estimator)
     finally:
         own.close()
-        other.close()
+    work = partial(asked_with, saved, poses, folder)
+    seeds = (seed, seed + 1)
+    if jobs == 1:
+        near, far = map(work, seeds)
+    else:
+        with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+            near, far = pool.map(work, seeds)
     curve(folder / "places.png", near, far)
+    found = read_keyframes(saved)
+    count = 0 if found is None else len(found[0])
     return [
-        _row("the mapped office", near, len(found[0]), own=True),
-        _row("another office", far, len(found[0]), own=False),
+        _row("the mapped office", near, count, own=True),
+        _row("another office", far, count, own=False),
     ]
 
 
@@ -195,9 +214,9 @@ def _turned_round(
             continue
         kept = [one for one in sightings if _is_accepted(one)]
         hypothesis = place_hypothesis(
-            kept, turned, turned, lambda at, scan=scan: estimator.fit_at(at, scan)
+            kept, turned, turned, lambda at, scan=scan: estimator.fit_at(at, scan), MIN_FIT
         )
-        if hypothesis is not None and hypothesis.fit >= MIN_FIT:
+        if hypothesis is not None:
             # The stops of a turn are seconds apart.
             stamped = replace(hypothesis, stamps=(2.0 * number,))
             known = merged(known, [stamped], turned)

@@ -18,13 +18,15 @@ from missions.bench.runs import Case
 from stack.streams import stream
 from stack.types import FloatArray, Pose2D
 
+ROOMS = 6
+
 SPACING = (0.8, 1.4)
 """Metres from the middle of a poster to that of the next on the same wall, least and largest."""
 
 WIDTHS, SHAPE = (0.45, 0.8), 0.75
 """Widths of posters, metres, and their height as a share of the width."""
 
-SPREAD, TOUR_CLEARANCE = 1.8, 0.35
+SPREAD, TOUR_CLEARANCE = 2.0, 0.35
 """Metres between the stops of a tour, and from a stop to the nearest obstacle."""
 
 LEAST_HEIGHT = 0.6
@@ -48,7 +50,7 @@ class PosterOffice:
 
     def __init__(self, seed: int) -> None:
         """Generate the office of a seed. Offices of different seeds share no picture."""
-        self.plan = generate(WorldOptions("office", seed))
+        self.plan = generate(WorldOptions("office", seed, rooms=ROOMS))
         self.name = f"poster_office_{seed}"
         self.space = FreeSpace(self.plan, 0.22)
         self._seed = seed

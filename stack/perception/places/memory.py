@@ -55,7 +55,7 @@ class PlaceMemory:
         self._looked: list[tuple[float, Pose2D]] = []
         self._recogniser: PlaceRecogniser | None = None
         self._last: tuple[Image, tuple[PlaceSighting, ...]] | None = None
-        self._jumps = 0
+        self._jumps, self._wants = 0, False
 
     def configure(self, parameters: PlaceParameters) -> None:
         """Use other parameters from now on."""
@@ -64,8 +64,13 @@ class PlaceMemory:
             self._recogniser.parameters = parameters
 
     @property
+    def wants_picture(self) -> bool:
+        """Whether the camera should take a picture now: the robot is at a new place."""
+        return self._wants
+
+    @property
     def is_recording(self) -> bool:
-        """Whether pictures are needed for keyframes."""
+        """Whether keyframes are recorded."""
         full = len(self._kept) >= self.parameters.most_keyframes
         return self.parameters.record and self._sees and not full
 
@@ -92,15 +97,17 @@ class PlaceMemory:
         if scan is not None:
             self._scans.append(scan)
         trusted = estimate.is_good and not estimate.ambiguous and estimate.jumps == self._jumps
-        self._jumps = estimate.jumps
+        self._jumps, self._wants = estimate.jumps, False
         if not trusted:
             self._forget_pending()
             return
         self._settle(observation.time)
         image = next(iter(observation.of(Image).values()), None)
-        slow = abs(turning) <= self.parameters.fastest_turn
-        if self.is_recording and image is not None and slow:
+        if not self.is_recording or abs(turning) > self.parameters.fastest_turn:
+            return
+        if image is not None:
             self._record(image, frames)
+        self._wants = self._is_new(estimate.pose)
 
     def sightings(self, image: Image, frames: TransformBuffer) -> tuple[PlaceSighting, ...]:
         """Return the poses from which a picture can have been taken, most inliers first.

@@ -12,7 +12,7 @@ class PlaceParameters:
     """Visual place recognition: keyframes that are recorded, and poses that are accepted."""
 
     record: bool = parameter(
-        False, help="record keyframes while the robot knows its pose; the camera is then always on"
+        False, help="record keyframes while the robot knows its pose; takes pictures at new places"
     )
     keyframe_distance: float = parameter(
         0.6, "m", above=0.0, at_most=10.0, help="motion after which the next keyframe is taken"

@@ -46,6 +46,7 @@ EXPECTED = {
     "31_dock_and_charge",
     "32_table_tops",
     "33_find_the_red_box",
+    "34_visual_kidnap",
     "36_glass_and_edges",
 }
 
