@@ -8,6 +8,7 @@ behaviour; only the driving between the stops is left out.
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -324,3 +325,19 @@ def curve(path: Path, near: Sequence[Outcome], far: Sequence[Outcome]) -> None:
     done, png = cv2.imencode(".png", pixels)
     if done:
         path.write_bytes(png.tobytes())
+
+
+def main() -> None:
+    """Measure, print the figures and write the curve."""
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--poses", type=int, default=POSES, help=f"in each office [{POSES}]")
+    arguments.add_argument("--seed", type=int, default=HELD_OUT, help=f"[{HELD_OUT}]")
+    arguments.add_argument("--jobs", type=int, default=1, help="processes, 1 or 2 [1]")
+    arguments.add_argument("--out", type=Path, default=Path("bench/places"), help="folder")
+    given = arguments.parse_args()
+    for row in run(given.poses, given.out, given.jobs, given.seed):
+        print(json.dumps(row, ensure_ascii=False))
+
+
+if __name__ == "__main__":
+    main()

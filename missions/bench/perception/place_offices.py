@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import atan2, degrees
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from missions.bench.generation.floor_plan import WALL
-from missions.bench.generation.free_space import FreeSpace
+from missions.bench.generation.free_space import CELL, FreeSpace
 from missions.bench.generation.worlds import WorldOptions, generate
 from missions.bench.layout import write_world
 from missions.bench.runs import Case
@@ -32,8 +32,8 @@ SPREAD, TOUR_CLEARANCE = 2.0, 0.35
 LEAST_HEIGHT = 0.6
 """Metres of furniture that carries posters."""
 
-IN_FRONT = 0.3
-"""Metres in front of a poster that are free of furniture."""
+IN_FRONT, CLEARANCE_CHECKED = 0.3, 0.12
+"""Metres in front of a poster at which the space is free, and how far round there."""
 
 FEATURELESS = 0.1
 """Share of the posters that are left out, so that some walls show nothing."""
@@ -78,6 +78,12 @@ class PosterOffice:
                 x, y = points[int(random.integers(len(points)))].tolist()
                 found.append(Pose2D(x, y, float(random.uniform(-np.pi, np.pi))))
         return found
+
+    def clearance_at(self, point: Sequence[float] | FloatArray) -> float:
+        """Return the distance of a point x, y to the nearest obstacle, metres."""
+        x_min, y_min, _, _ = self.plan.bounds
+        row, column = int((point[1] - y_min) / CELL), int((point[0] - x_min) / CELL)
+        return float(self.space.clearance[row, column])
 
     def tour(self) -> list[Pose2D]:
         """Return poses that together show all rooms, room by room, about SPREAD apart."""
@@ -134,8 +140,7 @@ class PosterOffice:
             x, y = middle + share * width * along + IN_FRONT * normal
             if not (x_min + 0.5 < x < x_max - 0.5 and y_min + 0.5 < y < y_max - 0.5):
                 return False
-            row, column = int((y - y_min) / 0.05), int((x - x_min) / 0.05)
-            if self.space.clearance[row, column] < 0.12:
+            if self.clearance_at((x, y)) < CLEARANCE_CHECKED:
                 return False
         return True
 

@@ -21,7 +21,6 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
-    wrap_angle,
 )
 
 SCANS = 12
@@ -53,6 +52,7 @@ class PlaceMemory:
         self._kept: list[Keyframe] = []
         self._pending: list[Keyframe] = []
         self._looked: list[tuple[float, Pose2D]] = []
+        self._looked_at: FloatArray | None = None
         self._recogniser: PlaceRecogniser | None = None
         self._last: tuple[Image, tuple[PlaceSighting, ...]] | None = None
         self._jumps, self._wants = 0, False
@@ -141,6 +141,7 @@ class PlaceMemory:
         self._recogniser, self._last = None, None
         self._kept = [] if found is None else found[0]
         self._looked = [(one.stamp, one.pose) for one in self._kept]
+        self._looked_at = None
         if found is not None:
             self._recogniser = PlaceRecogniser(found[0], self.parameters, found[1])
 
@@ -153,17 +154,20 @@ class PlaceMemory:
         if points is None or not self._is_new(pose):
             return
         self._looked.append((image.stamp, pose))
+        self._looked_at = None
         keyframe = keyframe_of(image, pose, points, self.parameters.features)
         if keyframe is not None:
             self._pending.append(keyframe)
 
     def _is_new(self, pose: Pose2D) -> bool:
-        p = self.parameters
-        return not any(
-            pose.distance_to(other) < p.keyframe_distance
-            and abs(wrap_angle(pose.heading - other.heading)) < p.keyframe_angle
-            for _, other in self._looked
-        )
+        """Whether no picture was taken near a pose in about its direction."""
+        if self._looked_at is None:
+            rows = [(other.x, other.y, other.heading) for _, other in self._looked]
+            self._looked_at = np.array(rows, dtype=np.float64).reshape(-1, 3)
+        off = np.abs(self._looked_at - (pose.x, pose.y, pose.heading))
+        turn = np.minimum(off[:, 2], 2.0 * np.pi - off[:, 2])
+        near = np.hypot(off[:, 0], off[:, 1]) < self.parameters.keyframe_distance
+        return not bool((near & (turn < self.parameters.keyframe_angle)).any())
 
     def _settle(self, now: float) -> None:
         """Keep the pending keyframes that are old enough."""
@@ -174,8 +178,10 @@ class PlaceMemory:
             self._recogniser = self._last = None
 
     def _forget_pending(self) -> None:
+        if not self._pending:
+            return
         stamps = {one.stamp for one in self._pending}
-        self._pending = []
+        self._pending, self._looked_at = [], None
         self._looked = [one for one in self._looked if one[0] not in stamps]
 
     def _trained(self) -> PlaceRecogniser:

@@ -15,10 +15,10 @@ class PlaceParameters:
         False, help="record keyframes while the robot knows its pose; takes pictures at new places"
     )
     keyframe_distance: float = parameter(
-        0.6, "m", above=0.0, at_most=10.0, help="motion after which the next keyframe is taken"
+        0.8, "m", above=0.0, at_most=10.0, help="motion after which the next keyframe is taken"
     )
     keyframe_angle: float = parameter(
-        0.45, "rad", above=0.0, at_most=3.14, help="turn after which the next keyframe is taken"
+        0.6, "rad", above=0.0, at_most=3.14, help="turn after which the next keyframe is taken"
     )
     fastest_turn: float = parameter(
         0.8, "rad/s", above=0.0, help="no keyframe is taken while the robot turns faster"
@@ -28,7 +28,7 @@ class PlaceParameters:
         help="a keyframe is kept if the localisation stays good for so long after it",
     )  # fmt: skip
     most_keyframes: int = parameter(
-        400, at_least=1, at_most=2000, help="after which no more are recorded"
+        1000, at_least=1, at_most=5000, help="after which no more are recorded"
     )
     features: int = parameter(
         400, at_least=20, at_most=2000, help="most features that are taken of a picture"

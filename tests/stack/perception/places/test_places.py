@@ -180,7 +180,7 @@ def test_keyframes_are_kept_once_the_pose_has_stayed_good():
     elsewhere = PoseEstimate(Pose2D(0.0, 3.0), np.eye(3) * 1e-3, 1.0)
     memory.update(Observation(11.8, {}), TransformBuffer(1.0), elsewhere, 0.0)
     assert memory.wants_picture
-    seen(memory, 9, Pose2D(0.1, 0.0, 0.1), 12.0)  # nearer than 0.6 m to the first, same direction
+    seen(memory, 9, Pose2D(0.1, 0.0, 0.1), 12.0)  # nearer than 0.8 m to the first, same direction
     quiet(memory, 20.0)
     assert memory.count == 4
 
