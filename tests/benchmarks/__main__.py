@@ -28,6 +28,7 @@ from tests.benchmarks import (
     hall,
     mapping,
     markers,
+    places,
     missions,
     planners,
     planning,
@@ -189,6 +190,11 @@ PERCEPTION = {
     "markers": Benchmark(
         "The pose from a marker", lambda given: markers.run(),
         setting={"camera": "scout", "pictures": markers.PICTURES},
+    ),
+    "places": Benchmark(
+        "Relocalisation by appearance",
+        lambda given: places.run(places.POSES, given.table("places").out, given.jobs),
+        setting={"robot": "scout", "poses": places.POSES, "first seed": places.HELD_OUT},
     ),
 }  # fmt: skip
 NEEDS = {"barn": "barn", "slam": "logs"}
