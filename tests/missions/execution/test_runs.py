@@ -83,6 +83,7 @@ def test_every_shipped_mission_succeeds_without_a_collision(name):
     by = {  # In 07 a marker may or may not be in view when the scans first fit again.
         "05_kidnapped": {"marker"}, "07_shelf_patrol": {"lidar", "marker"},
         "21_hotel_corridor": {"lidar"}, "26_use_the_map": {"lidar"},
+        "34_visual_kidnap": {"appearance"},
     }  # fmt: skip
     if name not in by:
         assert report.localisation_error["max"] < 0.3
