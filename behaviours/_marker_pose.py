@@ -1,4 +1,4 @@
-"""Hypotheses of the robot's pose from marker sightings, refined by scan matching.
+"""Hypotheses of the robot's pose, and those from marker sightings, refined by scan matching.
 
 A square marker at a distance has two poses with nearly the same reprojection error (IPPE, Collins
 and Bartoli, 2014). Even the correct one is accurate only in bearing and distance; the viewing angle
@@ -9,7 +9,7 @@ the map best.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, radians, sin
 
 import numpy as np
@@ -24,6 +24,13 @@ FINE_ROTATIONS = tuple(radians(angle) for angle in np.arange(-1.5, 1.6, 0.5))
 SAME_DISTANCE, SAME_HEADING = 0.4, radians(12.0)
 """Metres and radians: hypotheses closer than this are the same pose."""
 
+SURE_FIT, SURE_ERROR, LEAD = 0.6, 1.0, 0.05
+"""A hypothesis from one picture of a marker needs this fit and reprojection error (pixels); the
+best one must lead by this fit."""
+SURE_INLIERS, ANOTHER_STOP = 16, 1.0
+"""A hypothesis by appearance needs so many inliers in one picture, or two pictures that were taken
+so many seconds apart, from two stops."""
+
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
@@ -34,12 +41,30 @@ class Hypothesis:
         fit: fit of the scan to the map at this pose, in [0, 1].
         error: reprojection error, pixels.
         stamps: of the pictures that support it, seconds.
+        source: `marker` or `appearance`.
+        inliers: features that agree on it, by appearance.
     """
 
     map_from_odom: Pose2D
     fit: float
     error: float
     stamps: tuple[float, ...]
+    source: str = "marker"
+    inliers: int = 0
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether it is certain enough without further pictures."""
+        if self.source == "appearance":
+            apart = self.stamps[-1] - self.stamps[0] >= ANOTHER_STOP
+            return apart or self.inliers >= SURE_INLIERS
+        return len(self.stamps) >= 2 or (self.fit >= SURE_FIT and self.error <= SURE_ERROR)
+
+    def leads(self, rival: Hypothesis) -> bool:
+        """Whether it is better than the next best one beyond doubt."""
+        if self.source == rival.source == "appearance":
+            return self.inliers > rival.inliers
+        return self.fit - rival.fit >= LEAD or self.error < rival.error
 
     def pose(self, odometry: Pose2D) -> Pose2D:
         """Return the robot's pose in the map frame for its odometry pose."""
@@ -101,7 +126,7 @@ def merged(
             if _agree(one.pose(odometry), other.pose(odometry)):
                 best = max(one, other, key=lambda each: (each.fit, -each.error))
                 stamps = tuple(sorted({*one.stamps, *other.stamps}))
-                result[index] = Hypothesis(best.map_from_odom, best.fit, best.error, stamps)
+                result[index] = replace(best, stamps=stamps)
                 break
         else:
             result.append(one)

@@ -10,6 +10,7 @@ from py_trees.common import Status
 
 from behaviours._marker_pose import Hypothesis, hypotheses, merged
 from behaviours._odometry_trail import OdometryTrail
+from behaviours._place_pose import place_hypothesis
 from behaviours._wall_geometry import room_ahead
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
@@ -23,11 +24,8 @@ CONFIRM_AFTER, CONFIRM_WITHIN = 1.0, 2.0
 FULL_TURN, LONGEST_TURN = 2.0 * pi, 2.5 * pi
 STEP_SHARE, STEP_RANGE = 0.6, (radians(20.0), radians(60.0))
 """Part of the field of view to turn between two stops, so that pictures overlap; and its limits."""
-SURE_FIT, SURE_ERROR, LEAD = 0.6, 1.0, 0.05
-"""A hypothesis from one picture needs this fit and reprojection error (pixels); the best one must
-lead by this fit."""
 DEVIATION = 0.1
-"""Standard deviation of a pose from a marker, metres and radians."""
+"""Standard deviation of a pose from a picture, metres and radians."""
 FINE_TIME = 1.0
 MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
 
@@ -36,22 +34,24 @@ Steps = Generator[None, None, bool]
 
 
 class Relocalise(RobotBehaviour):
-    """Find the robot's pose again: by markers while turning in place, then by the lidar.
+    """Find the robot's pose again: by the camera while turning in place, then by the lidar.
 
-    A pose from a marker is accepted only if the scan fits the map there. If several poses explain
+    A picture with a known marker gives the pose by the marker; one without is compared with the
+    keyframes of the map, if it has any (`navigation: {place_recognition: {record: true}}`). Such a
+    pose is accepted only if the scan fits the map there. If several poses explain
     the lidar's scans, the robot drives to where they differ (`disambiguate`); if none does, it
     drives up to a metre and searches again. Fails with AMBIGUOUS or LOST. Takes 2 s to 25 s, longer
     if places that differ are far away.
     """
 
-    use_camera: bool = port("search for markers first", default=True)
+    use_camera: bool = port("search for markers and known places first", default=True)
     only_if_lost: bool = port(
         f"do nothing if the health stays at good_health or more for {FINE_TIME:g} s, without "
         "rival poses",
         default=False,
     )
     min_fit: float = port(
-        "least fit of the scan to the map at a pose from a marker",
+        "least fit of the scan to the map at a pose from a picture",
         default=0.35, at_least=0.0, at_most=1.0,
     )  # fmt: skip
     min_health: float = port(
@@ -60,7 +60,7 @@ class Relocalise(RobotBehaviour):
         at_least=0.0,
         at_most=1.0,
     )
-    method: str = output("source of the pose: marker, lidar, or kept if it was good")
+    method: str = output("source of the pose: marker, appearance, lidar, or kept if it was good")
 
     uses_wheels = True
     fails_with = DRIVE_FAILURES
@@ -69,6 +69,7 @@ class Relocalise(RobotBehaviour):
         """Prepare the search; it begins with the first tick."""
         self._trail = OdometryTrail()
         self._known: list[Hypothesis] = []
+        self._source = "marker"
         self._looked_until = self.robot.time
         self._steps = self._search()
 
@@ -93,12 +94,12 @@ class Relocalise(RobotBehaviour):
             self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _search(self) -> Steps:
-        """Search by markers, then by lidar; if nothing fits, move and search by lidar again."""
+        """Search by camera, then by lidar; if nothing fits, move and search by lidar again."""
         if self.only_if_lost and (yield from self._is_fine()):
             return self._found("kept")
         self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
-        if self._uses_camera() and (yield from self._by_markers()):
-            return self._found("marker")
+        if self._uses_camera() and (yield from self._by_camera()):
+            return self._found(self._source)
         if (yield from self._by_lidar()):
             return self._found("lidar")
         if self._is_ambiguous:
@@ -116,7 +117,7 @@ class Relocalise(RobotBehaviour):
         return True
 
     def _uses_camera(self) -> bool:
-        return self.use_camera and bool(self.robot.markers)
+        return self.use_camera and bool(self.robot.markers or self.robot.keyframes)
 
     def _is_fine(self) -> Steps:
         timer = self.start_timer()
@@ -126,7 +127,7 @@ class Relocalise(RobotBehaviour):
             yield
         return False
 
-    def _by_markers(self) -> Steps:
+    def _by_camera(self) -> Steps:
         """Take pictures at stops of a full turn in place."""
         picture = yield from self._new_picture(FIRST_PICTURE)
         if picture is None:
@@ -139,8 +140,9 @@ class Relocalise(RobotBehaviour):
             if (yield from self._look()):
                 return True
             if turned >= (LONGEST_TURN if self._known else FULL_TURN) - 1e-6:
-                return bool(self._known) and (yield from self._try(self._known[0]))
-            self.feedback_message = f"looking for markers, turned {degrees(turned):.0f} deg"
+                last = next((one for one in self._known if one.source == "marker"), None)
+                return last is not None and (yield from self._try(last))
+            self.feedback_message = f"looking around, turned {degrees(turned):.0f} deg"
             if not (yield from self._done(self.robot.spin(step, while_lost=True))):
                 return False
             turned += step
@@ -172,32 +174,34 @@ class Relocalise(RobotBehaviour):
         return None
 
     def _evaluate(self, stamp: float) -> None:
-        """Add the hypotheses of a picture's sightings whose scan fit is sufficient."""
-        now = self.robot.odometry
-        for sighting in self.robot.marker_sightings():
-            if sighting.stamp != stamp:
-                continue
-            then = self._trail.at(stamp)
-            new = hypotheses(sighting, then, now, self.robot.fit_at)
-            good = [one for one in new if one.fit >= self.min_fit]
-            self._known = merged(self._known, good, now)
+        """Add the hypotheses of a picture whose scan fit is sufficient.
+
+        A picture without a known marker is compared with the keyframes of the map.
+        """
+        now, then, fit = self.robot.odometry, self._trail.at(stamp), self.robot.fit_at
+        seen = [one for one in self.robot.marker_sightings() if one.stamp == stamp]
+        new = [one for sighting in seen for one in hypotheses(sighting, then, now, fit)]
+        if not seen:
+            places = [one for one in self.robot.place_sightings() if one.stamp == stamp]
+            recognised = place_hypothesis(places, then, now, fit, self.min_fit)
+            new = [] if recognised is None else [recognised]
+        self._known = merged(self._known, [one for one in new if one.fit >= self.min_fit], now)
 
     def _best(self) -> Hypothesis | None:
         """Return the best hypothesis if it is certain enough and leads the others; else None."""
         if not self._known:
             return None
         best, *others = self._known
-        sure = len(best.stamps) >= 2 or (best.fit >= SURE_FIT and best.error <= SURE_ERROR)
-        rival = others[0] if others else None
-        leads = rival is None or best.fit - rival.fit >= LEAD or best.error < rival.error
-        return best if sure and leads else None
+        return best if best.is_sure and (not others or best.leads(others[0])) else None
 
     def _try(self, hypothesis: Hypothesis) -> Steps:
         """Set the pose of a hypothesis and wait for the localisation to confirm it."""
         pose = hypothesis.pose(self.robot.odometry)
         self.robot.set_pose(
-            pose, position_deviation=DEVIATION, heading_deviation=DEVIATION, source="marker"
-        )
+            pose, position_deviation=DEVIATION, heading_deviation=DEVIATION,
+            source=hypothesis.source,
+        )  # fmt: skip
+        self._source = hypothesis.source
         if (yield from self._is_confirmed()):
             return True
         self._known = [one for one in self._known if one is not hypothesis]

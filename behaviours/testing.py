@@ -39,6 +39,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PlaceSighting,
     PointCloud,
     Pose2D,
     PoseEstimate,
@@ -93,6 +94,8 @@ class ScriptedRobot:
         picture: returned by `image()`.
         cloud: returned by `point_cloud()`.
         sightings: returned by `marker_sightings()`.
+        keyframes: of the map.
+        seen_places: returned by `place_sightings()`.
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
         tracks: moving objects.
@@ -129,6 +132,8 @@ class ScriptedRobot:
     cloud: PointCloud | None = None
     sightings: tuple[MarkerSighting, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()
+    keyframes: int = 0
+    seen_places: tuple[PlaceSighting, ...] = ()
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
     fit: Callable[[Pose2D], float] = _no_fit
@@ -207,6 +212,10 @@ class ScriptedRobot:
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Return `sightings`."""
         return self.sightings
+
+    def place_sightings(self) -> tuple[PlaceSighting, ...]:
+        """Return `seen_places`."""
+        return self.seen_places
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Return `lines`."""

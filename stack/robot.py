@@ -25,6 +25,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PlaceSighting,
     PointCloud,
     Pose2D,
     PoseEstimate,
@@ -231,6 +232,18 @@ class Robot(Protocol):
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Known markers in the newest picture; keeps the camera on, as `image` does."""
+        ...
+
+    @property
+    def keyframes(self) -> int:
+        """Number of keyframes of the map that pictures can be compared with; 0 without any."""
+        ...
+
+    def place_sightings(self) -> tuple[PlaceSighting, ...]:
+        """Poses from which the newest picture can have been taken, by the keyframes of the map.
+
+        Those that explain most of the picture come first. Keeps the camera on, as `image` does.
+        """
         ...
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:

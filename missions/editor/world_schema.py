@@ -25,7 +25,7 @@ from stack.parameters import Declaration
 from stack.sim.worlds import items
 from stack.sim.worlds.people import people
 from stack.sim.worlds.timeline import ACTIONS, event
-from stack.sim.worlds.values import FRICTION, LIGHT, Reading, X, Y
+from stack.sim.worlds.values import FLOOR, FRICTION, LIGHT, Reading, X, Y
 from stack.sim.worlds.world_file import EDGES
 
 LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
@@ -37,6 +37,7 @@ LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
     "friction_zones": (items.friction_zone, "Rectangles with another floor friction."),
     "drops": (items.drop, "Rectangles without floor, such as a stairwell."),
     "lines": (items.line, "Lines painted on the floor, which only cameras see."),
+    "posters": (items.poster, "Pictures on walls, which only cameras see."),
     "people": (people, "People who walk."),
     "docks": (items.dock, "Charging docks."),
     "timeline": (event, "World events; each entry happens once."),
@@ -55,6 +56,7 @@ def world_schema() -> Schema:
         "bounds": documented(parts(EDGES), "Area of the map: [x_min, y_min, x_max, y_max]."),
         "start": documented(pose_or_place, "Default start pose of the robot."),
         "friction": of_declaration(replace(FRICTION, default=0.9), references=False),
+        "floor": of_declaration(FLOOR, references=False),
         "light": of_declaration(LIGHT, references=False),
         "places": documented(
             {"type": "object", "additionalProperties": pose()},

@@ -44,6 +44,7 @@ from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.stage import MarkerStage
 from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.places.memory import PlaceMemory
 from stack.perception.tracking.tracker import Tracker
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
@@ -138,6 +139,7 @@ def build(
     coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     detector = _marker_detector(plan)
     markers = MarkerStage(detector, plan.choices["markers"].parameters)
+    places = _places(plan)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     objects = ObjectDetection(
@@ -151,7 +153,7 @@ def build(
     depth_camera = CameraLease(loop.camera_time)
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
-        FolderMapStore(folder, plan.mission.source.parent), markers.survey, plan.markers,
+        FolderMapStore(folder, plan.mission.source.parent), markers.survey, plan.markers, places,
     )  # fmt: skip
     facade = RobotFacade(
         FacadeParts(
@@ -174,6 +176,7 @@ def build(
             floor_lines=FloorLineDetector() if robot.camera else None,
             coloured_objects=coloured_objects if robot.camera else None,
             objects=objects,
+            places=places,
             cover=world_model.cover,
             draw=world_model.draw,
             forget_tracks=_in_turn(world_model.forget_tracks, objects.forget),
@@ -190,6 +193,7 @@ def build(
                 "coloured_objects": Tunable.of(coloured_objects),
                 "object_detector": Tunable.of(objects),
                 "markers": Tunable.of(markers),
+                "place_recognition": Tunable.of(places),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )
@@ -207,7 +211,7 @@ def build(
     sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
-        cameras=cameras, markers=markers, depth_scans=DepthScans(robot), depth=depth,
+        cameras=cameras, markers=markers, places=places, depth_scans=DepthScans(robot), depth=depth,
         obstacle_memory=obstacle_memory, objects=objects, world_model=world_model, tree=tree,
         facade=facade,
         navigator=navigator, safety=safety, camera=camera,
@@ -416,6 +420,19 @@ def _navigator(
         period=period,
         log=log,
     )
+
+
+def _places(plan: PreparedMission) -> PlaceMemory:
+    """Return the memory of places, with the keyframes that are saved with the map."""
+    robot = plan.robot
+    places = PlaceMemory(
+        robot.main_lidar, has_camera=robot.camera is not None,
+        parameters=plan.choices["place_recognition"].parameters,
+    )  # fmt: skip
+    folder = map_folder(plan.mission.map, plan.mission.source.parent)
+    if folder is not None:
+        places.load(folder)
+    return places
 
 
 def _discard(text: str) -> None:

@@ -28,6 +28,7 @@ from stack.perception.depth.parameters import DepthParameters
 from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
+from stack.perception.places.parameters import PlaceParameters
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
@@ -54,6 +55,7 @@ SETTINGS: dict[str, type] = {
     "coloured_objects": ColourParameters,
     "object_detector": ObjectDetectorParameters,
     "markers": MarkerParameters,
+    "place_recognition": PlaceParameters,
     "obstacle_memory": ObstacleMemoryParameters,
     "loop": LoopParameters,
     "recording": RecordingParameters,

@@ -38,6 +38,7 @@ from stack.errors import InputError, ParameterError
 from stack.mapping.limits import MAX_CELLS
 from stack.parameters import read_quantity, suggestion
 from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.places.keyframe_files import check_keyframes
 from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
@@ -282,8 +283,11 @@ def _check_estimator(choice: Choice, marks: _Marks, belief: Pose2D | None) -> No
         raise InputError([Finding(mark, "E111", sentence, "use `localisation: mcl`, or give one")])
     if marks.mission.map == "none":
         return
+    folder = map_folder(marks.mission.map, marks.mission.source.parent)
+    if folder is not None:
+        check_keyframes(folder)
     try:
-        estimator.check_map(map_folder(marks.mission.map, marks.mission.source.parent))
+        estimator.check_map(folder)
     except InputError as error:
         raise InputError([Finding(marks.of("map"), "E111", str(error))]) from None
 

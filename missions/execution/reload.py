@@ -39,6 +39,7 @@ TUNED = {
     "depth": ("depth",), "cameras": ("cameras",), "coloured_objects": ("coloured_objects",),
     "object_detector": ("object_detector",),
     "markers": ("markers",),
+    "place_recognition": ("place_recognition",),
     "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""

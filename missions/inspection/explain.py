@@ -80,6 +80,8 @@ FILE_CODES: dict[str, Code] = {
                  "version", "", "save the map again, or use the kept `.bak`"),
     "E404": Code("trajectory", "a line is not `t x y theta` and not in TUM's format", "1.0 2.0",
                  "write `t x y theta`"),
+    "E407": Code("map: keyframes", "keyframes.npz beside a map is damaged, or of another version",
+                 "", "save the map again, or delete the file: the map works without it"),
     "E501": Code("log: kind", "the file is not a log that can be played, or lacks odometry or "
                  "scans", "robot: {use: replayed, log: notes.txt}",
                  "give a CARMEN log, a ROS bag or a sensors.mcap"),

@@ -19,6 +19,7 @@ from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.tasks import CostmapLike
 from stack.perception.markers.survey import MarkerSurvey
+from stack.perception.places.memory import PlaceMemory
 from stack.types import (
     FREE,
     LETHAL_COST,
@@ -65,6 +66,7 @@ class MapService:
         store: of saved maps.
         survey: of markers; None without a camera.
         markers: the known ones, which are saved with the surveyed ones.
+        places: keyframes that are saved with the map.
 
     Attributes:
         surveyed: markers that the survey had found when the map was saved last, map frame.
@@ -73,12 +75,12 @@ class MapService:
     def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, robot: RobotDescription, estimator: Estimator, costmap: CostmapLike,
         static: OccupancyGrid | None, store: MapStore, survey: MarkerSurvey | None = None,
-        markers: Sequence[Marker] = (),
+        markers: Sequence[Marker] = (), places: PlaceMemory | None = None,
     ) -> None:  # fmt: skip
         self._survey, self._markers = survey, tuple(markers)
         self.surveyed: tuple[Marker, ...] = ()
         self._robot, self._estimator, self._costmap = robot, estimator, costmap
-        self._static, self._store = static, store
+        self._static, self._store, self._places = static, store, places
         self._sensed: tuple[int, OccupancyGrid] | None = None
         self._area: tuple[OccupancyGrid, float] | None = None
 
@@ -125,12 +127,14 @@ class MapService:
         return coverage_plan(self.grid, pose, clearance or radius, spacing, corners)
 
     def save(self, name: str) -> str:
-        """Save the map and what the estimator adds, for example its pose graph.
+        """Save the map, its keyframes and what the estimator adds, for example its pose graph.
 
         Raises:
             NavigationError: FAILED if it cannot be written.
         """
-        files = folder_contents(self.grid, {**self._estimator.map_files(), **self._marker_map()})
+        keyframes = {} if self._places is None else self._places.files()
+        own = {**self._estimator.map_files(), **self._marker_map(), **keyframes}
+        files = folder_contents(self.grid, own)
         try:
             return self._store.save(name, files)
         except OSError as error:
@@ -146,7 +150,7 @@ class MapService:
         return {MARKERS_YAML: text.encode()}
 
     def load(self, name: str, pose: Pose2D | None) -> OccupancyGrid:
-        """Load a saved map into the estimator and use it from now on.
+        """Load a saved map into the estimator, and its keyframes, and use it from now on.
 
         Args:
             name: of the folder, or of a map.yaml.
@@ -161,6 +165,8 @@ class MapService:
         try:
             grid = read_ros_map(path / MAP_YAML if path.is_dir() else path)
             self._estimator.load_map(grid, folder, pose)
+            if self._places is not None:
+                self._places.load(folder)
         except (InputError, ParameterError) as error:
             raise NavigationError(FailureCode.FAILED, f"cannot load {name!r}: {error}") from None
         self._static = grid

@@ -25,6 +25,7 @@ from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
 from stack.perception.depth.cloud import point_cloud
+from stack.perception.places.memory import PlaceMemory
 from stack.robot import JsonValue
 from stack.types import (
     Battery,
@@ -44,6 +45,7 @@ from stack.types import (
     ObjectColour,
     OccupancyGrid,
     Path,
+    PlaceSighting,
     PointCloud,
     Pose2D,
     PoseEstimate,
@@ -142,6 +144,7 @@ class FacadeParts:
         coloured_objects: likewise.
         objects: detections of a model; None without one.
         depth_camera: keeps the depth cameras on while point clouds are requested.
+        places: keyframes of the map; None when they are not used.
     """
 
     robot: RobotDescription
@@ -167,6 +170,7 @@ class FacadeParts:
     coloured_objects: ColouredObjectDetector | None = None
     objects: ObjectDetection | None = None
     depth_camera: CameraLease = field(default_factory=CameraLease)
+    places: PlaceMemory | None = None
 
 
 class RobotFacade:
@@ -361,6 +365,18 @@ class RobotFacade:
         if image is None or detector is None:
             return ()
         return detector.sightings(image)
+
+    @property
+    def keyframes(self) -> int:
+        """Number of keyframes of the map that pictures can be compared with."""
+        return 0 if self._parts.places is None else self._parts.places.count
+
+    def place_sightings(self) -> tuple[PlaceSighting, ...]:
+        """Poses from which the newest image can have been taken; keeps the camera on."""
+        image, places = self.image(), self._parts.places
+        if image is None or places is None:
+            return ()
+        return places.sightings(image, self._parts.frames)
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Lines on the floor around the robot; keeps the camera on like `image`."""

@@ -19,6 +19,7 @@ from stack.perception.depth.scan import DepthScans
 from stack.perception.markers.stage import MarkerStage
 from stack.perception.objects.detection import ObjectDetection
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.places.memory import PlaceMemory
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Debugging, Layer, TreeRow
@@ -145,6 +146,7 @@ class Parts:
     cameras: CameraWatch
     depth_scans: DepthScans
     markers: MarkerStage
+    places: PlaceMemory
     depth: DepthObstacles
     obstacle_memory: ObstacleMemory
     objects: ObjectDetection

@@ -119,6 +119,8 @@ class Runtime:
             p.markers.add_views(observation, p.frames, estimate)
             if estimate.jumps != before.jumps:
                 p.facade.estimate_jumped(before.pose, estimate.pose)
+        with measure("places"):
+            p.places.update(observation, p.frames, estimate, motion.twist.angular)
         with measure("obstacles"):
             smooth = smooth_observation(observation)
             depth = p.depth.update(smooth, p.frames)
@@ -303,7 +305,8 @@ class Runtime:
     @property
     def _captures(self) -> bool:
         p, now = self.parts, self.parts.body.time
-        return p.camera.is_active(now) or p.markers.wants_picture(now)
+        asked = p.camera.is_active(now) or p.markers.wants_picture(now)
+        return asked or p.places.wants_picture
 
     @property
     def _measures_depth(self) -> bool:

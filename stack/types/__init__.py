@@ -44,6 +44,7 @@ from stack.types.grids import (
     OccupancyGrid,
 )
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
+from stack.types.places import PlaceSighting
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
@@ -123,6 +124,7 @@ __all__ = [
     "Odometry",
     "PointCloud",
     "Path",
+    "PlaceSighting",
     "Pose2D",
     "HealthThresholds",
     "PoseCandidate",

@@ -33,6 +33,7 @@ from tests.benchmarks import (
     marker_survey,
     markers,
     missions,
+    places,
     planners,
     planning,
     recording,
@@ -227,6 +228,11 @@ PERCEPTION = {
         "Surveyed markers of the office",
         lambda given: marker_survey.run(HELD_OUT, SURVEYS),
         setting={**OFF, "first seed": HELD_OUT, "seeds": SURVEYS},
+    ),
+    "places": Benchmark(
+        "Relocalisation by appearance",
+        lambda given: places.run(places.POSES, given.table("places").out, given.jobs),
+        setting={"robot": "scout", "poses": places.POSES, "first seed": places.HELD_OUT},
     ),
 }  # fmt: skip
 NEEDS = {"barn": "barn", "slam": "logs"}

@@ -138,6 +138,13 @@ LAYOUTS: dict[str, Layout] = {
         "largest": "{largest cm:.1f} cm, {largest °:.1f}°",
         "within 2 deviations": "{within 2 deviations %:.0f} %",
     }),
+    "places": Layout({
+        "poses in": "{poses in}", "keyframes": "{keyframes}", "poses": "{poses}",
+        "accepted": "{accepted}", "within 0.15 m and 3°": "{right}", "95 %": "{95 %}",
+        "pictures": "{pictures:g}",
+        "median error": "{error cm:.1f} cm, {error °:.2f}°",
+        "largest": "{largest cm:.1f} cm, {largest °:.2f}°",
+    }),
     "missions": Layout(
         {
             "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",

@@ -1,4 +1,4 @@
-"""Fiducial boards: one textured square per marker, because boxes have no texture coordinates.
+"""Fiducial boards and posters: textured rectangles, because boxes have no texture coordinates.
 
 The image comes from OpenCV's dictionary. A white margin makes the board 1.25 times the marker's
 size; detectors need a light margin around a marker (Garrido-Jurado et al., 2014).
@@ -10,10 +10,10 @@ from math import cos, sin
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stack.errors import BodyError
 from stack.sim.physics.meshes import file_name
+from stack.sim.worlds.world import Poster
 from stack.types import Marker
 
 BOARD_RATIO = 1.25
@@ -46,23 +46,28 @@ def board_texture(marker: Marker, folder: FilePath) -> FilePath:
     return path
 
 
-def read_board(file: FilePath) -> NDArray[np.uint8]:
-    """Return the picture (rows, columns, 3) of a board that `board_texture` has written."""
-    import cv2
-
-    return np.asarray(cv2.imread(str(file)), dtype=np.uint8)
-
-
 def board_quad(marker: Marker, folder: FilePath) -> FilePath:
     """Write a marker's board in world coordinates as an OBJ file with texture coordinates."""
-    half = marker.size * BOARD_RATIO / 2.0
-    forward = np.array([cos(marker.heading), sin(marker.heading), 0.0])
-    right = np.array(
-        [-sin(marker.heading), cos(marker.heading), 0.0]
-    )  # as seen from in front of the board
+    side = marker.size * BOARD_RATIO
+    return _quad(marker.position, marker.heading, (side, side), folder)
+
+
+def poster_quad(poster: Poster, folder: FilePath) -> FilePath:
+    """Write a poster in world coordinates as an OBJ file with texture coordinates."""
+    return _quad(poster.position, poster.heading, poster.size, folder)
+
+
+def _quad(
+    position: tuple[float, float, float], heading: float, size: tuple[float, float],
+    folder: FilePath,
+) -> FilePath:  # fmt: skip
+    """Write an upright rectangle that faces a heading; size: width and height, metres."""
+    half = size[0] / 2.0, size[1] / 2.0
+    forward = np.array([cos(heading), sin(heading), 0.0])
+    right = np.array([-sin(heading), cos(heading), 0.0])  # as seen from in front of the board
     up = np.array([0.0, 0.0, 1.0])
-    middle = np.array(marker.position) + STAND_OFF * forward
-    corners = [middle + half * (u * right + v * up) for u, v in _CORNERS]
+    middle = np.array(position) + STAND_OFF * forward
+    corners = [middle + half[0] * u * right + half[1] * v * up for u, v in _CORNERS]
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in corners]
     lines += [f"vt {(u + 1) / 2:.1f} {(v + 1) / 2:.1f}" for u, v in _CORNERS]
     lines += ["vn {:.6f} {:.6f} {:.6f}".format(*forward)]

@@ -29,6 +29,9 @@ PILLAR_SIDES = 12
 PAINT_HEIGHT = 0.004
 """Metres of paint above the floor, enough for the renderer to tell which is on top."""
 
+LEVEL = 0.7
+"""Vertical part of the normal of a face from which on it counts as level."""
+
 LEAST_MITRE = 0.35
 """Cosine of half the turn at a corner, below which its outer point is cut off."""
 
@@ -50,6 +53,33 @@ class Mesh:
         lines += [f"f {n} {n + 1} {n + 2}" for n in range(1, len(vertices), 3)]
         return "\n".join(lines) + "\n"
 
+    def tiled_obj(self, side: float) -> str:
+        """Return the mesh as a Wavefront OBJ text with texture coordinates.
+
+        A square image repeats every `side` metres: on upright faces along the wall and from the
+        floor up, on level ones along x and y.
+        """
+        vertices = self.corners.reshape(-1, 3)
+        edges = np.diff(self.corners, axis=1)
+        normals = np.cross(edges[:, 0], edges[:, 1])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        across = np.column_stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))])
+        level = np.abs(normals[:, 2]) > LEVEL
+        across[level] = (1.0, 0.0, 0.0)
+        up = np.where(level[:, None], (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        tiles = np.stack([
+            np.einsum("nij,nj->ni", self.corners, across), np.einsum("nij,nj->ni", self.corners, up)
+        ], axis=2) / side  # fmt: skip
+        tiles -= np.floor(tiles.min(axis=1, keepdims=True))  # the renderer repeats upwards only
+        lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
+        lines += [f"vt {u:.6f} {v:.6f}" for u, v in tiles.reshape(-1, 2)]
+        lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in normals]
+        lines += [
+            f"f {n}/{n}/{face} {n + 1}/{n + 1}/{face} {n + 2}/{n + 2}/{face}"
+            for face, n in enumerate(range(1, len(vertices), 3), start=1)
+        ]
+        return "\n".join(lines) + "\n"
+
 
 def file_name(content: str | bytes, ending: str) -> str:
     """Return a file name from a hash of the content; PyBullet caches meshes by file name."""
@@ -57,19 +87,22 @@ def file_name(content: str | bytes, ending: str) -> str:
     return f"{sha256(raw).hexdigest()[:24]}.{ending}"
 
 
-def static_meshes(world: World, *, glass: bool = True) -> dict[Colour, Mesh]:
+def static_meshes(world: World, *, glass: bool = True, textured: bool = True) -> dict[Colour, Mesh]:
     """Return the static meshes of a world by colour, in order of first appearance.
 
     Args:
         world: with walls, boxes and cylinders.
         glass: whether walls of glass are contained.
+        textured: whether walls and boxes with a texture are contained.
     """
     parts: dict[Colour, list[FloatArray]] = {}
     for wall in world.walls:
-        if wall.glass and not glass:
+        if (wall.glass and not glass) or (wall.texture != "plain" and not textured):
             continue
         parts.setdefault(wall.colour, []).extend(_wall(wall))
     for box in world.boxes:
+        if box.texture != "plain" and not textured:
+            continue
         parts.setdefault(box.colour, []).append(box_prism(box.pose, box.size, box.elevation))
     for cylinder in world.cylinders:
         parts.setdefault(cylinder.colour, []).append(_cylinder(cylinder))
@@ -80,6 +113,18 @@ def glass_meshes(world: World) -> dict[Colour, Mesh]:
     """Return the meshes of the walls of glass by colour, in order of first appearance."""
     panes = tuple(wall for wall in world.walls if wall.glass)
     return static_meshes(replace(world, walls=panes, boxes=(), cylinders=()))
+
+
+def textured_meshes(world: World) -> dict[str, Mesh]:
+    """Return the meshes of the walls and boxes with a texture, by its name."""
+    parts: dict[str, list[FloatArray]] = {}
+    for wall in world.walls:
+        if wall.texture != "plain" and not wall.glass:
+            parts.setdefault(wall.texture, []).extend(_wall(wall))
+    for box in world.boxes:
+        if box.texture != "plain":
+            parts.setdefault(box.texture, []).append(box_prism(box.pose, box.size, box.elevation))
+    return {texture: Mesh(np.concatenate(corners)) for texture, corners in parts.items()}
 
 
 def floor(bounds: Bounds, drops: Sequence[Drop]) -> Mesh:

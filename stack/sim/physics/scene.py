@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.sim.physics.boards import board_quad, board_texture, read_board
+from stack.sim.physics.boards import board_quad, board_texture, poster_quad
 from stack.sim.physics.meshes import (
     Mesh,
     file_name,
@@ -21,6 +21,14 @@ from stack.sim.physics.meshes import (
     pits,
     slab,
     static_meshes,
+    textured_meshes,
+)
+from stack.sim.physics.textures import (
+    TILE_SIDES,
+    poster_picture,
+    read_picture,
+    texture_picture,
+    write_picture,
 )
 from stack.sim.worlds.world import Colour, Door, World
 from stack.types import Pose2D
@@ -40,7 +48,7 @@ class Scene:
     Attributes:
         floor: body number of the floor.
         obstacles: body number -> description, of all bodies with a collision shape but the floor.
-        textures: body number -> (rows, columns, 3) uint8, of the markers' boards.
+        textures: body number -> (rows, columns, 3) uint8, of boards, posters and textures.
     """
 
     def __init__(self, bullet: Any, client: int, world: World, folder: FilePath) -> None:
@@ -89,7 +97,7 @@ class Scene:
 
     @classmethod
     def with_visual_shapes(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
-        """Build a scene for rendering: one mesh per colour, floor, doors, people and markers.
+        """Build a scene for rendering: a mesh per colour or texture, floor, doors, people, boards.
 
         Glass is hidden until `show_glass` is called: neither a lidar nor a depth camera sees it.
 
@@ -98,8 +106,10 @@ class Scene:
         """
         scene = cls(bullet, client, world, folder)
         scene.floor = scene._add_visual_floor(world)
-        for colour, mesh in static_meshes(world, glass=False).items():
+        for colour, mesh in static_meshes(world, glass=False, textured=False).items():
             scene._add_visual_mesh(scene._write(mesh), colour)
+        for texture, mesh in textured_meshes(world).items():
+            scene._add_tiled(mesh, texture)
         for colour, mesh in glass_meshes(world).items():
             scene._glass.append(scene._add_visual_mesh(scene._write(mesh), colour))
         scene.show_glass(False)
@@ -110,11 +120,10 @@ class Scene:
         for person in world.people:
             scene._add_person(person.radius, visible=True)
         for marker in world.markers:
-            body = scene._add_visual_mesh(board_quad(marker, folder), (1.0, 1.0, 1.0))
-            file = board_texture(marker, folder)
-            texture = bullet.loadTexture(str(file), physicsClientId=client)
-            scene.textures[body] = read_board(file)
-            bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
+            scene._add_picture(board_quad(marker, folder), board_texture(marker, folder))
+        for poster in world.posters:
+            picture = write_picture(poster_picture(poster.number, poster.size), folder)
+            scene._add_picture(poster_quad(poster, folder), picture)
         return scene
 
     @property
@@ -173,13 +182,33 @@ class Scene:
         )
         return self._add_static_body(visual=shape)
 
+    def _add_picture(self, mesh: FilePath, picture: FilePath) -> int:
+        """Add a mesh with texture coordinates that shows a picture."""
+        body = self._add_visual_mesh(mesh, (1.0, 1.0, 1.0))
+        number = self._bullet.loadTexture(str(picture), physicsClientId=self._client)
+        self._bullet.changeVisualShape(
+            body, -1, textureUniqueId=number, physicsClientId=self._client
+        )
+        self.textures[body] = read_picture(picture)
+        return body
+
+    def _add_tiled(self, mesh: Mesh, texture: str) -> int:
+        """Add a mesh that a texture covers."""
+        text = mesh.tiled_obj(TILE_SIDES[texture])
+        path = self._folder / file_name(text, "obj")
+        path.write_text(text)
+        return self._add_picture(path, write_picture(texture_picture(texture), self._folder))
+
     def _add_visual_floor(self, world: World) -> int:
         x_min, y_min, x_max, y_max = world.bounds
         margin = 2.0  # the floor extends beyond the edge of the map
         bounds = (x_min - margin, y_min - margin, x_max + margin, y_max + margin)
         for pit in pits(world.drops):
             self._add_visual_mesh(self._write(pit), PIT_COLOUR)
-        return self._add_visual_mesh(self._write(floor(bounds, world.drops)), FLOOR_COLOUR)
+        ground = floor(bounds, world.drops)
+        if world.floor != "plain":
+            return self._add_tiled(ground, world.floor)
+        return self._add_visual_mesh(self._write(ground), FLOOR_COLOUR)
 
     def _add_door(self, door: Door, *, visible: bool) -> int:
         pose, length = slab(np.array(door.start), np.array(door.end))

@@ -24,15 +24,18 @@ from stack.sim.worlds.values import (
     HEIGHT,
     NAME,
     ON_MAP,
+    POSTER_SIZE,
     RADIUS,
     SHAPE,
     SIZE,
+    TEXTURE,
     THICKNESS,
     UNKNOWN_NAME,
     Reading,
     length,
 )  # fmt: skip
 from stack.sim.worlds.world import (
+    POSTER,
     Box,
     Colour,
     Cylinder,
@@ -41,6 +44,7 @@ from stack.sim.worlds.world import (
     Drop,
     FloorLine,
     FrictionZone,
+    Poster,
     Wall,
 )  # fmt: skip
 from stack.types import Marker, wrap_angle
@@ -62,12 +66,12 @@ def wall(reading: Reading, section: Section) -> Wall | None:
     )
     thickness, height = section.value(THICKNESS), section.value(HEIGHT)
     colour, on_map = _colour(section, Wall), section.value(ON_MAP)
-    glass = section.value(GLASS)
+    glass, texture = section.value(GLASS), section.value(TEXTURE)
     if points is None:
         return None
     if closed:
         points = np.vstack([points, points[:1]])
-    return Wall(points, thickness, height, colour, on_map, glass)
+    return Wall(points, thickness, height, colour, on_map, glass, texture)
 
 
 def box(reading: Reading, section: Section) -> Box | None:
@@ -78,9 +82,10 @@ def box(reading: Reading, section: Section) -> Box | None:
     size = None if size_node is None else section.parts("size", size_node, SIZE)
     name, on_map = section.value(NAME), section.value(ON_MAP)
     colour, elevation = _colour(section, Box), section.value(ELEVATION)
+    texture = section.value(TEXTURE)
     if pose is None or size is None:
         return None
-    return Box(pose, (size[0], size[1], size[2]), colour, on_map, name, elevation)
+    return Box(pose, (size[0], size[1], size[2]), colour, on_map, name, elevation, texture)
 
 
 def cylinder(reading: Reading, section: Section) -> Cylinder | None:
@@ -122,6 +127,24 @@ def marker(reading: Reading, section: Section) -> Marker | None:
         reading.take(f"{dictionary} marker", number, mark)
 
     return read_marker(section, take, UNKNOWN_NAME)
+
+
+def poster(reading: Reading, section: Section) -> Poster | None:
+    """Read a poster; several may show the same picture."""
+    number = section.value(
+        Declaration("id", int, "number of its picture", at_least=0, at_most=999_999)
+    )
+    at = reading.point(section, "at")
+    height = section.value(
+        length("height", "height of its centre above the floor", 0.55, at_most=20.0)
+    )
+    facing = section.value(Declaration("facing", float, "direction it faces", "rad"))
+    node = section.node_of("size")
+    size = None if node is None else section.parts("size", node, POSTER_SIZE)
+    if number is None or at is None or facing is None:
+        return None
+    width, tall = size or POSTER
+    return Poster(number, (at[0], at[1], height), wrap_angle(facing), (width, tall))
 
 
 def friction_zone(reading: Reading, section: Section) -> FrictionZone | None:

@@ -12,6 +12,7 @@ import numpy as np
 from stack.documents import Findings, Mark, Node, Section
 from stack.mapping.limits import FARTHEST
 from stack.parameters import Declaration, suggestion
+from stack.sim.worlds.world import TEXTURES
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 SHAPE = "E201"
@@ -50,6 +51,7 @@ ELEVATION = Declaration(
 )  # fmt: skip
 RADIUS = length("radius", "radius of the circle")
 SIZE = tuple(length(name, "") for name in ("length", "width", "height"))
+POSTER_SIZE = tuple(length(name, "", at_most=20.0) for name in ("width", "height"))
 COLOUR = tuple(
     Declaration(name, float, "0 to 1", at_least=0.0, at_most=1.0)
     for name in ("red", "green", "blue")
@@ -61,6 +63,13 @@ CORNER_RADIUS = Declaration(
     "corner_radius", float, "radius of the arcs at its corners", "m", 0.0,
     at_least=0.0, at_most=FARTHEST,
 )  # fmt: skip
+TEXTURE = Declaration(
+    "texture", str, "picture that covers it instead of the colour; only cameras see it",
+    default="plain", one_of=TEXTURES,
+)  # fmt: skip
+FLOOR = Declaration(
+    "floor", str, "texture of the floor; only cameras see it", default="plain", one_of=TEXTURES
+)
 LIGHT = Declaration(
     "light", float, "brightness of camera pictures; above 1 bright surfaces saturate",
     default=1.0, at_least=0.0, at_most=10.0,

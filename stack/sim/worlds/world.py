@@ -14,6 +14,12 @@ from stack.types import DockShape, FloatArray, Marker, Pose2D, wrap_angle
 
 Colour = tuple[float, float, float]
 
+TEXTURES = ("plain", "wallpaper", "wood", "brick", "carpet", "tiles")
+"""Of walls, boxes and floors; `plain` shows the colour (stack/sim/physics/textures.py)."""
+
+POSTER = (0.6, 0.45)
+"""Width and height of a poster, metres, unless its file says otherwise."""
+
 CONTACT_GAP, CONTACT_ASIDE, CONTACT_ANGLE = (-0.005, 0.04), 0.02, radians(4.0)
 """Gap between a robot's front and the face of a dock, metres to the side, and radians, within which
 its sprung contacts touch."""
@@ -26,6 +32,7 @@ class Wall:
     """A polyline of upright slabs with filled joints. points: (n, 2) metres, n >= 2.
 
     Sonars measure glass; lidars and depth cameras see through it, cameras see a faint tint.
+    A texture replaces the colour.
     """
 
     points: FloatArray
@@ -34,6 +41,7 @@ class Wall:
     colour: Colour = (0.75, 0.77, 0.80)
     on_map: bool = True
     glass: bool = False
+    texture: str = "plain"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +57,7 @@ class Box:
     on_map: bool = True
     name: str = ""
     elevation: float = 0.0
+    texture: str = "plain"
 
     def reaches(self, height: float) -> bool:
         """Return whether the box is at a height, metres above the floor."""
@@ -123,6 +132,23 @@ class FloorLine:
     points: FloatArray
     width: float = 0.05
     colour: Colour = (0.05, 0.05, 0.05)
+
+
+@dataclass(frozen=True, slots=True)
+class Poster:
+    """A picture on a wall: only cameras see it.
+
+    Attributes:
+        number: the same number is the same picture in every world.
+        position: (x, y, z) of its centre, metres.
+        heading: direction it faces, radians.
+        size: (width, height), metres.
+    """
+
+    number: int
+    position: tuple[float, float, float]
+    heading: float
+    size: tuple[float, float] = POSTER
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,6 +293,8 @@ class World:
         places: named poses for missions; places of the mission take precedence.
         start: start pose of the robot when the mission has none.
         friction: friction coefficient of the floor outside the friction zones.
+        posters: pictures on walls.
+        floor: texture of the floor, one of TEXTURES.
         light: brightness of camera pictures: 1 normal; above it bright surfaces saturate.
         source: the file that the world was read from.
         warnings: elements of that file that were ignored or replaced.
@@ -282,12 +310,14 @@ class World:
     friction_zones: tuple[FrictionZone, ...] = ()
     drops: tuple[Drop, ...] = ()
     lines: tuple[FloorLine, ...] = ()
+    posters: tuple[Poster, ...] = ()
     people: tuple[Person, ...] = ()
     docks: tuple[Dock, ...] = ()
     timeline: tuple[WorldEvent, ...] = ()
     places: dict[str, Pose2D] = field(default_factory=dict)
     start: Pose2D = Pose2D(0.0, 0.0)
     friction: float = 0.9
+    floor: str = "plain"
     light: float = 1.0
     source: FilePath | None = None
     warnings: tuple[Finding, ...] = ()

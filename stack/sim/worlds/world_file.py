@@ -24,6 +24,7 @@ from stack.sim.worlds.people import people
 from stack.sim.worlds.timeline import event
 from stack.sim.worlds.values import (
     EMPTY,
+    FLOOR,
     FRICTION,
     LIGHT,
     PLACEMENT,
@@ -39,8 +40,8 @@ MARGIN = 0.5
 
 KEYS = (
     "world", "walls", "boxes", "places", "bounds", "cylinders", "doors", "markers", "people",
-    "docks", "timeline", "start", "friction", "friction_zones", "drops", "lines", "light",
-    "format", "doc",
+    "docks", "timeline", "start", "friction", "friction_zones", "drops", "lines", "posters",
+    "floor", "light", "format", "doc",
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
@@ -104,12 +105,14 @@ def read_world(path: Path, text: str | None = None) -> World:
         friction_zones=reading.each(top, "friction_zones", "a zone", items.friction_zone),
         drops=reading.each(top, "drops", "a drop", items.drop),
         lines=reading.each(top, "lines", "a line", items.line),
+        posters=reading.each(top, "posters", "a poster", items.poster),
         people=tuple(chain.from_iterable(reading.each(top, "people", "a person", people))),
         docks=reading.each(top, "docks", "a dock", items.dock),
         timeline=reading.each(top, "timeline", "a timeline entry", event),
         places=reading.places,
         start=_start(reading, top),
         friction=top.value(replace(FRICTION, default=0.9)),
+        floor=top.value(FLOOR),
         light=top.value(LIGHT),
         source=path,
     )
@@ -180,7 +183,7 @@ def _check_size(top: Section, reading: Reading, world: World) -> None:
 
 
 def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
-    """Check that the start, places and markers are inside the bounds and not inside a solid."""
+    """Check that start, places, markers and posters are inside the bounds and in no solid."""
     x_min, y_min, x_max, y_max = world.bounds
     placed = list(_placed(top.node, world))
     points = np.array([(x, y) for _, _, x, y in placed])
@@ -199,7 +202,7 @@ def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
 
 
 def _placed(node: Node, world: World) -> Iterator[tuple[str, Mark, float, float]]:
-    """Yield name, position in the file, x and y of the start, the places and the markers."""
+    """Yield name, position in the file, x and y of the start, places, markers and posters."""
     start = node.get("start")
     yield "the start", start.mark if start else node.mark, world.start.x, world.start.y
     places = node.get("places")
@@ -211,3 +214,8 @@ def _placed(node: Node, world: World) -> Iterator[tuple[str, Mark, float, float]
         at = entry.get("at")
         x, y, _ = marker.position
         yield f"marker {marker.number}", at.mark if at else entry.mark, x, y
+    posters = node.get("posters")
+    for entry, poster in zip(posters.items if posters else (), world.posters, strict=True):
+        at = entry.get("at")
+        x, y, _ = poster.position
+        yield f"poster {poster.number}", at.mark if at else entry.mark, x, y

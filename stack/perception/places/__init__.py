@@ -1,0 +1,1 @@
+"""Visual place recognition: keyframes of a map, their retrieval, and the pose of a picture."""
