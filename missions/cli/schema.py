@@ -24,7 +24,7 @@ def schema(
         typer.Option(metavar="PLUGIN", help="plugin to include, as under `plugins` of a mission"),
     ] = None,
 ) -> None:
-    """Print the JSON Schema of mission, world or robot files, or of maps of markers.
+    """Print the JSON Schema of a kind of file, for editors.
 
     docs/editors.md says how to use it in an editor.
     """

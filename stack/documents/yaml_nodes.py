@@ -40,12 +40,14 @@ class Node:
         kind: "scalar", "sequence" or "mapping".
         mark: position of its start.
         quoted: a scalar in quotes or a block scalar, which is always text.
+        folded: a scalar of several lines in the file.
     """
 
     value: Any
     kind: str
     mark: Mark
     quoted: bool = False
+    folded: bool = False
 
     @property
     def is_mapping(self) -> bool:
@@ -260,9 +262,10 @@ class _Composer:
             shown = printable(repr(event.value[:60]))
             sentence = f"the text {shown} contains control characters"
             self.findings.error("E013", mark, sentence, "remove them")
+        folded = event.end_mark.line > event.start_mark.line
         if event.style in ("'", '"', "|", ">"):
-            return Node(event.value, "scalar", mark, quoted=True)
-        return Node(self._core_value(event.value, mark), "scalar", mark)
+            return Node(event.value, "scalar", mark, quoted=True, folded=folded)
+        return Node(self._core_value(event.value, mark), "scalar", mark, folded=folded)
 
     def _core_value(self, text: str, mark: Mark) -> Any:
         if text in _WORDS:

@@ -139,7 +139,7 @@ class ColouredObjectDetector:
             if place is None or place[1] > p.farthest:
                 continue
             point, distance, deviation = place
-            width, height = size_of(patch, camera, distance)
+            width, height = size_of(patch.box, camera, distance)
             if max(width, height) < p.least_size:
                 continue
             x, y = base.transform(point[None])[0].tolist()
@@ -197,9 +197,17 @@ def _ray(camera: CameraModel, column: float, row: float) -> FloatArray:
     return direction
 
 
-def size_of(patch: Patch, camera: CameraModel, distance: float) -> tuple[float, float]:
-    """Return width and height of what a patch shows at a distance, metres."""
-    left, top, right, bottom = patch.box
+def size_of(
+    box: tuple[float, float, float, float], camera: CameraModel, distance: float
+) -> tuple[float, float]:
+    """Return width and height of what a box in the picture shows at a distance, metres.
+
+    Args:
+        box: left, top, right, bottom, pixels.
+        camera: that has taken the picture.
+        distance: metres.
+    """
+    left, top, right, bottom = box
     if not camera.is_distorted:
         return distance / camera.fx * (right - left), distance / camera.fy * (bottom - top)
     row, column = (top + bottom) / 2, (left + right) / 2

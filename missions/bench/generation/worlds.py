@@ -108,11 +108,16 @@ def _plan(options: WorldOptions, random: Generator) -> FloorPlan:
 
 
 def _add_places(plan: FloorPlan, space: FreeSpace, random: Generator) -> None:
-    """Add a place in each room, in which the robot can turn; in large ones more than one."""
+    """Add a place in each room, in which the robot can turn; in large ones more than one.
+
+    A small room full of furniture has none.
+    """
     for room in plan.rooms:
         points = space.points_in(room, PLACE_CLEARANCE)
         if not points.size:
             points = space.points_in(room, 0.0)
+        if not points.size:
+            continue
         for number in range(1 + min(5, int(room.area / PLACE_AREA))):
             x, y = points[int(random.integers(len(points)))].round(3).tolist()
             name = f"{room.name}_{number + 1}" if number else room.name

@@ -97,7 +97,7 @@ class ValueReader:
         name = reference_name(node)
         source = None if name is not None else computed_source(node, kind)
         if source is not None:
-            written = node if node.kind == "scalar" else Node(source, "scalar", node.mark)
+            written = node if node.kind == "scalar" else _written_as(source, node)
             self.words.add(written, WordRole.EXPRESSION, context.scope, owner, declared)
         elif node.kind == "scalar":
             shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
@@ -341,7 +341,7 @@ class ValueReader:
             return text_expression(template.parts, template.text, node.mark) if template else None
         if node.is_sequence:
             source = list_source(node, wanted)
-            node = Node(source, "scalar", node.mark, quoted="\n" in source)
+            node = replace(_written_as(source, node), quoted="\n" in source)
         return self.expression(node, context, wanted)
 
 
@@ -380,8 +380,14 @@ def _source(node: Node) -> str | None:
     return text_of(node)
 
 
+def _written_as(source: str, node: Node) -> Node:
+    """Return a scalar in place of a list of expressions, at its position."""
+    folded = any(item.folded or item.mark.line != node.mark.line for item in node.items)
+    return Node(source, "scalar", node.mark, folded=folded)
+
+
 def _within(node: Node, offset: int) -> Mark:
     """Return the position of an offset in a one-line scalar, else the scalar's position."""
-    if not isinstance(node.value, str) or "\n" in node.value:
+    if not isinstance(node.value, str) or "\n" in node.value or node.folded:
         return node.mark
     return Mark(node.mark.file, node.mark.line, node.mark.column + offset + node.quoted)

@@ -79,7 +79,7 @@ def detection_of(
     if place is None:
         return None
     point, distance, deviation = place
-    width, height = size_of(Patch(outline, None), camera, distance)
+    width, height = size_of(box.corners, camera, distance)
     x, y = base.transform(point[None])[0].tolist()
     return Detection(label, image.stamp, (x, y), deviation, width, height, outline, box.score)
 

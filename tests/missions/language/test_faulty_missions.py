@@ -489,7 +489,7 @@ def test_errors_of_resources_are_reported_at_their_key(tmp_path):
         if "lookahed" in values:
             raise ParameterError("lookahed", "there is no such parameter")
 
-    resources = Resources(lambda name, beside: PLACES, refuse, refuse, component)
+    resources = Resources(lambda name, beside: PLACES, refuse, refuse, check_component=component)
     text = """
         robot: skout
         map: house.yaml
@@ -599,3 +599,20 @@ def test_damaged_missions_give_findings_and_never_a_traceback(tmp_path_factory, 
 def test_the_whole_mission_itself_is_fine(tmp_path):
     warnings = read_text(tmp_path, WHOLE).warnings
     assert [item.code for item in warnings] == ["W109"]
+
+
+def test_a_finding_in_a_text_of_several_lines_is_at_its_begin(tmp_path):
+    text = """
+        robot: scout
+        run:
+          sequence:
+            - navigate_through: {goals: [$nowhere, $corn
+        er]}
+            - check: 1 <
+                2 + foo
+        """
+    with pytest.raises(InputError) as caught:
+        read_text(tmp_path, text)
+    lines = {5: 44, 7: 14}
+    for item in caught.value.findings:
+        assert item.mark.line in lines and item.mark.column <= lines[item.mark.line], item

@@ -73,7 +73,7 @@ class ToyEstimator:
 
 
 class ToyStore:
-    def save(self, image, name):
+    def save(self, image, name, details=None):
         return f"images/{name}.png"
 
 

@@ -283,8 +283,10 @@ def test_people_in_shipped_worlds_walk_through_nothing(file):
     grid = rasterise(world, 0.05)
     room = clearance(grid)
     for person in world.people:
+        # With social forces people find their way; only where they stop must be free.
+        shares = np.linspace(0.0, 1.0, 100) if person.model == "loop" else np.zeros(1)
         for start, end in pairwise(np.vstack([person.waypoints, person.waypoints[:1]])):
-            for share in np.linspace(0.0, 1.0, 100):
+            for share in shares:
                 cell = grid.cell_at(*(start + share * (end - start)))
                 assert room[cell] > person.radius and grid.cells[cell] == FREE, person.name
 
