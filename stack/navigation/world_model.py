@@ -27,6 +27,10 @@ from stack.types import (
     TrackedObject,
 )
 
+DEPTH_PERIOD = 0.1
+"""Seconds for which obstacles of depth cameras wait for the costmaps' update by the next scan: two
+updates cost twice as much. Safety and controllers have them at once."""
+
 IDLE_PERIOD = 0.5
 """Seconds without measurements after which the costmaps expire marks and follow the robot."""
 
@@ -73,6 +77,7 @@ class WorldModel:
         self._tracks: tuple[TrackedObject, ...] = ()
         self._walked_at: dict[int, float] = {}
         self._updated_at = 0.0
+        self._depth: FloatArray | None = None  # odom frame, not in the costmaps yet
 
     def update(
         self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH,
@@ -97,10 +102,14 @@ class WorldModel:
             PosedReading(reading, frames.pose_at("map", reading.stamp))
             for reading in observation.of(RangeReading).values()
         )
-        seen = frames.map_from_odom(now).transform(depth.points) if depth.changed else None
-        is_new = scans or readings or depth.changed or objects.detections is not None
-        if is_new or now - self._updated_at >= IDLE_PERIOD:
+        if depth.changed:
+            self._depth = depth.points
+        is_new = scans or readings or objects.detections is not None
+        wait = IDLE_PERIOD if self._depth is None else DEPTH_PERIOD
+        if is_new or now - self._updated_at >= wait:
             self._updated_at = now
+            seen = None if self._depth is None else frames.map_from_odom(now).transform(self._depth)
+            self._depth = None
             tracks = self._track(scans, now, objects.people)
             update = LayerUpdate(pose, now, scans, readings, tracks, seen, objects.detections)
             self.local_costmap.update(update)
