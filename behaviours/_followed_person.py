@@ -78,7 +78,7 @@ class Seen:
 
     @staticmethod
     def of(track: TrackedObject, now: float) -> Seen:
-        """Return somebody who is seen for the first time."""
+        """Return a person seen for the first time."""
         return Seen(track.id, now, track.position, track.velocity, track.velocity)
 
     def expected(self, now: float) -> tuple[float, float]:

@@ -31,7 +31,7 @@ BEARINGS = (0.0, 0.6, -0.6, 1.2, -1.2, 2.0, -2.0, pi)
 """Radians; sides of the object, against the robot's, that are tried in turn."""
 
 MOVED = 0.3
-"""Metres that the object moves before the drive to it begins anew."""
+"""Metres that the object moves before the drive to it starts again."""
 
 TURN_GAIN, FASTEST_TURN, AHEAD = 1.5, 0.8, 0.3
 """1/s, rad/s, and radians of the bearing within which the robot drives forward."""
