@@ -17,6 +17,7 @@ from stack.navigation.following import (
     standing,
 )
 from stack.navigation.people.give_way import Courtesy
+from stack.navigation.people.narrow_meeting import REACH
 from stack.navigation.people.standoff import blocked_by, nearest
 from stack.navigation.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
@@ -142,7 +143,9 @@ class GoalDrive(Drive):
         if self._courtesy is None:
             return None
         left_way = self._courtesy.leaves_way
-        twist = self._courtesy.step(state, self._follower.standoff)
+        progress = self._follower.progress
+        ahead = np.empty((0, 2)) if progress is None or not state.tracks else progress.ahead(REACH)
+        twist = self._courtesy.step(state, self._follower.standoff, ahead)
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
         elif left_way:

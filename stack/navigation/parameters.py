@@ -57,7 +57,8 @@ class NavigationParameters:
     )  # fmt: skip
     give_way_after: float = parameter(
         4.0, "s", at_least=0.0,
-        help="a drive that faces a person this long leaves the way for them to pass",
+        help="a drive that faces a person this long leaves the way for them to pass; it does so at "
+        "once where it would meet somebody in a passage too narrow for two",
     )  # fmt: skip
     give_way_time: float = parameter(
         15.0, "s", at_least=0.0, help="longest time that leaving the way and waiting there takes"

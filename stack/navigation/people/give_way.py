@@ -9,10 +9,11 @@ import numpy as np
 
 from stack.lifecycle import Timers
 from stack.navigation.following import Drive, Tools
+from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
 from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
 from stack.navigation.people.standoff import Standoff, nearest
 from stack.navigation.tasks import MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FloatArray, Pose2D, Twist
+from stack.types import STANDSTILL, FloatArray, Pose2D, TrackedObject, Twist
 
 TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
 """Metres between the positions of a trail, and its length."""
@@ -23,11 +24,17 @@ ARRIVED = 0.15
 BACK, TURNING_ROOM = 0.5, 0.03
 """Metres that a robot without room to turn backs up at most, and the room that it needs."""
 
-NEAR_WAY = 0.7
-"""Metres to the way within which somebody has not passed yet."""
+LOOK_AGAIN = 0.5
+"""Seconds between two searches for a passing place."""
 
-PASSED = 1.0
-"""Seconds without anybody near the way after which they have passed."""
+DRIVING_SPEED, STARTING_TIME = 0.5, 1.5
+"""Speed in m/s on the way to a passing place, and seconds until the robot is under way."""
+
+NEAR_WAY = 0.7
+"""Metres to the way between the robot and whom it faced, within which somebody has not passed."""
+
+PASSED = 0.5
+"""Seconds without anybody in front after which they have passed."""
 
 
 class Trail:
@@ -64,8 +71,10 @@ class Courtesy:
     def __init__(self, tools: Tools, make_drive: Callable[[Pose2D], Drive], timers: Timers) -> None:
         self._tools, self._make_drive = tools, make_drive
         self._waits, self._clear = timers.new(), timers.new()
-        self._trail, self._given, self._looked_at = Trail(), 0, -inf
-        self._way: FloatArray = np.empty((0, 2))
+        self._trail, self._looked_at = Trail(), -inf
+        self._given = self._waited_before = 0
+        self._front: FloatArray = np.empty((0, 2))
+        self._person, self._expected = -1, -inf
         self._place = Pose2D(0.0, 0.0)
         self._drive: Drive | None = None
         self._back: MotionExecutor | None = None
@@ -76,16 +85,19 @@ class Courtesy:
         """Whether the robot is on its way to a passing place, or waits there."""
         return self._drive is not None
 
-    def step(self, state: NavigationState, standoff: Standoff) -> Twist | None:
+    def step(self, state: NavigationState, standoff: Standoff, ahead: FloatArray) -> Twist | None:
         """Return the velocity for this step; None while the robot does not give way.
 
         Args:
             state: of this step.
             standoff: who is in the way of the drive, and for how long.
+            ahead: (n, 2) path of the drive from the robot on, map frame.
         """
         if self._drive is None:
             self._trail.add(state.estimate.pose)
             self._begin(state, standoff)
+        if self._drive is None:
+            self._wait_before(state, ahead)
         if self._drive is None:
             return None
         twist = self._aside(self._drive, state)
@@ -129,18 +141,54 @@ class Courtesy:
             return
         if self._given >= p.give_way_attempts or now < self._looked_at + p.give_way_after:
             return
-        self._looked_at, pose = now, state.estimate.pose
-        self._way = way_of(person, pose, self._trail.points)
-        near = [track for track in state.tracks if nearest([track], pose, REACH) is not None]
+        self._looked_at = now
+        here = state.estimate.pose
+        front = np.array([person.position, (here.x, here.y)])
+        place = self._place_beside(state, person, front)
+        if place is not None:
+            self._given += 1
+            self._leave(state, place, Meeting(person, front, 0.0), "giving way to a person")
+
+    def _wait_before(self, state: NavigationState, ahead: FloatArray) -> None:
+        """Leave the way of somebody whom the robot would meet where two cannot pass."""
+        p, now = self._tools.parameters, state.time
+        if not state.tracks or self._waited_before >= p.give_way_attempts:
+            return
+        if now < self._looked_at + LOOK_AGAIN:
+            return
+        speed = state.odometry.twist.linear
         costs = self._tools.global_costmap.view
-        place = find_passing_place(costs, pose, self._way, near, self._tools.bodies)
+        bodies = self._tools.bodies
+        meeting = find_narrow_meeting(costs, ahead, state.tracks, speed, bodies)
+        if meeting is None:
+            return
+        self._looked_at = now
+        place = self._place_beside(state, meeting.person, meeting.way)
         if place is None:
             return
-        self._given, self._place, self._arrived = self._given + 1, place, False
+        way = state.estimate.pose.distance_to(place)
+        if STARTING_TIME + way / DRIVING_SPEED < meeting.seconds:
+            self._waited_before += 1
+            self._leave(state, place, meeting, "letting a person out of a narrow passage")
+
+    def _place_beside(
+        self, state: NavigationState, person: TrackedObject, front: FloatArray
+    ) -> Pose2D | None:
+        """Return a place beside the way of somebody; `front`: from them to the robot."""
+        pose = state.estimate.pose
+        way = np.concatenate([front[:-1], way_of(person, pose, self._trail.points)[1:]])
+        near = [track for track in state.tracks if nearest([track], pose, REACH) is not None]
+        costs = self._tools.global_costmap.view
+        return find_passing_place(costs, pose, way, near, self._tools.bodies)
+
+    def _leave(self, state: NavigationState, place: Pose2D, meeting: Meeting, why: str) -> None:
+        """Begin the drive to a passing place."""
+        now = state.time
+        self._place, self._arrived, self._front = place, False, _dense(meeting.way)
+        self._person, self._expected = meeting.person.id, now + meeting.seconds
         self._waits.start(now)
         self._clear.reset()
-        where = f"({place.x:.1f}, {place.y:.1f})"
-        self._tools.emit("give_way", f"giving way to a person: waiting at {where}")
+        self._tools.emit("give_way", f"{why}: waiting at ({place.x:.1f}, {place.y:.1f})")
         self._drive = self._make_drive(place)
         self._drive.start(now)
         if not self._can_turn(state):
@@ -162,11 +210,18 @@ class Courtesy:
             if not self._arrived:
                 return drive.step(state) if drive.task.running else None
             drive.stop(now)
-        if any(self._is_on_way(track.position) for track in state.tracks):
+        if self._may_still_come(state):
             self._clear.start(now)
         else:
             self._clear.start_once(now)
         return None if self._clear.elapsed(now) >= PASSED else STANDSTILL
+
+    def _may_still_come(self, state: NavigationState) -> bool:
+        """Whether somebody is in front, or who was expected cannot be seen and is not due yet."""
+        if any(self._is_in_front(track.position) for track in state.tracks):
+            return True
+        is_seen = any(track.id == self._person for track in state.tracks)
+        return not is_seen and state.time < self._expected
 
     def _can_turn(self, state: NavigationState) -> bool:
         """Whether nothing is within the circle in which the robot turns."""
@@ -174,6 +229,15 @@ class Courtesy:
         reach = self._tools.bodies.circumscribed + TURNING_ROOM
         return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
 
-    def _is_on_way(self, at: tuple[float, float]) -> bool:
-        away = np.hypot(self._way[:, 0] - at[0], self._way[:, 1] - at[1])
-        return bool(away.min() <= NEAR_WAY)
+    def _is_in_front(self, at: tuple[float, float]) -> bool:
+        """Whether somebody is on the part of the way that leads to where the robot left it."""
+        away = np.hypot(*(self._front - at).T)
+        nearest_one = int(np.argmin(away))
+        return bool(away[nearest_one] <= NEAR_WAY) and nearest_one < len(self._front) - 1
+
+
+def _dense(way: FloatArray) -> FloatArray:
+    """Return a way (n, 2) with points every 10 cm or closer."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
+    along = np.linspace(0.0, lengths[-1], max(2, round(lengths[-1] / 0.1) + 1))
+    return np.column_stack([np.interp(along, lengths, way[:, axis]) for axis in (0, 1)])

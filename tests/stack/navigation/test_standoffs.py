@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.navigation.people.narrow_meeting import find_narrow_meeting, least_width
 from stack.navigation.people.passing_place import BODY, ROOM, Bodies, find_passing_place, way_of
 from stack.types import CostGrid, FailureCode, Pose2D, TaskStatus, TrackedObject
 from tests.stack.navigation.toy_drive import ToyDrive
@@ -136,3 +137,73 @@ def test_a_pause_holds_the_drive_to_a_passing_place_too():
     assert world.pose.y > 1.2
     toy.navigator.cancel_all()
     assert task.status is TaskStatus.CANCELLED
+
+
+def test_who_walks_away_behind_the_robot_is_not_waited_for():
+    # The person who was faced has gone past the robot and walks on along the corridor behind it.
+    toy = facing_somebody(NICHE, person_patience=60.0)
+    world = toy.world
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(40.0, lambda: world.pose.y > 1.2)
+    world.circles.clear()
+    toy.tracks = lambda: [person(0.4, 0.5, world.time)]
+    assert toy.run(20.0, lambda: world.pose.y < 1.0) < 8.0  # 15 s is the longest wait
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+
+
+def corridor_between_rooms() -> CostGrid:
+    """Two rooms of 4 by 4 m, joined by a corridor of 1 m width from x = 4 to x = 12 m."""
+    cells = np.full((80, 320), 254, np.uint8)
+    cells[2:78, 2:80] = cells[2:78, 240:318] = 0
+    cells[30:50, 80:240] = 0
+    return CostGrid(cells, 0.05, (0.0, 0.0))
+
+
+AHEAD = np.column_stack([np.arange(1.5, 14.0, 0.1), np.full(125, 2.0)])
+
+
+@pytest.mark.parametrize(
+    ("at", "velocity", "meets"),
+    [
+        ((9.5, 2.0), (-1.0, 0.0), True),  # in the corridor: they meet at x = 1.5 + 8 * 0.4 / 1.4
+        ((9.5, 2.0), (1.0, 0.0), False),  # walks on ahead
+        ((9.5, 2.0), (0.0, 0.0), False),  # stands
+        ((9.5, 2.3), (-0.7, 0.7), True),  # cos 45 deg of the speed is the least that comes
+        ((9.5, 2.3), (-0.5, 0.8), False),  # crosses the way
+        ((3.5, 2.0), (-1.0, 0.0), False),  # they meet in the room
+    ],
+)
+def test_a_meeting_counts_if_it_comes_where_two_cannot_pass(at, velocity, meets):
+    faced = person(*at, velocity=velocity)
+    found = find_narrow_meeting(corridor_between_rooms(), AHEAD, [faced], 0.0, SCOUT)
+    assert (found is not None) == meets
+    if found is not None:
+        assert found.seconds == pytest.approx(8.0 / -velocity[0], rel=0.02)
+        assert found.way[0] == pytest.approx((9.5, 2.0), abs=0.06)
+        assert found.way[-1] == pytest.approx((1.5, 2.0))
+
+
+def test_the_width_across_a_path_is_that_between_the_walls():
+    costs, middle = corridor_between_rooms(), np.array([60.0])  # x = 7.5 m
+    assert least_width(costs, AHEAD, middle, 3.0) == pytest.approx(1.0, abs=0.06)
+    aside = AHEAD + np.array([0.0, 0.3])
+    assert least_width(costs, aside, middle, 3.0) == pytest.approx(1.0, abs=0.06)
+    assert least_width(costs, AHEAD, np.array([5.0]), 3.0) == 3.0  # the room is wider
+
+
+def test_the_robot_lets_somebody_out_of_a_narrow_passage():
+    # A room of 3 by 3 m and a corridor of 1 m: somebody comes out of it at 0.8 m/s.
+    walls = [
+        (0, 0, 3, 0), (3, 0, 3, 1), (3, 1, 12, 1), (12, 1, 12, 2), (12, 2, 3, 2), (3, 2, 3, 3),
+        (3, 3, 0, 3), (0, 3, 0, 0),
+    ]  # fmt: skip
+    world = ToyWorld(walls, robot(), Pose2D(1.0, 1.5))
+    toy = ToyDrive(world)
+    toy.tracks = lambda: [person(8.5 - 0.8 * world.time, 1.5, world.time, velocity=(-0.8, 0.0))]
+    task = toy.navigator.navigate_to(Pose2D(10.0, 1.5))
+    toy.run(4.0, lambda: "give_way" in toy.kinds())
+    assert "out of a narrow passage" in toy.events[toy.kinds().index("give_way")][1]
+    toy.run(7.0 - world.time)  # they come out of the corridor, 2.9 m along x
+    assert abs(world.pose.y - 1.5) > 0.6
+    toy.tracks = list
+    assert toy.finish(task) is TaskStatus.SUCCEEDED

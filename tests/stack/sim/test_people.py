@@ -262,3 +262,17 @@ def test_four_people_and_a_robot_do_not_stand_in_a_corridor_for_ever():
     for still in range(10, 60, 10):
         part = trail[still * 100 : still * 100 + 1000]
         assert np.ptp(part, axis=0).max() > 0.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_crowd_does_not_press_who_watches_a_robot_against_it(seed):
+    corners = [(1.0, 1.0), (5.0, 3.0), (5.0, 1.0), (1.0, 3.0)]
+    outer = np.array([[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [0.0, 4.0], [0.0, 0.0]])
+    people = tuple(
+        walker(str(n), corners[n % 4], corners[(n + 1) % 4], start=n / 8) for n in range(8)
+    )
+    world = World("room", (-0.5, -0.5, 6.5, 4.5), (Wall(outer),), people=people)
+    trail = walk(People(world, seed), 20.0, [(Pose2D(3.0, 2.0), 0.22)])
+    away = np.hypot(trail[..., 0] - 3.0, trail[..., 1] - 2.0)
+    # Radii of 0.2 and 0.22 m: without slowing down the least distance is 0.418 to 0.42 m.
+    assert away.min() > 0.422

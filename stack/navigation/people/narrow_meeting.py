@@ -1,0 +1,119 @@
+"""Meetings that are to come where two cannot pass: in a door, in a narrow corridor.
+
+Who waits before the passage loses less time than who meets somebody in it and has to back out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from stack.navigation.people.passing_place import BODY, Bodies
+from stack.types import LETHAL_COST, CostGrid, FloatArray, TrackedObject
+
+REACH = 10.0
+"""Metres of the path ahead in which people are looked for."""
+
+NEAREST = 1.5
+"""Metres of path to somebody below which it is too late to wait: the drive faces them."""
+
+BESIDE = 0.6
+"""Metres from the path within which somebody walks along it."""
+
+COMING_SPEED = 0.3
+"""m/s against the path from which somebody comes towards the robot."""
+
+OWN_SPEED = 0.4
+"""Least speed in m/s with which the robot is expected to go on."""
+
+AROUND = 0.5
+"""Metres of path before and after the meeting that must be wide enough."""
+
+ROOM = 0.3
+"""Metres of width besides the two bodies: two who pass keep off each other and the walls."""
+
+SAMPLE = 0.05
+"""Metres between the points at which the width is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Somebody who comes along the path.
+
+    Attributes:
+        person: who comes, map frame.
+        way: (n, 2) path between them and the robot, from them to the robot, map frame.
+        seconds: until they are where the robot is now.
+    """
+
+    person: TrackedObject
+    way: FloatArray
+    seconds: float
+
+
+def find_narrow_meeting(
+    costs: CostGrid, path: FloatArray, people: Sequence[TrackedObject], speed: float, robot: Bodies
+) -> Meeting | None:
+    """Return the first meeting on a path at a place where the robot and a person cannot pass.
+
+    Args:
+        costs: costmap, map frame.
+        path: (n, 2) ahead, from the robot on, map frame.
+        people: tracked, map frame.
+        speed: of the robot along its path, m/s.
+        robot: its radii.
+    """
+    if len(path) < 2 or not people:
+        return None
+    steps = np.diff(path, axis=0)
+    lengths = np.hypot(*steps.T)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    found: list[Meeting] = []
+    for person in people:
+        away = np.hypot(*(path - person.position).T)
+        nearest = int(np.argmin(away))
+        if away[nearest] > BESIDE or along[nearest] < NEAREST:
+            continue
+        onward = steps[min(nearest, len(steps) - 1)]
+        coming = -float(onward @ person.velocity) / max(float(hypot(*onward)), 1e-9)
+        if coming < max(COMING_SPEED, 0.7 * person.speed):
+            continue
+        own = max(speed, OWN_SPEED)
+        at = float(along[nearest]) * own / (own + coming)
+        points = np.interp(np.arange(at - AROUND, at + AROUND, SAMPLE), along, np.arange(len(path)))
+        enough = 2.0 * (max(person.radius, BODY) + robot.inscribed) + ROOM
+        if least_width(costs, path, points, enough) < enough:
+            way = path[: nearest + 1][::-1]
+            found.append(Meeting(person, way, float(along[nearest]) / coming))
+    return min(found, key=lambda meeting: meeting.seconds, default=None)
+
+
+def least_width(costs: CostGrid, path: FloatArray, at: FloatArray, enough: float) -> float:
+    """Return the least width between lethal cells across a path, metres; at most `enough`.
+
+    Args:
+        costs: costmap, map frame.
+        path: (n, 2) map frame.
+        at: (k,) indices into the path, with fractions.
+        enough: metres.
+    """
+    first = np.clip(at.astype(int), 0, len(path) - 2)
+    steps = path[first + 1] - path[first]
+    places = path[first] + (at - first)[:, None] * steps
+    left = np.column_stack([-steps[:, 1], steps[:, 0]])
+    left /= np.maximum(np.hypot(*left.T), 1e-9)[:, None]
+    sideways = np.arange(0.0, enough, costs.resolution)
+    widths = np.zeros(len(at))
+    for side in (1.0, -1.0):
+        points = places[:, None] + side * sideways[None, :, None] * left[:, None]
+        cells = np.floor((points - costs.origin) / costs.resolution).astype(int)
+        rows, columns = costs.cells.shape
+        inside = (cells >= 0).all(axis=2) & (cells[..., 0] < columns) & (cells[..., 1] < rows)
+        lethal = np.zeros(inside.shape, dtype=np.bool_)
+        lethal[inside] = costs.cells[cells[inside][:, 1], cells[inside][:, 0]] == LETHAL_COST
+        hit = lethal.any(axis=1)
+        widths += np.where(hit, sideways[np.argmax(lethal, axis=1)], enough)
+    return float(min(widths.min(), enough))
