@@ -330,7 +330,7 @@ def follow(  # noqa: PLR0913 - each is an option of the command
     out: Out = Path("bench/follow"),
     parameter: Parameter = None,
 ) -> None:
-    """Follow a guide through doors, past somebody who crosses, and round a corner (mission 35).
+    """Follow a guide through doors, past a person who crosses, and round a corner (mission 35).
 
     A run passes when the robot is with the guide at the end. The gap is that of the true outlines.
     """

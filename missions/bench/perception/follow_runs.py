@@ -52,7 +52,7 @@ class FollowRow(RunRow):
         status: passed (the mission's success) | failed | crashed. cause: why it failed.
         drove_into: contacts with people into which the robot drove. struck: the others.
         things: contacts with things.
-        least_distance: to anybody, metres. intimate, personal: seconds in Hall's zones.
+        least_distance: to any person, metres. intimate, personal: seconds in Hall's zones.
         mean_gap: distance between the outlines of robot and guide, mean over time, metres.
         largest_gap: metres.
         lost: how often the guide went out of sight.

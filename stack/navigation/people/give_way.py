@@ -1,4 +1,4 @@
-"""Giving way: the robot leaves the way of somebody whom it faces, and waits until they passed."""
+"""Giving way: the robot leaves the way of a person whom it faces, and waits until they passed."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ BACK, TURNING_ROOM = 0.5, 0.03
 """Metres that a robot without room to turn backs up at most, and the room that it needs."""
 
 NEAR_WAY = 0.7
-"""Metres to the way within which somebody has not passed yet."""
+"""Metres to the way within which a person has not passed yet."""
 
 PASSED = 1.0
-"""Seconds without anybody near the way after which they have passed."""
+"""Seconds without a person near the way after which they have passed."""
 
 
 class Trail:
@@ -53,7 +53,7 @@ class Trail:
 
 
 class Courtesy:
-    """Decides when a drive leaves somebody's way, drives to a passing place and waits there.
+    """Decides when a drive leaves a person's way, drives to a passing place and waits there.
 
     Args:
         tools: of the drive.
@@ -123,7 +123,7 @@ class Courtesy:
             self._back = None
 
     def _begin(self, state: NavigationState, standoff: Standoff) -> None:
-        """Leave the way of somebody whom the robot has faced for long enough."""
+        """Leave the way of a person whom the robot has faced for long enough."""
         p, person, now = self._tools.parameters, standoff.person, state.time
         if person is None or standoff.lasts(now) < p.give_way_after:
             return
