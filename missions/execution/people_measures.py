@@ -174,7 +174,8 @@ class PeopleMeasures:
             c * now.twist.linear - s * now.twist.lateral,
             s * now.twist.linear + c * now.twist.lateral,
         )
-        for gap, person, velocity in zip(gaps, now.people, velocities, strict=True):
+        rows = zip(gaps.tolist(), now.people.tolist(), velocities.tolist(), strict=True)
+        for gap, person, velocity in rows:
             if gap <= TOUCH or gap > 2.0 * LONGEST_COLLISION_TIME:
                 continue
             dx, dy = person[0] - now.pose.x, person[1] - now.pose.y
