@@ -4,7 +4,7 @@ A track keeps its id while it is seen; out of sight it is forgotten after a seco
 person gets another id. The person is therefore recognised by motion: where their velocity takes
 them (constant velocities predict people well for a few seconds: C. Schöller et al., "What the
 constant velocity model can teach us about pedestrian motion prediction", RA-L 2020), and by who
-else was seen meanwhile, and so is somebody else.
+else was seen meanwhile. So is another person beside them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SURE = 0.3
 """Metres; a track whose position is more uncertain is out of sight."""
 
 COASTS = 1.5
-"""Seconds for which somebody out of sight is expected to walk on."""
+"""Seconds for which a person out of sight is expected to walk on."""
 
 FIRST_REACH, REACH_SPEED, LONGEST_REACH = 0.8, 0.8, 4.0
 """Metres between the expected place and a new track that may be the person: at once, its growth in
@@ -51,7 +51,7 @@ KNOWN = 1.0
 """Seconds of a track after which the person's velocity is known."""
 
 STANDING = 0.15
-"""m/s below which somebody stands."""
+"""m/s below which a person stands."""
 
 SMOOTHING, COURSE = 0.4, 1.5
 """Seconds; time constants of the mean velocity, and of the course: people who meet step aside
@@ -60,7 +60,7 @@ before."""
 
 @dataclass(slots=True)
 class Seen:
-    """Somebody, as last seen, map frame.
+    """A person, as last seen, map frame.
 
     Attributes:
         id: of the track.
@@ -97,7 +97,7 @@ class Seen:
 
 @dataclass(slots=True)
 class _Meeting:
-    """Somebody came near the person at a time; the courses of both before, and when they parted."""
+    """Another person came near at a time; the courses of both before, and when they parted."""
 
     began: float
     course: tuple[float, float]
@@ -232,7 +232,7 @@ class FollowedPerson:
                 continue
             away = _apart(track.position, here)
             if any(_apart(track.position, other.expected(now)) < away for other in gone):
-                continue  # somebody else who was out of sight
+                continue  # another person who was out of sight
             cost = away + turning * _apart(track.velocity, self.seen.velocity)
             if cost <= least:
                 best, least = track, cost

@@ -27,7 +27,7 @@ from stack.types import (
 
 TIME_TO_LIVE = 0.3
 AHEAD = 0.5 * pi
-"""Radians to each side within which somebody is ahead."""
+"""Radians to each side within which a person is ahead."""
 
 PLAN_PERIOD, PLAN_TIME = 0.5, 8.0
 """Seconds between two plans, and seconds of failing plans after which the last failure is that of
@@ -128,7 +128,7 @@ class FollowPerson(RobotBehaviour):
         self.travelled = self._trail.distance
         person = self._person()
         if person is None:
-            return self._wait_for_somebody()
+            return self._wait_for_person()
         self._report(person)
         if self._is_over(person):
             return Status.SUCCESS
@@ -158,7 +158,7 @@ class FollowPerson(RobotBehaviour):
         return FollowStart(self.start_timer(), 0.0, self.robot.pose)
 
     def _person(self) -> FollowedPerson | None:
-        """Return the person as they are now; None before somebody was chosen."""
+        """Return the person as they are now; None before a person was chosen."""
         now, tracks = self.robot.time, self.robot.tracks
         person = self._followed_person
         if person is None:
@@ -193,14 +193,14 @@ class FollowPerson(RobotBehaviour):
             default=None,
         )  # fmt: skip
 
-    def _wait_for_somebody(self) -> Status:
+    def _wait_for_person(self) -> Status:
         if self._unseen.is_over(self.patience):
             where = "ahead" if self.near is None else f"near ({self.near.x:g}, {self.near.y:g})"
             return self.fail(
                 FailureCode.PERSON_LOST, f"no walking person {where} within {self.patience:g} s"
             )
         self.robot.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
-        self.feedback_message = "waiting for somebody who walks"
+        self.feedback_message = "waiting for a person who walks"
         return Status.RUNNING
 
     def _report(self, person: FollowedPerson) -> None:
@@ -315,7 +315,7 @@ class FollowPerson(RobotBehaviour):
         self.robot.drive_for(twist, TIME_TO_LIVE, gives_way=True)
 
     def _look_for(self, person: FollowedPerson) -> None:
-        """Go on with the search for somebody out of sight."""
+        """Go on with the search for a person out of sight."""
         if self._search is None:
             self._end_query()
             self._drive = None

@@ -1,6 +1,6 @@
 """Lifecycle and timers of activities that run over many control steps and can be paused.
 
-There is one clock, the body's, and it goes on while the robot is held. Whoever holds an activity
+There is one clock, the body's, and it goes on while the robot is held. The owner of an activity
 calls `pause(now)` and `resume(now)`; its timers then leave the time in between out. Nothing infers
 a pause from the time between two calls.
 """

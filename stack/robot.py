@@ -375,7 +375,7 @@ class Robot(Protocol):
             while_lost: drive also while the robot is lost.
             contact: where the robot may touch something, such as a dock: what the sensors see there
                 does not stop it, and it drives slowly.
-            gives_way: leave the way of somebody who walks towards the robot, as drives do.
+            gives_way: leave the way of a person who walks towards the robot, as drives do.
 
         Raises:
             NavigationError: LOST, while the robot is, unless `while_lost` is set or the twist is

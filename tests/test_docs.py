@@ -73,15 +73,27 @@ OPTIONS = {
     "bench missions": [SHORT, "--seeds", "1"],
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
     "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
-    "bench flats": ["--worlds", "1", "--seed", "2", "--people", "none"],
-    "bench people": ["door", "--seeds", "1", "--people", "social_force"],
-    "bench docking": ["--starts", "1"],
-    "bench line": ["--courses", "1"],
-    "bench follow": ["--seeds", "1"],
-    "bench localisation": ["pushed", "--seeds", "1"],
+    "bench flats": ["--worlds", "1", "--seed", "2", "--people", "none", "--jobs", "1"],
+    "bench people": ["door", "--seeds", "1", "--people", "social_force", "--jobs", "1"],
+    "bench docking": ["--starts", "1", "--jobs", "1"],
+    "bench line": ["--courses", "1", "--jobs", "1"],
+    "bench follow": ["--seeds", "1", "--jobs", "1"],
+    "bench localisation": ["pushed", "--seeds", "1", "--jobs", "1"],
 }
 """What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT
 in place of a mission that would take minutes."""
+
+TIME_LIMITS = [
+    *(
+        f"missions.bench.perception.{name}_runs.TIME_LIMIT"
+        for name in ("line", "docking", "follow")
+    ),
+    "missions.bench.people.runs.TIME_LIMIT",
+]
+"""Limits of the runs of benches. They end after BRIEF simulated seconds here: a command only has to
+write its table. Outcomes of whole runs are tested in tests/missions/bench."""
+
+BRIEF = 3.0
 
 PARSED_ONLY = {
     "watch": "needs a terminal and a mission that runs",
@@ -376,6 +388,8 @@ def every_option(command=COMMAND) -> Iterator[str]:
 )
 def test_every_block_of_the_page_works(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    for limit in TIME_LIMITS:
+        monkeypatch.setattr(limit, BRIEF)
     follower = Follower(page, tmp_path)
     for block in follower.blocks:
         try:

@@ -30,11 +30,19 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
 ]
-
-
 Parameter = Annotated[
     list[str] | None,
     typer.Option(metavar="NAME=VALUE", help="override a parameter, as in `treepilot run`"),
+]
+Robots = Annotated[
+    str,
+    typer.Option("--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"),
+]
+People = Annotated[
+    str, typer.Option(metavar="KINDS", help="any of none, social_force, polite, unaware")
+]
+Keep = Annotated[
+    Path | None, typer.Option(help="folder for the records of each run [default: none]")
 ]
 
 
@@ -63,7 +71,7 @@ def barn(  # noqa: PLR0913 - each is an option of the command
     from missions.run_options import RunOptions
 
     file, arguments = mission or str(MISSIONS / "bench" / "barn.yaml"), assignments(set_ or [])
-    given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
+    given = _overrides(parameter, "controller.cruise_speed=1.2")
     setups = [
         Setup(file, RULES, RunOptions(arguments=arguments, parameters=with_controller(name, given)))
         for name in named(controllers) or (None,)
@@ -81,12 +89,7 @@ def courses(  # noqa: PLR0913 - each is an option of the command
             help="only these of door, s_bend, corner, dead_end, clutter [default: all]",
         ),
     ] = "",
-    robots: Annotated[
-        str,
-        typer.Option(
-            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
-        ),
-    ] = "scout,jackal",
+    robots: Robots = "scout,jackal",
     controllers: Controllers = "",
     trials: Trials = 20,
     jobs: Jobs = 1,
@@ -162,7 +165,7 @@ def dyna(  # noqa: PLR0913 - each is an option of the command
     from missions.bench.dyna_bench import MISSION, dyna_entries, dyna_setups, report
     from missions.bench.table import TableOptions, fill_table
 
-    given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
+    given = _overrides(parameter, "controller.cruise_speed=1.2")
     setups = dyna_setups(
         named(controllers) or ("pure_pursuit",), robot, mission or str(MISSION), given
     )
@@ -197,7 +200,7 @@ def localisation(  # noqa: PLR0913 - each is an option of the command
     from missions.bench.localisation.report import measured, report
     from missions.bench.resumable import TableOptions
 
-    given = assignments(parameter or [], "--parameter", "localisation.beams=90")
+    given = _overrides(parameter, "localisation.beams=90")
     entries = entries_of(tuple(experiments or ()), seeds, out / "worlds", hold_out=hold_out)
     if only is not None:
         names = dict.fromkeys(entry.experiment for entry in entries)
@@ -209,20 +212,11 @@ def localisation(  # noqa: PLR0913 - each is an option of the command
 def flats(  # noqa: PLR0913 - each is an option of the command
     worlds: Annotated[int, typer.Option(min=1, help="number of worlds")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="seed of the first world")] = 0,
-    robots: Annotated[
-        str,
-        typer.Option(
-            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
-        ),
-    ] = "scout",
-    people: Annotated[
-        str, typer.Option(metavar="KINDS", help="any of none, social_force, polite, unaware")
-    ] = "none,social_force,unaware",
+    robots: Robots = "scout",
+    people: People = "none,social_force,unaware",
     jobs: Jobs = 1,
     out: Out = Path("bench/flats"),
-    keep: Annotated[
-        Path | None, typer.Option(help="folder for the records of each run [default: none]")
-    ] = None,
+    keep: Keep = None,
     parameter: Parameter = None,
 ) -> None:
     """Drive to four goals in random flats and offices with people.
@@ -235,7 +229,7 @@ def flats(  # noqa: PLR0913 - each is an option of the command
     from missions.bench.people.table import flat_entries, measured, report, rows_of
     from missions.bench.resumable import TableOptions
 
-    given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
+    given = _overrides(parameter, "controller.cruise_speed=1.2")
     seeds = range(seed, seed + worlds)
     entries = flat_entries(named(robots), named(people), seeds, out / "worlds", given, keep)
     rows = measured(entries, TableOptions(out, jobs), _tell)
@@ -254,20 +248,11 @@ def people(  # noqa: PLR0913 - each is an option of the command
         list[Path] | None,
         typer.Option(help="file of recorded tracks (frame, person, x, y); repeatable"),
     ] = None,
-    robots: Annotated[
-        str,
-        typer.Option(
-            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
-        ),
-    ] = "scout",
-    people: Annotated[
-        str, typer.Option(metavar="KINDS", help="any of none, social_force, polite, unaware")
-    ] = "none,social_force,unaware",
+    robots: Robots = "scout",
+    people: People = "none,social_force,unaware",
     jobs: Jobs = 1,
     out: Out = Path("bench/people"),
-    keep: Annotated[
-        Path | None, typer.Option(help="folder for the records of each run [default: none]")
-    ] = None,
+    keep: Keep = None,
     parameter: Parameter = None,
 ) -> None:
     """Meet people: in corridors, at doors, crossings, in a crowd, in an office.
@@ -281,7 +266,7 @@ def people(  # noqa: PLR0913 - each is an option of the command
     from missions.bench.people.table import measured, report, scene_entries, scene_rows
     from missions.bench.resumable import TableOptions
 
-    given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
+    given = _overrides(parameter, "controller.cruise_speed=1.2")
     names = scene_names(tuple(scenes or ()), tuple(tracks or ()))
     entries = scene_entries(
         names, named(robots), named(people), range(seed, seed + seeds), out / "worlds", given, keep
@@ -294,12 +279,7 @@ def people(  # noqa: PLR0913 - each is an option of the command
 def line(  # noqa: PLR0913 - each is an option of the command
     courses: Annotated[int, typer.Option(min=1, help="number of courses")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="seed of the first course")] = 0,
-    robots: Annotated[
-        str,
-        typer.Option(
-            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
-        ),
-    ] = "scout",
+    robots: Robots = "scout",
     speed: Annotated[float, typer.Option(min=0.05, max=2.0, help="speed in m/s")] = 0.4,
     jobs: Jobs = 1,
     out: Out = Path("bench/line"),
@@ -314,7 +294,7 @@ def line(  # noqa: PLR0913 - each is an option of the command
     from missions.bench.perception.line_runs import line_entries, measured, report
     from missions.bench.resumable import TableOptions
 
-    given = assignments(parameter or [], "--parameter", "safety.top_speed=0.3")
+    given = _overrides(parameter, "safety.top_speed=0.3")
     seeds = range(seed, seed + courses)
     entries = line_entries(named(robots), seeds, out / "worlds", speed, given)
     _print(report(measured(entries, TableOptions(out, jobs), _tell)))
@@ -324,12 +304,7 @@ def line(  # noqa: PLR0913 - each is an option of the command
 def docking(  # noqa: PLR0913 - each is an option of the command
     starts: Annotated[int, typer.Option(min=1, help="number of starts")] = 50,
     seed: Annotated[int, typer.Option(min=0, help="seed of the first start")] = 0,
-    robots: Annotated[
-        str,
-        typer.Option(
-            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
-        ),
-    ] = "scout",
+    robots: Robots = "scout",
     jobs: Jobs = 1,
     out: Out = Path("bench/docking"),
     parameter: Parameter = None,
@@ -341,7 +316,7 @@ def docking(  # noqa: PLR0913 - each is an option of the command
     from missions.bench.perception.docking_runs import docking_entries, measured, report
     from missions.bench.resumable import TableOptions
 
-    given = assignments(parameter or [], "--parameter", "safety.top_speed=0.3")
+    given = _overrides(parameter, "safety.top_speed=0.3")
     entries = docking_entries(named(robots), range(seed, seed + starts), out / "worlds", given)
     _print(report(measured(entries, TableOptions(out, jobs), _tell)))
 
@@ -350,24 +325,19 @@ def docking(  # noqa: PLR0913 - each is an option of the command
 def follow(  # noqa: PLR0913 - each is an option of the command
     seeds: Annotated[int, typer.Option(min=1, help="number of runs")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="seed of the first run")] = 0,
-    robots: Annotated[
-        str,
-        typer.Option(
-            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
-        ),
-    ] = "scout",
+    robots: Robots = "scout",
     jobs: Jobs = 1,
     out: Out = Path("bench/follow"),
     parameter: Parameter = None,
 ) -> None:
-    """Follow a guide through doors, past somebody who crosses, and round a corner (mission 35).
+    """Follow a guide through doors, past a person who crosses, and round a corner (mission 35).
 
     A run passes when the robot is with the guide at the end. The gap is that of the true outlines.
     """
     from missions.bench.perception.follow_runs import follow_entries, measured, report
     from missions.bench.resumable import TableOptions
 
-    given = assignments(parameter or [], "--parameter", "safety.top_speed=0.3")
+    given = _overrides(parameter, "safety.top_speed=0.3")
     entries = follow_entries(named(robots), range(seed, seed + seeds), given)
     _print(report(measured(entries, TableOptions(out, jobs), _tell)))
 
@@ -407,6 +377,10 @@ def _bench() -> None:
 def named(words: str) -> tuple[str, ...]:
     """Split a comma-separated list of names."""
     return tuple(word.strip() for word in words.split(",") if word.strip())
+
+
+def _overrides(given: list[str] | None, example: str) -> dict[str, str]:
+    return assignments(given or [], "--parameter", example)
 
 
 def _tell(line: str) -> None:

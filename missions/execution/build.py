@@ -27,10 +27,11 @@ from stack.costmap.unexplored import Ground, resampled, unexplored
 from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
+from stack.navigation.facade.parts import FacadeParts
+from stack.navigation.facade.robot_facade import RobotFacade
 from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
-from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease

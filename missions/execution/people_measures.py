@@ -24,13 +24,13 @@ EPISODE_GAP = 0.5
 """Seconds without touch after which a touch is a new contact."""
 
 TOWARDS = 0.05
-"""Speed towards the other, m/s, above which somebody moved into the other."""
+"""Speed towards the other, m/s, above which a person moved into the other."""
 
 MOVES = 0.02
 """Speed above which the robot moved, m/s."""
 
 STANDOFF_TIME, STANDOFF_WAY, STANDOFF_DISTANCE = 20.0, 0.3, 2.0
-"""A standoff: the robot gets on by less than so many metres in so many seconds, with somebody this
+"""A standoff: the robot gets on by less than so many metres in so many seconds, with a person this
 near all the time."""
 
 LONGEST_COLLISION_TIME = 10.0
@@ -76,8 +76,8 @@ class PeopleMeasures:
     Attributes:
         contacts: with people, in the order of time.
         least_distance: smallest distance between the surfaces, metres; inf without people.
-        intimate: seconds within INTIMATE of somebody. personal: within PERSONAL.
-        least_collision_time: smallest time after which robot and somebody would touch if both kept
+        intimate: seconds within INTIMATE of a person. personal: within PERSONAL.
+        least_collision_time: smallest time after which robot and a person would touch if both kept
             their velocity, while they do not touch, seconds.
         standoffs: number of standoffs.
         longest_stand: longest time that the robot stood, seconds.
@@ -174,7 +174,8 @@ class PeopleMeasures:
             c * now.twist.linear - s * now.twist.lateral,
             s * now.twist.linear + c * now.twist.lateral,
         )
-        for gap, person, velocity in zip(gaps, now.people, velocities, strict=True):
+        rows = zip(gaps.tolist(), now.people.tolist(), velocities.tolist(), strict=True)
+        for gap, person, velocity in rows:
             if gap <= TOUCH or gap > 2.0 * LONGEST_COLLISION_TIME:
                 continue
             dx, dy = person[0] - now.pose.x, person[1] - now.pose.y
@@ -207,7 +208,7 @@ class PeopleMeasures:
 
 
 def _contact(before: _Moment, person: int, velocity: FloatArray) -> PeopleContact:
-    """Return the contact that follows a moment with somebody who moves at a velocity."""
+    """Return the contact that follows a moment with a person who moves at a velocity."""
     pose, twist = before.pose, before.twist
     x, y = before.people[person, 0] - pose.x, before.people[person, 1] - pose.y
     away = max(hypot(x, y), 1e-9)

@@ -82,13 +82,13 @@ def _near(path: Path, shipped: Mapping[str, Path]) -> str:
     return "give the path of a mission file, or a name from `treepilot list missions`"
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def load_world(name_or_path: str, folder: Path) -> World:
     """Load a world by name or path; a path is relative to the mission's folder."""
     return read_any_world(find_world(name_or_path, folder, WORLDS))
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def load_robot(name_or_path: str, folder: Path) -> RobotDescription:
     """Load a robot by name or path; a path is relative to the mission's folder."""
     return read_robot(find_robot(name_or_path, folder))

@@ -212,10 +212,19 @@ def hear(
     probably free, cells within `thickness` of it probably occupied; farther cells do not change.
     An infinite distance frees the cone up to `end`.
     """
+    ahead_x, ahead_y = np.cos(sensor_heading), np.sin(sensor_heading)
+    narrow, least = half_angle < 0.5 * np.pi, np.cos(half_angle) - 1e-6
+    farthest = end * end * (1.0 + 1e-6)
     for row in range(top, bottom):
         y = origin_y + (row + 0.5) * resolution - sensor_y
         for column in range(left, right):
             x = origin_x + (column + 0.5) * resolution - sensor_x
+            # most cells of the box are not in the cone: leave them out without an arctangent
+            squared, ahead = x * x + y * y, x * ahead_x + y * ahead_y
+            if squared > farthest:
+                continue
+            if narrow and (ahead < 0.0 or ahead * ahead < least * abs(least) * squared):
+                continue
             away = np.hypot(x, y)
             bearing = np.arctan2(y, x) - sensor_heading
             bearing = abs((bearing + np.pi) % (2.0 * np.pi) - np.pi)

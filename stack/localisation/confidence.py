@@ -20,7 +20,7 @@ MANY_LONG = 0.08
 class Confidence:
     """Recent views of the estimate, and whether it is confirmed.
 
-    A pose that somebody set is confirmed. One that a search found is, once scans have fitted it
+    A pose that was set is confirmed. One that a search found is confirmed once scans have fitted it
     convincingly over a metre, without rivals.
 
     Attributes:

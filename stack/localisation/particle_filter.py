@@ -183,7 +183,7 @@ class ParticleFilter:
         return self._motion.covariance(moved)
 
     def resample(self, mode: Mode) -> None:
-        """Draw a mode's particles anew if few of them carry most of the weight."""
+        """Resample a mode's particles if few of them carry most of the weight."""
         weights = mode.particle_set.weights
         if 1.0 / float(weights @ weights) > 0.5 * weights.size:
             return

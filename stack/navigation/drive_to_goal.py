@@ -30,7 +30,7 @@ MOST_CORRECTIONS = 3
 """Maximum number of new plans to correct the heading of a car at the goal."""
 
 CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
-"""Failures of a plan that somebody in the way can cause."""
+"""Failures of a plan that a person in the way can cause."""
 
 RECEDING = 0.02
 """Increase of the distance to a via pose, in metres, after which the pose is passed."""
@@ -139,7 +139,7 @@ class GoalDrive(Drive):
         super().stop(now)
 
     def _give_way(self, state: NavigationState) -> Twist | None:
-        """Return the velocity of a robot that leaves somebody's way; None when it does not."""
+        """Return the velocity of a robot that leaves a person's way; None when it does not."""
         if self._courtesy is None:
             return None
         left_way = self._courtesy.leaves_way
@@ -240,7 +240,7 @@ class GoalDrive(Drive):
 
     @property
     def _interval(self) -> float:
-        """Seconds between two plans: before somebody in the way a new one rarely differs."""
+        """Seconds between two plans: before a person in the way a new one rarely differs."""
         p, person = self._tools.parameters, self._follower.standoff.person
         return p.replan_interval if person is None else p.replan_period
 
@@ -352,7 +352,7 @@ class GoalDrive(Drive):
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 
     def _person_near(self, state: NavigationState) -> TrackedObject | None:
-        """Return somebody near the robot or the goal, who may be why there is no path."""
+        """Return a person near the robot or the goal, who may be why there is no path."""
         reach = 2.0 * self._tools.parameters.person_distance
         return nearest(state.tracks, state.estimate.pose, reach) or nearest(
             state.tracks, self.goal, reach

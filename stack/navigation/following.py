@@ -234,7 +234,7 @@ class Follower:
         return slower(twist, self._speeds.at(self.progress.travelled))
 
     def _keeps_distance(self, state: NavigationState) -> bool:
-        """Whether the robot stands before somebody on its path, far enough away to turn."""
+        """Whether the robot stands before a person on its path, far enough away to turn."""
         tools, person, progress = self._tools, self.standoff.person, self.progress
         if person is None or progress is None:
             return False

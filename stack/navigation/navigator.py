@@ -185,7 +185,7 @@ class Navigator:
         return self._evaded(self._activities.step(state, self.parameters), state)
 
     def _evaded(self, wanted: Twist, state: NavigationState) -> Twist:
-        """Return the wanted velocity, or one that leaves the way of somebody."""
+        """Return the wanted velocity, or one that leaves the way of a person."""
         when = self.evasion.parameters.when
         current = self._activities.current
         drives = isinstance(current, Drive | Disambiguation) or (
@@ -199,7 +199,7 @@ class Navigator:
         twist = self.evasion.step(wanted, situation)
         if self.evasion.active:
             if state.time >= self._evaded_at + NEW_EVASION:
-                self._emit("evasion", "leaving the way of somebody who walks towards the robot")
+                self._emit("evasion", "leaving the way of a person who walks towards the robot")
             self._evaded_at = state.time
         return twist
 

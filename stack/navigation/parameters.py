@@ -49,11 +49,11 @@ class NavigationParameters:
         help="waits this long instead while a person is in the way, then fails",
     )  # fmt: skip
     person_distance: float = parameter(
-        1.5, "m", at_least=0.0, help="somebody this close ahead is in the way"
+        1.5, "m", at_least=0.0, help="a person this close ahead is in the way"
     )
     person_clearance: float = parameter(
         0.3, "m", at_least=0.0,
-        help="distance at which the robot stands before somebody on its path: it can still turn",
+        help="distance at which the robot stands before a person on its path: it can still turn",
     )  # fmt: skip
     give_way_after: float = parameter(
         4.0, "s", at_least=0.0,

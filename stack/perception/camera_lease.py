@@ -1,4 +1,4 @@
-"""Camera lease: cameras take pictures only while somebody asks for them."""
+"""Camera lease: cameras take pictures only while pictures are requested."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ FARTHEST = 2.2
 """Metres from the camera; the floor is not used beyond."""
 
 SILENCE = 2.0
-"""Seconds between two pictures after which the grid begins anew: nobody asked in between."""
+"""Seconds between two pictures after which the grid is cleared: the search was interrupted."""
 
 DARK_LEVEL = 8.0
 """Grey levels added before the logarithm: four times the usual noise of a pixel."""

@@ -8,9 +8,9 @@ from typing import Protocol
 from stack.body import Body
 from stack.components import Estimator, OdometryFusion
 from stack.frames.buffer import TransformBuffer
+from stack.navigation.facade.robot_facade import RobotFacade
 from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
-from stack.navigation.robot_facade import RobotFacade
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch

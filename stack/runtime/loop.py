@@ -27,7 +27,6 @@ from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
-    ColourMask,
     DepthImage,
     Image,
     Observation,
@@ -66,7 +65,6 @@ class Runtime:
         self.distance = 0.0
         self._pace = PaceMeter()
         self._image: Image | None = None
-        self._mask_stamp = -1.0
         self._depth_image: DepthImage | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
         self._health: BodyHealth = HEALTHY
@@ -218,18 +216,10 @@ class Runtime:
         """Whether the robot drives to the operator's goal while the mission is paused."""
         return self._commands.drives_to_operator_goal
 
-    def fresh_image(self) -> Image | None:
-        """The newest picture if no snapshot has contained it yet."""
-        image, self._image = self._image, None
-        return image
-
-    def fresh_mask(self) -> ColourMask | None:
-        """The newest mask of a colour if no snapshot has contained it yet."""
-        mask = self.parts.facade.colour_mask
-        if mask is None or mask.stamp == self._mask_stamp:
-            return None
-        self._mask_stamp = mask.stamp
-        return mask
+    @property
+    def image(self) -> Image | None:
+        """The newest picture of the camera."""
+        return self._image
 
     @property
     def depth_image(self) -> DepthImage | None:

@@ -10,7 +10,7 @@ from stack.body import SimulatedWorld
 from stack.runtime.interfaces import Parts
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
-from stack.types import ColourMask, DepthImage, FloatArray, Image
+from stack.types import DepthImage, FloatArray, Image
 
 SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 
@@ -42,12 +42,10 @@ class Loop(Protocol):
         """Whether the robot drives to the operator's goal while the mission is paused."""
         ...
 
-    def fresh_image(self) -> Image | None:
-        """The newest picture if no snapshot has contained it yet."""
+    @property
+    def image(self) -> Image | None:
+        """The newest picture of the camera."""
         ...
-
-    def fresh_mask(self) -> ColourMask | None:
-        """The newest mask of a colour if no snapshot has contained it yet."""
 
     @property
     def depth_image(self) -> DepthImage | None:
@@ -92,9 +90,9 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         speed=runtime.real_time_factor,
         pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
         parameters=parts.facade.parameters,
-        image=runtime.fresh_image(),
+        image=runtime.image,
         detections=parts.facade.seen_objects,
-        mask=runtime.fresh_mask(),
+        mask=parts.facade.colour_mask,
         depth_image=runtime.depth_image,
         depth_points=_depth_points(parts),
         cameras=parts.cameras.states,

@@ -34,6 +34,7 @@ from stack.telemetry.messages import (
 )
 from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
 from stack.telemetry.rendezvous import RunHandle, announce, announce_again, withdraw
+from stack.types import ColourMask, Image
 
 if TYPE_CHECKING:
     import zmq
@@ -123,8 +124,13 @@ class TelemetryServer:
         self._event_count = 0
         self._info, self._identity = b"", ""
         self._newest: Snapshot | None = None
+        # The newest picture and mask, with the moments in which they came: a client that did not
+        # ask in between gets them with a later moment.
+        self._image: Image | None = None
+        self._mask: ColourMask | None = None
+        self._image_moment = self._mask_moment = -1
         self._moment, self._looked = -1, clock()
-        self._encoded_moments: dict[bool, bytes] = {}
+        self._encoded_moments: dict[tuple[bool, bool, bool], bytes] = {}
         self._encoded_layers: dict[str, tuple[int, bytes]] = {}
 
     @property
@@ -169,6 +175,10 @@ class TelemetryServer:
     def snapshot(self, snapshot: Snapshot) -> None:
         """Keep the newest snapshot and answer the clients that are due."""
         self._newest, self._moment = snapshot, self._moment + 1
+        if snapshot.image is not None:
+            self._image, self._image_moment = snapshot.image, self._moment
+        if snapshot.mask is not None:
+            self._mask, self._mask_moment = snapshot.mask, self._moment
         self._encoded_moments.clear()
         for identity, client in list(self._due()):
             if client.asks:
@@ -341,7 +351,7 @@ class TelemetryServer:
                 if layers.get(name) != layer.version:
                     layers[name] = layer.version
                     yield self._layer(name)
-            yield self._moment_for(has.images)
+            yield self._moment_for(has)
         first = max(has.next_event, self._event_count - len(self._events))
         batch = self._batch(first)
         if batch:
@@ -369,15 +379,25 @@ class TelemetryServer:
             self._encoded_layers[name] = cached
         return cached[1]
 
-    def _moment_for(self, images: bool) -> bytes:
+    def _moment_for(self, has: Request) -> bytes:
+        """Return the newest snapshot, with the picture and the mask that a client lacks."""
         assert self._newest is not None
-        if images not in self._encoded_moments:
-            newest = self._newest
+        lacks = (
+            has.images, has.moment < self._image_moment and has.images,
+            has.moment < self._mask_moment,
+        )  # fmt: skip
+        if lacks not in self._encoded_moments:
+            newest, (images, lacks_image, lacks_mask) = self._newest, lacks
             versions = {name: layer.version for name, layer in newest.layers.items()}
-            image, depth = (newest.image, newest.depth_image) if images else (None, None)
-            bare = dataclasses.replace(newest, layers={}, image=image, depth_image=depth)
-            self._encoded_moments[images] = encode(Moment(self._moment, versions, bare))
-        return self._encoded_moments[images]
+            bare = dataclasses.replace(
+                newest,
+                layers={},
+                image=self._image if lacks_image else None,
+                mask=self._mask if lacks_mask else None,
+                depth_image=newest.depth_image if images else None,
+            )
+            self._encoded_moments[lacks] = encode(Moment(self._moment, versions, bare))
+        return self._encoded_moments[lacks]
 
     def _send_ack(self, identity: bytes, ack: Ack) -> None:
         """Send an Ack; a client that does not read its messages keeps its place and budget."""

@@ -95,9 +95,9 @@ class PeopleRow:
         time: seconds on the run's clock. driven: metres.
         failures: number of failed drives by their code.
         drove_into: contacts with people into which the robot drove. struck_moving, struck_standing:
-            those in which somebody walked into it, while it moved and while it stood.
+            those in which a person walked into it, while it moved and while it stood.
         things: contacts with things.
-        least_distance: to somebody, metres; None without people. intimate, personal: seconds in
+        least_distance: to a person, metres; None without people. intimate, personal: seconds in
             Hall's zones.
         collision_time: smallest time to collision, seconds; None: never below 10.
         jerk: root mean square, m/s³. longest_stand: seconds. standoffs: of more than 20 s.

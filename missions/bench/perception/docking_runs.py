@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 
 from missions.bench.layout import write_world
-from missions.bench.localisation.report import wilson
+from missions.bench.perception.table import RunRow, ending, failures, groups, measure
 from missions.bench.perception.truth import TruthRecorder
-from missions.bench.resumable import Key, TableOptions, Work, fill, record_settings
+from missions.bench.resumable import Key, TableOptions, Work
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.execution.run import execute
 from stack.streams import stream
-from stack.telemetry.records import MissionState
 from stack.types import Pose2D, wrap_angle
 
 MISSION = MISSIONS / "bench" / "docking.yaml"
@@ -40,7 +39,6 @@ ROOM = ((0.0, 5.0), (-2.6, 2.6))
 """x and y of the walls; the dock's face is at x = 0.2, y = 0."""
 
 FACE = Pose2D(0.2, 0.0, 0.0)
-PASSED, FAILED = "passed", "failed"
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ class DockingEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class DockingRow:
+class DockingRow(RunRow):
     """One row of the table: a run.
 
     Attributes:
@@ -80,16 +78,11 @@ class DockingRow:
     seed: int
     status: str
     cause: str
-    error: float
-    turn: float
-    contacts: int
-    time: float
-    wall_seconds: float
-
-    @property
-    def success(self) -> bool:
-        """Whether the battery charges."""
-        return self.status == PASSED
+    error: float = 0.0
+    turn: float = 0.0
+    contacts: int = 0
+    time: float = 0.0
+    wall_seconds: float = 0.0
 
     @property
     def key(self) -> Key:
@@ -168,10 +161,9 @@ def run_entry(entry: DockingEntry) -> DockingRow:
     plan, recorder = prepare(MISSION, options), TruthRecorder()
     report = execute(plan, options, [recorder], lambda: recorder.time >= TIME_LIMIT)
     end = recorder.poses[-1].relative_to(FACE)
-    done = report.status == MissionState.SUCCESS
+    status, cause = ending(report)
     return DockingRow(
-        Path(entry.robot).stem, entry.seed, status=PASSED if done else FAILED,
-        cause="" if done else report.reason or str(report.status),
+        Path(entry.robot).stem, entry.seed, status=status, cause=cause,
         error=round(hypot(end.x - plan.robot.footprint.front - GAP, end.y), 4),
         turn=round(abs(wrap_angle(end.heading - pi)), 4),
         contacts=report.collisions or 0, time=round(report.simulated_seconds, 2),
@@ -184,9 +176,7 @@ def line_of(row: DockingRow) -> str:
     figures = f"{1000 * row.error:.0f} mm, {degrees(row.turn):.1f} deg, {row.time:.0f} s"
     if row.contacts:
         figures += f", {row.contacts} contacts"
-    return f"{row.robot} seed {row.seed}: " + (
-        figures if row.success else f"{row.cause}; {figures}"
-    )
+    return f"{row.robot} seed {row.seed}: {row.outcome(figures)}"
 
 
 def measured(
@@ -197,26 +187,22 @@ def measured(
     Raises:
         InputError: the folder has results of other settings.
     """
-    settings = {
-        entry.robot: {"parameters": dict(entry.parameters), "time_limit": TIME_LIMIT}
-        for entry in entries
-    }
-    record_settings(options.out, settings)
-    return fill(entries, options, DOCKING_WORK, log)
+    return measure(entries, _settings, options, DOCKING_WORK, log)
+
+
+def _settings(entry: DockingEntry) -> tuple[str, dict[str, Any]]:
+    return entry.robot, {"parameters": dict(entry.parameters), "time_limit": TIME_LIMIT}
 
 
 def rows_of(rows: Sequence[DockingRow]) -> list[dict[str, object]]:
     """Return a row of figures for each robot."""
     found: list[dict[str, object]] = []
-    for robot in dict.fromkeys(row.robot for row in rows):
-        own = [row for row in rows if row.robot == robot]
-        good = [row for row in own if row.success] or own
-        passed = sum(row.success for row in own)
-        low, high = wilson(passed, len(own))
+    for robot, group in groups(rows, lambda row: row.robot).items():
+        own, good = group.rows, group.good
         found.append({
-            "robot": robot, "charging": f"{passed}/{len(own)}",
-            "95 % interval": f"{low:.0%} to {high:.0%}",
-            "exact": f"{sum(_is_exact(row) for row in own)}/{len(own)}",
+            "robot": robot, "charging": group.share(),
+            "95 % interval": group.interval,
+            "exact": group.share(_is_exact),
             "median error": f"{1000 * float(np.median([row.error for row in good])):.1f} mm",
             "largest error": f"{1000 * max(row.error for row in good):.1f} mm",
             "largest turn": f"{degrees(max(row.turn for row in good)):.1f} deg",
@@ -238,19 +224,12 @@ def report(rows: Sequence[DockingRow]) -> list[str]:
         f"{row['largest turn']}, contacts {row['contacts']}, {row['median time']}"
         for row in rows_of(rows)
     ]
-    return lines + [line_of(row) for row in rows if not row.success]
+    return lines + failures(rows, line_of)
 
 
 def _crashed(entry: DockingEntry, sentence: str) -> DockingRow:
     """Return the row of a run that ended with an exception."""
-    return DockingRow(
-        Path(entry.robot).stem, entry.seed, status=CRASHED, cause=sentence, error=0.0, turn=0.0,
-        contacts=0, time=0.0, wall_seconds=0.0,
-    )  # fmt: skip
+    return DockingRow(Path(entry.robot).stem, entry.seed, status=CRASHED, cause=sentence)
 
 
-def _read(values: dict[str, Any]) -> DockingRow:
-    return DockingRow(**values)
-
-
-DOCKING_WORK: Work[DockingEntry, DockingRow] = Work(run_entry, _read, line_of, _crashed)
+DOCKING_WORK: Work[DockingEntry, DockingRow] = Work(run_entry, DockingRow.read, line_of, _crashed)

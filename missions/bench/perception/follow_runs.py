@@ -12,18 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from missions.bench.localisation.report import wilson
-from missions.bench.resumable import Key, TableOptions, Work, fill, record_settings
+from missions.bench.perception.table import RunRow, ending, failures, groups, measure
+from missions.bench.resumable import Key, TableOptions, Work
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.execution.run import execute
-from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
+from stack.telemetry.records import Event, RunInfo, Snapshot
 
 MISSION = MISSIONS / "35_follow_me.yaml"
 
 TIME_LIMIT = 300.0
-PASSED, FAILED = "passed", "failed"
 
 
 @dataclass(frozen=True)
@@ -46,14 +45,14 @@ class FollowEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class FollowRow:
+class FollowRow(RunRow):
     """One row of the table: a run.
 
     Attributes:
         status: passed (the mission's success) | failed | crashed. cause: why it failed.
         drove_into: contacts with people into which the robot drove. struck: the others.
         things: contacts with things.
-        least_distance: to anybody, metres. intimate, personal: seconds in Hall's zones.
+        least_distance: to any person, metres. intimate, personal: seconds in Hall's zones.
         mean_gap: distance between the outlines of robot and guide, mean over time, metres.
         largest_gap: metres.
         lost: how often the guide went out of sight.
@@ -64,23 +63,18 @@ class FollowRow:
     seed: int
     status: str
     cause: str
-    drove_into: int
-    struck: int
-    things: int
-    least_distance: float
-    intimate: float
-    personal: float
-    mean_gap: float
-    largest_gap: float
-    lost: int
-    time: float
-    driven: float
-    wall_seconds: float
-
-    @property
-    def success(self) -> bool:
-        """Whether the robot followed the guide to the end."""
-        return self.status == PASSED
+    drove_into: int = 0
+    struck: int = 0
+    things: int = 0
+    least_distance: float = 0.0
+    intimate: float = 0.0
+    personal: float = 0.0
+    mean_gap: float = 0.0
+    largest_gap: float = 0.0
+    lost: int = 0
+    time: float = 0.0
+    driven: float = 0.0
+    wall_seconds: float = 0.0
 
     @property
     def key(self) -> Key:
@@ -148,10 +142,9 @@ def run_entry(entry: FollowEntry) -> FollowRow:
     report = execute(plan, options, [recorder], lambda: recorder.time >= TIME_LIMIT)
     people = report.people or {}
     by = Counter(item["by"] for item in people.get("contacts", ()))
-    done = report.status == MissionState.SUCCESS
+    status, cause = ending(report)
     return FollowRow(
-        Path(entry.robot).stem, entry.seed, status=PASSED if done else FAILED,
-        cause="" if done else report.reason or str(report.status),
+        Path(entry.robot).stem, entry.seed, status=status, cause=cause,
         drove_into=by["robot"], struck=sum(by.values()) - by["robot"], things=recorder.things,
         least_distance=people.get("least_distance") or 0.0,
         intimate=people.get("seconds_intimate", 0.0), personal=people.get("seconds_personal", 0.0),
@@ -170,9 +163,7 @@ def line_of(row: FollowRow) -> str:
     )
     if row.drove_into or row.struck or row.things:
         figures += f", drove into {row.drove_into}, struck {row.struck}, things {row.things}"
-    return f"{row.robot} seed {row.seed}: " + (
-        figures if row.success else f"{row.cause}; {figures}"
-    )
+    return f"{row.robot} seed {row.seed}: {row.outcome(figures)}"
 
 
 def measured(
@@ -183,25 +174,21 @@ def measured(
     Raises:
         InputError: the folder has results of other settings.
     """
-    settings = {
-        entry.robot: {"parameters": dict(entry.parameters), "time_limit": TIME_LIMIT}
-        for entry in entries
-    }
-    record_settings(options.out, settings)
-    return fill(entries, options, FOLLOW_WORK, log)
+    return measure(entries, _settings, options, FOLLOW_WORK, log)
+
+
+def _settings(entry: FollowEntry) -> tuple[str, dict[str, Any]]:
+    return entry.robot, {"parameters": dict(entry.parameters), "time_limit": TIME_LIMIT}
 
 
 def rows_of(rows: Sequence[FollowRow]) -> list[dict[str, object]]:
     """Return a row of figures for each robot."""
     found: list[dict[str, object]] = []
-    for robot in dict.fromkeys(row.robot for row in rows):
-        own = [row for row in rows if row.robot == robot]
-        good = [row for row in own if row.success] or own
-        passed = sum(row.success for row in own)
-        low, high = wilson(passed, len(own))
+    for robot, group in groups(rows, lambda row: row.robot).items():
+        own, good = group.rows, group.good
         found.append({
-            "robot": robot, "success": f"{passed}/{len(own)}",
-            "95 % interval": f"{low:.0%} to {high:.0%}",
+            "robot": robot, "success": group.share(),
+            "95 % interval": group.interval,
             "drove into": sum(row.drove_into for row in own),
             "struck": sum(row.struck for row in own), "things": sum(row.things for row in own),
             "intimate": f"{float(np.mean([row.intimate for row in own])):.1f} s",
@@ -223,20 +210,12 @@ def report(rows: Sequence[FollowRow]) -> list[str]:
         f"mean gap {row['mean gap']}, lost {row['lost']} times, {row['time']}"
         for row in rows_of(rows)
     ]
-    return lines + [line_of(row) for row in rows if not row.success]
+    return lines + failures(rows, line_of)
 
 
 def _crashed(entry: FollowEntry, sentence: str) -> FollowRow:
     """Return the row of a run that ended with an exception."""
-    return FollowRow(
-        Path(entry.robot).stem, entry.seed, status=CRASHED, cause=sentence, drove_into=0, struck=0,
-        things=0, least_distance=0.0, intimate=0.0, personal=0.0, mean_gap=0.0, largest_gap=0.0,
-        lost=0, time=0.0, driven=0.0, wall_seconds=0.0,
-    )  # fmt: skip
+    return FollowRow(Path(entry.robot).stem, entry.seed, status=CRASHED, cause=sentence)
 
 
-def _read(values: dict[str, Any]) -> FollowRow:
-    return FollowRow(**values)
-
-
-FOLLOW_WORK: Work[FollowEntry, FollowRow] = Work(run_entry, _read, line_of, _crashed)
+FOLLOW_WORK: Work[FollowEntry, FollowRow] = Work(run_entry, FollowRow.read, line_of, _crashed)

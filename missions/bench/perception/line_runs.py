@@ -11,16 +11,23 @@ from typing import Any
 import numpy as np
 
 from missions.bench.layout import write_world
-from missions.bench.localisation.report import wilson
 from missions.bench.perception.line_courses import LineCourse, cross_track, make_course
+from missions.bench.perception.table import (
+    FAILED,
+    PASSED,
+    RunRow,
+    ending,
+    failures,
+    groups,
+    measure,
+)
 from missions.bench.perception.truth import TruthRecorder
-from missions.bench.resumable import Key, TableOptions, Work, fill, record_settings
+from missions.bench.resumable import Key, TableOptions, Work
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS
 from missions.execution.run import execute
-from stack.telemetry.records import MissionState
 from stack.types import FloatArray
 
 MISSION = MISSIONS / "bench" / "line.yaml"
@@ -37,8 +44,6 @@ WRONG_WAY = 0.4
 
 BEGUN = 0.3
 """Metres along the line from which on the distance counts."""
-
-PASSED, FAILED = "passed", "failed"
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ class LineEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class LineRow:
+class LineRow(RunRow):
     """One row of the table: a run.
 
     Attributes:
@@ -83,18 +88,13 @@ class LineRow:
     seed: int
     status: str
     cause: str
-    rms: float
-    largest: float
-    speed: float
-    crossed: bool
-    junction: bool
-    time: float
-    wall_seconds: float
-
-    @property
-    def success(self) -> bool:
-        """Whether the end mark was reached along the line."""
-        return self.status == PASSED
+    rms: float = 0.0
+    largest: float = 0.0
+    speed: float = 0.0
+    crossed: bool = False
+    junction: bool = False
+    time: float = 0.0
+    wall_seconds: float = 0.0
 
     @property
     def key(self) -> Key:
@@ -156,8 +156,9 @@ def _plan(entry: LineEntry, course: LineCourse) -> Any:
 
 def _cause(course: LineCourse, report: Report, end: FloatArray, away: FloatArray) -> str:
     """Return why a run failed; empty after a success."""
-    if report.status != MissionState.SUCCESS:
-        return report.reason or str(report.status)
+    status, cause = ending(report)
+    if status == FAILED:
+        return cause
     if float(np.linalg.norm(end - course.route[-1])) > END_RADIUS:
         return f"ended {np.linalg.norm(end - course.route[-1]):.2f} m from the end mark"
     if away.max(initial=0.0) > WRONG_WAY:
@@ -169,8 +170,7 @@ def line_of(row: LineRow) -> str:
     """Return a run as one line."""
     figures = f"RMS {100 * row.rms:.1f} cm, largest {100 * row.largest:.1f} cm"
     figures += f", {row.speed:.2f} m/s"
-    outcome = figures if row.success else f"{row.cause}; {figures}"
-    return f"{row.robot}, {row.light}, seed {row.seed}: {outcome}"
+    return f"{row.robot}, {row.light}, seed {row.seed}: {row.outcome(figures)}"
 
 
 def measured(
@@ -181,29 +181,26 @@ def measured(
     Raises:
         InputError: the folder has results of other settings.
     """
-    settings = {
-        f"{entry.robot} {entry.light}": {
-            "light": LIGHTS[entry.light], "speed": entry.speed,
-            "parameters": dict(entry.parameters), "time_limit": TIME_LIMIT,
-        }
-        for entry in entries
+    return measure(entries, _settings, options, LINE_WORK, log)
+
+
+def _settings(entry: LineEntry) -> tuple[str, dict[str, Any]]:
+    return f"{entry.robot} {entry.light}", {
+        "light": LIGHTS[entry.light], "speed": entry.speed,
+        "parameters": dict(entry.parameters), "time_limit": TIME_LIMIT,
     }  # fmt: skip
-    record_settings(options.out, settings)
-    return fill(entries, options, LINE_WORK, log)
 
 
 def rows_of(rows: Sequence[LineRow]) -> list[dict[str, object]]:
     """Return a row of figures for each robot and light."""
     found: list[dict[str, object]] = []
-    for robot, light in dict.fromkeys((row.robot, row.light) for row in rows):
-        own = [row for row in rows if (row.robot, row.light) == (robot, light)]
-        passed = sum(row.success for row in own)
-        low, high = wilson(passed, len(own))
+    for (robot, light), group in groups(rows, lambda row: (row.robot, row.light)).items():
+        own = group.rows
         found.append({
-            "robot": robot, "light": light, "passed": f"{passed}/{len(own)}",
-            "95 % interval": f"{low:.0%} to {high:.0%}",
-            "gaps": f"{sum(row.crossed for row in own)}/{len(own)}",
-            "junctions": f"{sum(row.junction for row in own)}/{len(own)}",
+            "robot": robot, "light": light, "passed": group.share(),
+            "95 % interval": group.interval,
+            "gaps": group.share(lambda row: row.crossed),
+            "junctions": group.share(lambda row: row.junction),
             "RMS": f"{100 * float(np.mean([row.rms for row in own])):.1f} cm",
             "worst RMS": f"{100 * max(row.rms for row in own):.1f} cm",
             "largest": f"{100 * max(row.largest for row in own):.1f} cm",
@@ -220,19 +217,12 @@ def report(rows: Sequence[LineRow]) -> list[str]:
         f"largest {row['largest']}, {row['speed']}"
         for row in rows_of(rows)
     ]
-    return lines + [line_of(row) for row in rows if not row.success]
+    return lines + failures(rows, line_of)
 
 
 def _crashed(entry: LineEntry, sentence: str) -> LineRow:
     """Return the row of a run that ended with an exception."""
-    return LineRow(
-        *entry.key, status=CRASHED, cause=sentence, rms=0.0, largest=0.0, speed=0.0, crossed=False,
-        junction=False, time=0.0, wall_seconds=0.0,
-    )  # fmt: skip
+    return LineRow(*entry.key, status=CRASHED, cause=sentence)
 
 
-def _read(values: dict[str, Any]) -> LineRow:
-    return LineRow(**values)
-
-
-LINE_WORK: Work[LineEntry, LineRow] = Work(run_entry, _read, line_of, _crashed)
+LINE_WORK: Work[LineEntry, LineRow] = Work(run_entry, LineRow.read, line_of, _crashed)

@@ -34,7 +34,7 @@ AROUND = 0.12
 """Points this close to a tracked object belong to it, metres."""
 
 OVERLAP = 0.08
-"""Metres by which the disc of somebody may overlap a wall: bodies are not round."""
+"""Metres by which the disc of a person may overlap a wall: bodies are not round."""
 
 STATIC_PADDING = 0.04
 """Distance kept to obstacle points, metres."""
@@ -66,7 +66,7 @@ class Situation:
 
 
 class Evasion:
-    """Replaces a velocity that leads to a meeting with somebody by the best evasive motion.
+    """Replaces a velocity that leads to a meeting with a person by the best evasive motion.
 
     Args:
         robot: outline, limits and kind of drive.

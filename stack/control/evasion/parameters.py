@@ -13,7 +13,7 @@ class EvasionParameters:
 
     when: str = parameter(
         "driving", one_of=("driving", "always", "never"),
-        help="when the robot leaves the way of somebody who walks towards it: during drives (also "
+        help="when the robot leaves the way of a person who walks towards it: during drives (also "
         "while it waits for a plan or stands before an obstacle), whenever the mission runs, never",
     )  # fmt: skip
     horizon: float = parameter(

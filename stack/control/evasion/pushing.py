@@ -12,24 +12,24 @@ from stack.safety.monitor import moving_discs
 from stack.types import FloatArray, Pose2D, TrackedObject
 
 WALKS = 0.3
-"""m/s from which somebody counts as walking."""
+"""m/s from which a person counts as walking."""
 
 STOPPED = 0.2
-"""m/s below which somebody has stopped."""
+"""m/s below which a person has stopped."""
 
 NEAR = 0.6
-"""Metres between the base and the surface of somebody who may have run into the robot."""
+"""Metres between the base and the surface of a person who may have run into the robot."""
 
 SETS_OFF = 1.0
-"""Seconds after which somebody who stands before the robot is expected to go on."""
+"""Seconds after which a person who stands before the robot is expected to go on."""
 
 FORGOTTEN = 6.0
-"""Seconds after which somebody who has stopped is not expected to go on any more."""
+"""Seconds after which a person who has stopped is not expected to go on any more."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Walk:
-    """The last walk of somebody: velocity in the map frame, and when they walked."""
+    """The last walk of a person: velocity in the map frame, and when they walked."""
 
     velocity: tuple[float, float]
     time: float

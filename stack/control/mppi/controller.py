@@ -26,7 +26,7 @@ STALLED, STALLED_TURN = 0.04, 0.1
 AT_REST = 0.2
 """Speed in m/s below which a tracked object counts as standing; it may wait for the robot."""
 
-NEAR_SOMEBODY = 3.0
+NEAR_PERSON = 3.0
 """Distance in metres to a moving object within which the robot does not stop to turn in place."""
 
 
@@ -67,7 +67,7 @@ class Mppi(PathController[MppiParameters]):
         x, y = state.pose.x, state.pose.y
         return not self.parameters.moving_weight or all(
             track.speed < AT_REST
-            or hypot(track.position[0] - x, track.position[1] - y) > NEAR_SOMEBODY
+            or hypot(track.position[0] - x, track.position[1] - y) > NEAR_PERSON
             for track in state.tracks
         )
 
@@ -95,12 +95,12 @@ class Mppi(PathController[MppiParameters]):
         soon = poses[: self._soon]
         if self._swept.clear_poses(state.costs, state.pose, soon[None])[0] < len(soon):
             return None
-        if state.tracks and self._meets_somebody(soon, state):
+        if state.tracks and self._meets_person(soon, state):
             return None
         self._local_plan = poses
         return first
 
-    def _meets_somebody(self, poses: FloatArray, state: ControlState) -> bool:
+    def _meets_person(self, poses: FloatArray, state: ControlState) -> bool:
         """Whether poses one time step apart collide with an object that keeps its velocity."""
         p, outline = self.parameters, self._outline_for(state.costs.resolution)
         times = p.time_step * np.arange(1.0, len(poses) + 1.0)

@@ -214,6 +214,8 @@ def _views(
     cells: FloatArray, reachable: NDArray[np.bool_], kinds: NDArray[np.int8], farthest: float
 ) -> NDArray[np.int64]:
     """Return (n, 2) reachable cells that see the middle of a frontier, the nearest first."""
+    from stack.mapping.exploration import kernels
+
     middle = cells.mean(axis=0)
     nearest = cells[np.argmin(np.hypot(*(cells - middle).T))]
     low = np.maximum(nearest - farthest, 0).astype(int)
@@ -221,13 +223,7 @@ def _views(
     reached = np.argwhere(reachable[low[0] : high[0], low[1] : high[1]]) + low
     away = np.hypot(*(reached - nearest).T)
     order = np.argsort(away, kind="stable")[: np.count_nonzero(away <= farthest)]
-    seeing = [n for n in order.tolist() if not _is_hidden(reached[n], nearest, kinds)]
-    found: NDArray[np.int64] = reached[seeing[:: max(1, len(seeing) // VIEWS_TRIED)]]
+    near = np.ascontiguousarray(reached[order])
+    seeing = near[kernels.in_sight(kinds, near, *nearest.tolist())]
+    found: NDArray[np.int64] = seeing[:: max(1, len(seeing) // VIEWS_TRIED)]
     return found
-
-
-def _is_hidden(view: NDArray[np.int64], cell: FloatArray, kinds: NDArray[np.int8]) -> bool:
-    """Whether an occupied cell is on the line between two cells."""
-    count = int(2 * np.abs(cell - view).max()) + 2
-    rows, columns = np.rint(np.linspace(view, cell, count)).astype(np.int64).T
-    return bool((kinds[rows, columns] == OCCUPIED_KIND).any())

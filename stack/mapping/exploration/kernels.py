@@ -128,9 +128,45 @@ def unknown_in_view(
     return found
 
 
+@njit(cache=True, nogil=True)
+def in_sight(
+    kinds: NDArray[np.int8], cells: NDArray[np.int64], row: float, column: float
+) -> NDArray[np.bool_]:
+    """Whether no occupied cell is on the line from each of some cells to a cell.
+
+    The lines are sampled about twice per cell, at the numbers of np.linspace.
+
+    Args:
+        kinds: (rows, columns): -1 unknown, 0 free, 1 occupied.
+        cells: (n, 2) row and column.
+        row: of the other end.
+        column: of the other end.
+
+    Returns:
+        (n,) bool.
+    """
+    clear = np.ones(cells.shape[0], np.bool_)
+    for n in range(cells.shape[0]):
+        first_row, first_column = float(cells[n, 0]), float(cells[n, 1])
+        rise, run = row - first_row, column - first_column
+        parts = int(2.0 * max(abs(rise), abs(run))) + 1
+        row_step, column_step = rise / parts, run / parts
+        for part in range(parts + 1):
+            y, x = part * row_step + first_row, part * column_step + first_column
+            if row_step == 0.0 or column_step == 0.0:
+                y, x = part / parts * rise + first_row, part / parts * run + first_column
+            if part == parts:
+                y, x = row, column
+            if kinds[int(np.rint(y)), int(np.rint(x))] == 1:
+                clear[n] = False
+                break
+    return clear
+
+
 TRAVEL = ((travel_distances, (u1[:, ::1], i8, i8)),)
 EXPLORATION = (
     *TRAVEL,
     (unknown_in_view, (i1[:, ::1], i8[::1], i8[::1], f8, f8, i8)),
+    (in_sight, (i1[:, ::1], i8[:, ::1], f8, f8)),
 )
 """Entry points with the types that the stack calls them with."""

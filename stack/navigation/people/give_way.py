@@ -1,4 +1,4 @@
-"""Giving way: the robot leaves the way of somebody whom it faces, and waits until they passed."""
+"""Giving way: the robot leaves the way of a person whom it faces, and waits until they passed."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ DRIVING_SPEED, STARTING_TIME = 0.5, 1.5
 """Speed in m/s on the way to a passing place, and seconds until the robot is under way."""
 
 NEAR_WAY = 0.7
-"""Metres to the way between the robot and whom it faced, within which somebody has not passed."""
+"""Metres to the way between the robot and whom it faced, within which a person has not passed."""
 
 PASSED = 0.5
-"""Seconds without anybody in front after which they have passed."""
+"""Seconds without a person in front after which they have passed."""
 
 
 class Trail:
@@ -60,7 +60,7 @@ class Trail:
 
 
 class Courtesy:
-    """Decides when a drive leaves somebody's way, drives to a passing place and waits there.
+    """Decides when a drive leaves a person's way, drives to a passing place and waits there.
 
     Args:
         tools: of the drive.
@@ -135,7 +135,7 @@ class Courtesy:
             self._back = None
 
     def _begin(self, state: NavigationState, standoff: Standoff) -> None:
-        """Leave the way of somebody whom the robot has faced for long enough."""
+        """Leave the way of a person whom the robot has faced for long enough."""
         p, person, now = self._tools.parameters, standoff.person, state.time
         if person is None or standoff.lasts(now) < p.give_way_after:
             return
@@ -150,7 +150,7 @@ class Courtesy:
             self._leave(state, place, Meeting(person, front, 0.0), "giving way to a person")
 
     def _wait_before(self, state: NavigationState, ahead: FloatArray) -> None:
-        """Leave the way of somebody whom the robot would meet where two cannot pass."""
+        """Leave the way of a person whom the robot would meet where two cannot pass."""
         p, now = self._tools.parameters, state.time
         if not state.tracks or self._waited_before >= p.give_way_attempts:
             return
@@ -174,7 +174,7 @@ class Courtesy:
     def _place_beside(
         self, state: NavigationState, person: TrackedObject, front: FloatArray
     ) -> Pose2D | None:
-        """Return a place beside the way of somebody; `front`: from them to the robot."""
+        """Return a place beside the way of a person; `front`: from them to the robot."""
         pose = state.estimate.pose
         way = np.concatenate([front[:-1], way_of(person, pose, self._trail.points)[1:]])
         near = [track for track in state.tracks if nearest([track], pose, REACH) is not None]
@@ -217,7 +217,7 @@ class Courtesy:
         return None if self._clear.elapsed(now) >= PASSED else STANDSTILL
 
     def _may_still_come(self, state: NavigationState) -> bool:
-        """Whether somebody is in front, or who was expected cannot be seen and is not due yet."""
+        """Whether a person is in front, or who was expected cannot be seen and is not due yet."""
         if any(self._is_in_front(track.position) for track in state.tracks):
             return True
         is_seen = any(track.id == self._person for track in state.tracks)
@@ -230,7 +230,7 @@ class Courtesy:
         return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
 
     def _is_in_front(self, at: tuple[float, float]) -> bool:
-        """Whether somebody is on the part of the way that leads to where the robot left it."""
+        """Whether a person is on the part of the way that leads to where the robot left it."""
         away = np.hypot(*(self._front - at).T)
         nearest_one = int(np.argmin(away))
         return bool(away[nearest_one] <= NEAR_WAY) and nearest_one < len(self._front) - 1

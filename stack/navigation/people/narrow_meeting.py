@@ -1,6 +1,6 @@
 """Meetings that are to come where two cannot pass: in a door, in a narrow corridor.
 
-Who waits before the passage loses less time than who meets somebody in it and has to back out.
+A robot that waits before the passage loses less time than one that has to back out of it.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ REACH = 10.0
 """Metres of the path ahead in which people are looked for."""
 
 NEAREST = 1.5
-"""Metres of path to somebody below which it is too late to wait: the drive faces them."""
+"""Metres of path to a person below which it is too late to wait: the drive faces them."""
 
 BESIDE = 0.6
-"""Metres from the path within which somebody walks along it."""
+"""Metres from the path within which a person walks along it."""
 
 COMING_SPEED = 0.3
-"""m/s against the path from which somebody comes towards the robot."""
+"""m/s against the path from which a person comes towards the robot."""
 
 OWN_SPEED = 0.4
 """Least speed in m/s with which the robot is expected to go on."""
@@ -41,7 +41,7 @@ SAMPLE = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """Somebody who comes along the path.
+    """A person who comes along the path.
 
     Attributes:
         person: who comes, map frame.

@@ -1,4 +1,4 @@
-"""Search for a place beside a way, where the robot lets somebody pass."""
+"""Search for a place beside a way, where the robot lets a person pass."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ ROOM = 0.15
 """Metres between the robot and who passes, besides their radii."""
 
 BODY = 0.25
-"""Least radius that is expected of somebody, metres."""
+"""Least radius that is expected of a person, metres."""
 
 BEYOND = 2.0
-"""Metres for which the way of somebody is continued if it is not known."""
+"""Metres for which the way of a person is continued if it is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Bodies:
 
 
 def way_of(person: TrackedObject, pose: Pose2D, trail: FloatArray) -> FloatArray:
-    """Return the way that somebody who faces the robot is expected to want, (n, 2), map frame.
+    """Return the way that a person who faces the robot is expected to want, (n, 2), map frame.
 
     It leads to the robot and then where the robot came from.
 

@@ -1,4 +1,4 @@
-"""Standoffs: somebody is in the way of a drive; waited for with a patience in seconds."""
+"""Standoffs: a person is in the way of a drive; waited for with a patience in seconds."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from stack.navigation.tasks import NavigationState
 from stack.types import FailureCode, FloatArray, Pose2D, TrackedObject
 
 BESIDE = 0.5
-"""Metres between the surface of somebody and the path within which they are in the way."""
+"""Metres between the surface of a person and the path within which they are in the way."""
 
 GONE = 1.0
-"""Seconds after which somebody who is not in the way any more does not come back."""
+"""Seconds after which a person who is not in the way any more does not come back."""
 
 GAIN = 0.5
-"""Metres of way after which a standoff is over although there is still somebody ahead."""
+"""Metres of way after which a standoff is over although there is still a person ahead."""
 
 
 class Standoff:
-    """Whether somebody is in the way of a drive, and for how long.
+    """Whether a person is in the way of a drive, and for how long.
 
     Args:
         timers: of the drive: pauses do not count.
@@ -40,7 +40,7 @@ class Standoff:
         self.person: TrackedObject | None = None
 
     def lasts(self, now: float) -> float:
-        """Return the seconds for which somebody has been in the way."""
+        """Return the seconds for which a person has been in the way."""
         return 0.0 if self.person is None else self._since.elapsed(now)
 
     def end(self) -> None:
@@ -93,7 +93,7 @@ def nearest(tracks: Sequence[TrackedObject], pose: Pose2D, reach: float) -> Trac
 
 
 def _is_beside(path: FloatArray, track: TrackedObject) -> bool:
-    """Whether somebody is near a path (n, 2), map frame."""
+    """Whether a person is near a path (n, 2), map frame."""
     if not len(path):
         return False
     x, y = track.position
@@ -102,7 +102,7 @@ def _is_beside(path: FloatArray, track: TrackedObject) -> bool:
 
 
 def blocked_by(person: TrackedObject, seconds: float) -> NavigationError:
-    """Return the failure of a drive that somebody has blocked for some seconds."""
+    """Return the failure of a drive that a person has blocked for some seconds."""
     x, y = person.position
     sentence = f"a person at ({x:.1f}, {y:.1f}) has been in the way for {seconds:.0f} s"
     return NavigationError(FailureCode.BLOCKED_BY_PERSON, sentence)

@@ -12,7 +12,7 @@ STANDING_TIME = 2.0
 class Bump:
     """Slows a person down who touches a robot.
 
-    The bodies of people are moved and have no mass in the physics: without this somebody would
+    The bodies of people are moved and have no mass in the physics: without this a person would
     push a robot along for as long as they touch.
     """
 

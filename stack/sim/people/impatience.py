@@ -14,19 +14,19 @@ from numpy.typing import NDArray
 from stack.types import FloatArray
 
 STUCK_SHARE = 0.15
-"""Share of the wanted speed, in the wanted direction, below which somebody is stuck."""
+"""Share of the wanted speed, in the wanted direction, below which a person is stuck."""
 
 MEAN_TIME = 1.0
 """Seconds over which that speed is averaged."""
 
 SQUEEZE_AFTER, SQUEEZE_TIME = 0.8, 3.0
-"""Seconds of being stuck after which somebody goes close to walls, and for how long."""
+"""Seconds of being stuck after which a person goes close to walls, and for how long."""
 
 SQUEEZE_WEIGHT = 0.1
 """Factor on the repulsion of walls meanwhile."""
 
 BACK_AFTER = BACK_TIME = (3.0, 8.0)
-"""Limits of the seconds of being stuck after which somebody turns back, and of the way back."""
+"""Limits of the seconds of being stuck after which a person turns back, and of the way back."""
 
 
 class Impatience:

@@ -25,7 +25,7 @@ from stack.streams import stream
 from stack.types import FloatArray
 
 RELAXATION_TIME = 0.5
-"""Seconds in which somebody gets up to the wanted speed (Helbing and Molnár: 0.5 s)."""
+"""Seconds in which a person gets up to the wanted speed (Helbing and Molnár: 0.5 s)."""
 
 STRIDE_TIME = 2.0
 """Seconds of the others' walk that people foresee (Helbing and Molnár: 2 s)."""
@@ -58,7 +58,7 @@ LOOK_AHEAD = 8
 """Cells of the floor along the way to the point at which people look."""
 
 SPELL = 4.0
-"""Seconds for which somebody goes on watching the robots, or not watching them."""
+"""Seconds for which a person goes on watching the robots, or not watching them."""
 
 REACTION_TIME = 0.3
 """Seconds after which people react to what a robot does."""

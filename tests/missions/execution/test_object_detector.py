@@ -214,10 +214,10 @@ def test_the_search_for_a_colour_shows_its_mask(live):
     for _ in range(120):
         run.steps()
         snapshot = run.snapshot
-        if snapshot.mask is not None:
+        if snapshot.mask is not None and (not masks or snapshot.mask is not masks[-1]):
             masks.append(snapshot.mask)
         if any(item.label == "red" for item in snapshot.detections):
             break
     assert masks[-1].pixels.shape == (240, 320) and masks[-1].pixels.any()
     stamps = [mask.stamp for mask in masks]
-    assert stamps == sorted(set(stamps))  # each once
+    assert stamps == sorted(set(stamps))

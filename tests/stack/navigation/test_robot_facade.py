@@ -7,9 +7,10 @@ import pytest
 
 from stack.control.pure_pursuit import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
+from stack.navigation.facade.parts import FacadeParts
+from stack.navigation.facade.robot_facade import RobotFacade
 from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
-from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tasks import NavigationState
 from stack.navigation.tuning import Tunable
 from stack.perception.camera_lease import CameraLease

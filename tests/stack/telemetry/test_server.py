@@ -140,6 +140,14 @@ def test_pictures_come_to_those_who_want_them(run):
     assert run.until(client.poll).image.pixels.shape == (6, 8, 3)
 
 
+def test_a_client_that_comes_later_gets_the_picture_too(run):
+    first = run.connect(images=True)
+    stamp = run.until(first.poll).image.stamp
+    second = run.connect(images=True)
+    assert run.until(second.poll).image.stamp == stamp
+    assert run.until(second.poll).image is None  # it has it
+
+
 def test_without_clients_no_snapshot_is_built(run):
     for _ in range(10):
         run.publish()

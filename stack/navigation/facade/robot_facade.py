@@ -2,51 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from math import degrees
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from stack.components import Estimator, Match
-from stack.drivetrain.description import RobotDescription
+from stack.components import Match
 from stack.errors import ParameterError
-from stack.frames.buffer import TransformBuffer
 from stack.mapping.exploration.frontiers import FrontierParameters
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.drive_to_goal import GoalDrive
-from stack.navigation.loop_state import LoopState
-from stack.navigation.map_service import MapService
-from stack.navigation.navigator import Navigator
+from stack.navigation.facade.parts import FacadeParts
+from stack.navigation.facade.perception import PerceptionFacade
 from stack.navigation.relocalisation import Relocalisation
-from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
-from stack.navigation.tuning import NamedParameters, Tunable, change
+from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.navigation.tuning import NamedParameters, change
 from stack.parameters import suggestion
-from stack.perception.camera_lease import CameraLease
-from stack.perception.depth.cloud import point_cloud
-from stack.perception.places.memory import PlaceMemory
 from stack.robot import JsonValue
 from stack.types import (
     Battery,
-    ColourMask,
     ContactZone,
     CoveragePlan,
-    DepthImage,
-    Detection,
-    FloatArray,
-    FloorLines,
     Footprint,
     Frontier,
     Image,
-    LineColour,
     Marker,
-    MarkerSighting,
-    ObjectColour,
     OccupancyGrid,
     Path,
-    PlaceSighting,
-    PointCloud,
     Pose2D,
     PoseEstimate,
     Scan,
@@ -55,132 +38,16 @@ from stack.types import (
     wrap_angle,
 )
 
-SHOWN_FOR = 2.0
-"""Seconds for which displays show what a search for a colour has found."""
 
-
-class MarkerDetector(Protocol):
-    """Detects known markers in images."""
-
-    def sightings(self, image: Image) -> tuple[MarkerSighting, ...]:
-        """Return the known markers in an image."""
-        ...
-
-
-class FloorLineDetector(Protocol):
-    """Detects lines on the floor in images."""
-
-    def see(
-        self, image: Image, base: Pose2D, colour: LineColour, width: float, obstacles: FloatArray
-    ) -> FloorLines:
-        """Return the lines after an image that was taken at a base pose in the odom frame.
-
-        Obstacles (n, 2), odom frame, hide the floor behind them.
-        """
-        ...
-
-
-class ColouredObjectDetector(Protocol):
-    """Detects coloured objects in images."""
-
-    def detect(
-        self, image: Image, colour: ObjectColour, base: Pose2D, ranges: FloatArray
-    ) -> tuple[Detection, ...]:
-        """Return the objects in an image that was taken at a base pose in the map frame.
-
-        Points of the range sensors (n, 2), base frame, give distances.
-        """
-        ...
-
-    def recent(self, stamp: float) -> tuple[Detection, ...]:
-        """Return the objects in the last picture if it is not older than a stamp, seconds."""
-        ...
-
-    @property
-    def mask(self) -> ColourMask | None:
-        """Pixels of the colour in the last picture; None before the first one."""
-        ...
-
-
-class ObjectDetection(Protocol):
-    """Searches pictures for objects."""
-
-    def detections(self, now: float) -> tuple[Detection, ...] | None:
-        """Return the newest detections and go on searching; None without recent ones."""
-        ...
-
-    def recent(self, now: float) -> tuple[Detection, ...] | None:
-        """As `detections`, without asking for more."""
-        ...
-
-
-class ImageStore(Protocol):
-    """Saves images in the run's folder."""
-
-    def save(self, image: Image, name: str, details: Mapping[str, JsonValue] | None = None) -> str:
-        """Save an image, and details beside it; return its path relative to the folder."""
-        ...
-
-
-@dataclass(frozen=True)
-class FacadeParts:
-    """Components of a robot facade.
-
-    Attributes:
-        robot: description of the robot.
-        state: newest data of the step loop.
-        clock: returns the seconds on the body's clock.
-        frames: poses by time stamp.
-        camera: keeps the camera on while pictures are requested.
-        markers: the known markers of the world, map frame.
-        detector: of markers; None when the robot has no camera.
-        tunables: components whose parameters may be changed, by name.
-        cover: without a map, grows the costmaps to contain some poses.
-        draw: replaces the map of the costmaps.
-        forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
-        maps: the map so far.
-        recording_over: whether all measurements of a replayed log have been played.
-        floor_lines: None when the robot has no camera.
-        coloured_objects: likewise.
-        objects: detections of a model; None without one.
-        depth_camera: keeps the depth cameras on while point clouds are requested.
-        places: keyframes of the map; None when they are not used.
-    """
-
-    robot: RobotDescription
-    state: LoopState
-    clock: Callable[[], float]
-    frames: TransformBuffer
-    camera: CameraLease
-    navigator: Navigator
-    estimator: Estimator
-    local_costmap: CostmapLike
-    global_costmap: CostmapLike
-    store: ImageStore
-    emit: Emit
-    maps: MapService
-    markers: tuple[Marker, ...] = ()
-    detector: MarkerDetector | None = None
-    tunables: Mapping[str, Tunable] = field(default_factory=dict)
-    cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
-    draw: Callable[[OccupancyGrid], None] = lambda grid: None
-    forget_tracks: Callable[[], None] = lambda: None
-    recording_over: Callable[[], bool] = lambda: False
-    floor_lines: FloorLineDetector | None = None
-    coloured_objects: ColouredObjectDetector | None = None
-    objects: ObjectDetection | None = None
-    depth_camera: CameraLease = field(default_factory=CameraLease)
-    places: PlaceMemory | None = None
-
-
-class RobotFacade:
+class RobotFacade(PerceptionFacade):
     """Implementation of stack.robot.Robot with the components of the stack.
 
     It answers from the state of the step loop and keeps none of its own.
     """
 
     def __init__(self, parts: FacadeParts) -> None:
-        self._parts, self._state, self._navigation = parts, parts.state, parts.navigator
+        super().__init__(parts)
+        self._navigation = parts.navigator
         self._parameters = NamedParameters(parts.tunables)
 
     @property
@@ -196,22 +63,6 @@ class RobotFacade:
         """
         read = change(self._parts.tunables, name, value)
         self._parts.emit("parameter", f"{name} is now {read}", name=name, value=str(read))
-
-    @property
-    def seen_objects(self) -> tuple[Detection, ...]:
-        """What detector and search for a colour found in recent pictures, for displays."""
-        objects, coloured = self._parts.objects, self._parts.coloured_objects
-        found = () if objects is None else objects.recent(self.time) or ()
-        if coloured is None:
-            return found
-        return (*found, *coloured.recent(self.time - SHOWN_FOR))
-
-    @property
-    def colour_mask(self) -> ColourMask | None:
-        """Pixels of the colour that was searched in a recent picture, for displays."""
-        coloured = self._parts.coloured_objects
-        mask = None if coloured is None else coloured.mask
-        return mask if mask is not None and mask.stamp >= self.time - SHOWN_FOR else None
 
     @property
     def time(self) -> float:
@@ -328,82 +179,6 @@ class RobotFacade:
         """Begin or cease to change the map."""
         self._parts.estimator.set_mapping(is_mapping)
         self._parts.emit("map", "mapping" if is_mapping else "localising on the map as it is")
-
-    def image(self) -> Image | None:
-        """The newest camera image since the camera was switched on; keeps it on.
-
-        Images from before the camera was last off are not returned: they are out of date.
-        """
-        self._parts.camera.renew(self.time)
-        image = self._state.newest("camera", Image)
-        return image if image is not None and self._parts.camera.covers(image.stamp) else None
-
-    def point_cloud(
-        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
-    ) -> PointCloud | None:
-        """Points in the newest picture of a depth camera; keeps the depth cameras on."""
-        known = self._parts.robot.depth_cameras
-        name = camera or next(iter(known), "")
-        if name not in known:
-            if not known:
-                raise ParameterError("camera", "the robot has no depth camera")
-            raise ParameterError(
-                "camera", f"unknown depth camera {name!r}", suggestion(name, known)
-            )
-        if not voxel > 0.0:
-            raise ParameterError("voxel", f"expected more than 0 m, got {voxel:g}", "e.g. 0.05")
-        lease = self._parts.depth_camera
-        lease.renew(self.time)
-        image = self._state.newest(name, DepthImage)
-        if image is None or not lease.covers(image.stamp):
-            return None
-        return point_cloud(image, voxel=voxel, above=above)
-
-    def marker_sightings(self) -> tuple[MarkerSighting, ...]:
-        """Known markers in the newest image; keeps the camera on like `image`."""
-        image, detector = self.image(), self._parts.detector
-        if image is None or detector is None:
-            return ()
-        return detector.sightings(image)
-
-    @property
-    def keyframes(self) -> int:
-        """Number of keyframes of the map that pictures can be compared with."""
-        return 0 if self._parts.places is None else self._parts.places.count
-
-    def place_sightings(self) -> tuple[PlaceSighting, ...]:
-        """Poses from which the newest image can have been taken; keeps the camera on."""
-        image, places = self.image(), self._parts.places
-        if image is None or places is None:
-            return ()
-        return places.sightings(image, self._parts.frames)
-
-    def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
-        """Lines on the floor around the robot; keeps the camera on like `image`."""
-        image, detector = self.image(), self._parts.floor_lines
-        if image is None or detector is None or not self._parts.frames.covers(image.stamp):
-            return None
-        base = self._parts.frames.pose_at("odom", image.stamp)
-        obstacles = self.odometry.transform(self._state.obstacles.points)
-        return detector.see(image, base, colour, width, obstacles)
-
-    def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
-        """Objects of a colour on the floor; keeps the camera on like `image`."""
-        image, detector = self.image(), self._parts.coloured_objects
-        frames = self._parts.frames
-        if image is None or detector is None or not frames.covers(image.stamp):
-            return None
-        ranges = self.odometry.transform(self._state.obstacles.points)
-        ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
-        return detector.detect(image, colour, frames.pose_at("map", image.stamp), ranges)
-
-    def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
-        """Objects in the newest searched picture; keeps detector and camera on."""
-        objects = self._parts.objects
-        found = None if objects is None else objects.detections(self.time)
-        if found is None or label is None:
-            return found
-        return tuple(item for item in found if item.label == label)
 
     def fit_at(self, pose: Pose2D) -> float:
         """Localisation health of the newest scan at another pose; 0 without a scan."""

@@ -1,0 +1,1 @@
+"""Robot facade for behaviours: its interfaces, its parts and its members by topic."""
