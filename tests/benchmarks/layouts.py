@@ -230,6 +230,8 @@ LAYOUTS: dict[str, Layout] = {
         "planner": "{planner}", "robot": "{robot}", "found": "{found}",
         "median": "{median_ms:.2f} ms", "worst": "{worst_ms:.1f} ms",
         "length / astar's": "{length_ratio:.3f}", "cost / astar's": "{cost_ratio:.3f}",
+    }, added={
+        "cost / NavFn's, mean": "{navfn_mean:.3f}", "cost / NavFn's, worst": "{navfn_worst:.3f}",
     }),
     "estop": Layout({
         "situation": "{situation}", "presses": "{presses}", "median": "{median ms:.1f} ms",
