@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -21,9 +22,13 @@ from missions.bench.people.oracle import (
     walks,
 )
 from missions.bench.people.oracle_picture import draw_verdict, sentence
+from missions.bench.people.table import rows_of
 from robots.load import find_robot, read_robot
 from stack.sim.worlds.world_file import read_world
 from stack.types import Pose2D
+from tests.benchmarks.figures import block, write
+from tests.benchmarks.figures import read as read_figures
+from tests.missions.bench.test_flats import ROW
 
 SPEED, RADIUS = 0.8, 0.22
 CELL = 0.05
@@ -180,3 +185,20 @@ def test_the_picture_shows_walls_and_bodies(tmp_path):
     pixels = cv2.imread(str(tmp_path / "oracle" / "a.png"))
     assert max(pixels.shape) >= 500
     assert (pixels == (190, 60, 160)).all(axis=2).any()
+
+
+def test_the_table_counts_impossible_runs_among_those_that_were_judged():
+    judged = [replace(ROW, possible=possible, seed=n) for n, possible in enumerate((True, False))]
+    reacting = replace(ROW, people="social_force")
+    rows = {row["people"]: row["impossible"] for row in rows_of([*judged, ROW, reacting])}
+    assert rows == {"unaware": "1/2", "social_force": ""}
+
+
+def test_a_table_has_the_column_once_it_was_measured(tmp_path):
+    figures = read_figures("dyna")
+    rows = [{k: v for k, v in row.items() if k != "impossible"} for row in figures.rows]
+    write(replace(figures, rows=rows), tmp_path)
+    assert "nobody could pass" not in block("dyna", tmp_path)
+    write(replace(figures, rows=[{**row, "impossible": 3} for row in rows]), tmp_path)
+    assert "| nobody could pass |" in block("dyna", tmp_path)
+    assert " s | 3 |" in block("dyna", tmp_path)
