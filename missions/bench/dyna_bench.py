@@ -80,14 +80,18 @@ def dyna_entries(setups: Sequence[Setup], worlds: int, trials: int, folder: Path
 
 
 def report(runs: Sequence[TrialRow]) -> list[str]:
-    """Return a line per setup, and one per failure."""
-    lines = [f"{'setup':<24}  reached  collided  was struck  timeout  gave up{FIGURES}"]
+    """Return a line per setup, and one per failure.
+
+    `impossible` counts the runs that nobody could have passed (people/oracle.py).
+    """
+    lines = [f"{'setup':<24}  reached  collided  was struck  timeout  gave up  impossible{FIGURES}"]
     for setup in dict.fromkeys(run.setup for run in runs):
         own = [run for run in runs if run.setup == setup]
         count = Counter(run.status for run in own)
         reached = f"{count['success']}/{len(own)}"
         lines.append(
             f"{short(setup):<24}  {reached:<7}  {count['contact']:8d}  {count['struck']:10d}"
-            f"  {count['timeout']:7d}  {count['gave_up']:7d}{figures(own)}"
+            f"  {count['timeout']:7d}  {count['gave_up']:7d}"
+            f"  {sum(run.possible is False for run in own):10d}{figures(own)}"
         )
     return lines + failures(runs)

@@ -140,6 +140,8 @@ class TrialRow:
         driven: metres. clearance: smallest true distance to any obstacle, metres.
         end: final x, y (metres) and heading (radians).
         wall_seconds: compute time.
+        possible: whether anybody could have reached the goal without a contact, by the oracle
+            (people/oracle.py); None where it cannot tell. oracle_time: seconds, earliest arrival.
     """
 
     setup: str
@@ -155,6 +157,8 @@ class TrialRow:
     replans: int
     end: tuple[float, float, float]
     wall_seconds: float
+    possible: bool | None = None
+    oracle_time: float | None = None
 
     @property
     def success(self) -> bool:

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from missions.bench.people.oracle_picture import draw_verdict
 from missions.bench.picture import draw_trial
 from missions.bench.reporting import short
 from missions.bench.resumable import TableOptions, Work, fill, record_settings
@@ -97,4 +98,6 @@ def _run_and_draw(entry: Entry, out: Path) -> TrialRow:
         plan, _ = entry.setup.plan(entry.case, entry.trial)
         name = re.sub(r"[^\w.=-]+", "-", " ".join(map(str, entry.key)))
         draw_trial(folder / f"{name}.png", plan, trial)
+        if trial.verdict is not None:
+            draw_verdict(folder / f"{name}-oracle.png", trial.verdict, (trial.goal,))
     return trial.run

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
+from missions.bench.people.oracle import Task, Verdict, judge
 from missions.bench.runs import Entry, Rules, TrialRow, goal_of
 from missions.bench.shortest import shortest_path_length
 from missions.execution.build import Engine
+from missions.execution.prepare import PreparedMission
 from missions.execution.run import Run
 from stack.body import SimulatedWorld
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
@@ -117,12 +119,14 @@ class Trial:
     Attributes:
         trace: true poses of the robot.
         walkers: moving obstacles at the end, (n, 3): x, y, radius in metres.
+        verdict: of the oracle; None where it cannot tell.
     """
 
     run: TrialRow
     goal: Pose2D
     trace: list[Pose2D]
     walkers: FloatArray
+    verdict: Verdict | None = None
 
 
 def run_trial(entry: Entry) -> Trial:
@@ -147,9 +151,22 @@ def run_trial(entry: Entry) -> Trial:
     length = entry.case.path_length
     if not length:
         length = shortest_path_length(plan.world, plan.robot, plan.start, goal)
+    verdict = _verdict(plan, goal, entry)
+    if verdict is not None:
+        row = replace(row, possible=verdict.possible, oracle_time=verdict.time)
     seconds = round(perf_counter() - began, 2)
     row = replace(row, path_length=length, wall_seconds=seconds)
-    return Trial(row, goal, monitor.trace, walkers)
+    return Trial(row, goal, monitor.trace, walkers, verdict)
+
+
+def _verdict(plan: PreparedMission, goal: Pose2D, entry: Entry) -> Verdict | None:
+    """Return whether anybody could have passed.
+
+    A run may stand for the time limit before its clock starts, and then drive for as long.
+    """
+    rules = entry.setup.rules
+    task = Task(plan.start, (goal,), rules.goal_radius, 2.0 * rules.time_limit)
+    return judge(plan.world, plan.robot, entry.trial, task)
 
 
 def _trial_state(engine: Engine, *, has_people: bool) -> TrialState:

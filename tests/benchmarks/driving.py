@@ -158,10 +158,17 @@ def _row(runs: Sequence[TrialRow]) -> dict[str, object]:
         ),
         "clearance cm": min((100 * run.clearance for run in good), default=None),
         **{status: count[status] for status in FAILURES},
+        **_impossible(runs),
         "failed": "; ".join(
             f"{_which(run)}: {run.status}: {run.cause}" for run in runs if not run.success
         ),
     }
+
+
+def _impossible(runs: Sequence[TrialRow]) -> dict[str, object]:
+    """How many runs nobody could have passed, where the oracle can tell."""
+    judged = [run for run in runs if run.possible is not None]
+    return {"impossible": sum(not run.possible for run in judged)} if judged else {}
 
 
 def _which(run: TrialRow) -> str:

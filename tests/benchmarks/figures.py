@@ -216,11 +216,21 @@ def main() -> None:
 
 
 def _table(layout: Layout, figures: Figures) -> Iterator[str]:
-    yield "| " + " | ".join(layout.columns) + " |"
-    yield "|" + "---|" * len(layout.columns)
+    added = {
+        heading: template
+        for heading, template in layout.added.items()
+        if all(name in row for row in figures.rows for name in _fields(template))
+    }
+    columns = {**layout.columns, **added}
+    yield "| " + " | ".join(columns) + " |"
+    yield "|" + "---|" * len(columns)
     for row in figures.rows:
-        cells = (_filled(template, row, figures.name) for template in layout.columns.values())
+        cells = (_filled(template, row, figures.name) for template in columns.values())
         yield "| " + " | ".join(cells) + " |"
+
+
+def _fields(template: str) -> list[str]:
+    return [field for _, field, _, _ in Formatter().parse(template) if field is not None]
 
 
 def _filled(template: str, row: dict[str, Any], name: str) -> str:
@@ -229,7 +239,7 @@ def _filled(template: str, row: dict[str, Any], name: str) -> str:
     Raises:
         FiguresError: the row has no such key.
     """
-    wanted = [field for _, field, _, _ in Formatter().parse(template) if field is not None]
+    wanted = _fields(template)
     for field in wanted:
         if field not in row:
             raise FiguresError(f"{name}.json: a row has no {field!r}; it has {', '.join(row)}")

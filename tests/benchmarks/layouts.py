@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tests.benchmarks.table import Rows
 
@@ -19,10 +19,13 @@ class Layout:
         columns: heading -> a format string over the row.
         failed: a format string over the row, which precedes its text under `failed` in the list
             below the table; empty for no such list.
+        added: further columns, left out of tables that were measured before there were such
+            figures.
     """
 
     columns: Mapping[str, str]
     failed: str = ""
+    added: Mapping[str, str] = field(default_factory=dict)
 
 
 LAYOUTS: dict[str, Layout] = {
@@ -65,14 +68,14 @@ LAYOUTS: dict[str, Layout] = {
         "controller": "{controller}", "reached": "{success}", "drove into": "{contact}",
         "was struck": "{struck}", "timeout": "{timeout}", "gave up": "{gave_up}",
         "median time": "{time s:.1f} s",
-    }),
+    }, added={"nobody could pass": "{impossible}"}),
     "people": Layout({
         "scene": "{scene}", "people": "{people}", "reached": "{all goals}",
         "95 %": "{95 % interval}", "drove into": "{drove into}",
         "struck moving": "{struck moving}", "struck standing": "{struck standing}",
         "things": "{things}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
         "least distance": "{least distance}", "time": "{time}",
-    }),
+    }, added={"nobody could pass": "{impossible}"}),
     "flats": Layout({
         "people": "{people}", "robot": "{robot}", "all four goals": "{all goals}",
         "95 %": "{95 % interval}", "goals": "{goals}", "false": "{false}",
@@ -80,7 +83,7 @@ LAYOUTS: dict[str, Layout] = {
         "struck standing": "{struck standing}", "things": "{things}", "time": "{time}",
         "way": "{way}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
         "least distance": "{least distance}",
-    }),
+    }, added={"nobody could pass": "{impossible}"}),
     "line": Layout({
         "light": "{light}", "end mark reached": "{passed}", "95 %": "{95 % interval}",
         "gaps": "{gaps}", "junctions": "{junctions}", "mean RMS": "{RMS}",
@@ -227,6 +230,8 @@ LAYOUTS: dict[str, Layout] = {
         "planner": "{planner}", "robot": "{robot}", "found": "{found}",
         "median": "{median_ms:.2f} ms", "worst": "{worst_ms:.1f} ms",
         "length / astar's": "{length_ratio:.3f}", "cost / astar's": "{cost_ratio:.3f}",
+    }, added={
+        "cost / NavFn's, mean": "{navfn_mean:.3f}", "cost / NavFn's, worst": "{navfn_worst:.3f}",
     }),
     "estop": Layout({
         "situation": "{situation}", "presses": "{presses}", "median": "{median ms:.1f} ms",

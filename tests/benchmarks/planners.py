@@ -17,6 +17,7 @@ from stack.errors import NavigationError
 from stack.planning.astar import Astar, AstarParameters
 from stack.streams import stream
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, Footprint, Path, Pose2D
+from tests.benchmarks.navfn import navfn_path, path_cost
 from tests.benchmarks.planning import ROBOT
 from tests.stack.planning.footprint_check import footprint_cost
 from tests.stack.planning.office_maps import office
@@ -33,11 +34,13 @@ PLANNERS: dict[str, tuple[str, dict[str, Any]]] = {
     "lattice": ("lattice", {}),
 }
 SMOOTHERS = ("none", "savitzky_golay", "constrained")
-Query = tuple[CostGrid, Pose2D, Pose2D, Path]
+Query = tuple[CostGrid, Pose2D, Pose2D, Path, float | None]
 
 
 def run(side: int = 400, queries: int = 30) -> list[dict[str, Any]]:
-    """Rows with the share of plans found, times, and length and cost over astar's.
+    """Rows with the share of plans found, times, and length and cost over those of other paths.
+
+    Lengths and costs are medians over astar's; NavFn's costs are compared by mean and worst.
 
     Asked are queries that astar can plan for a point, between poses in which the robot stands
     clear; without a turning circle that is not to say that there is a way for the robot.
@@ -61,7 +64,7 @@ def run(side: int = 400, queries: int = 30) -> list[dict[str, Any]]:
 
 
 def queries_for(robot: RobotDescription, side: int, count: int) -> list[Query]:
-    """Costs, start, goal and astar's path between clear poses."""
+    """Costs, start, goal and astar's path between clear poses, and the cost of NavFn's path."""
     found: list[Query] = []
     for seed in range(3):
         costs = Costmap(CostmapParameters(), robot.footprint, office(side, seed)).grid
@@ -76,9 +79,12 @@ def queries_for(robot: RobotDescription, side: int, count: int) -> list[Query]:
             if max(clear) >= LETHAL_COST:
                 continue
             try:
-                found.append((costs, start, goal, planner.plan(costs, start, goal)))
+                path = planner.plan(costs, start, goal)
             except NavigationError:
                 continue
+            other = navfn_path(costs, start, goal)
+            cost = None if other is None else path_cost(costs, other)
+            found.append((costs, start, goal, path, cost))
     return found
 
 
@@ -88,8 +94,8 @@ def measured(
     """One planner's figures."""
     choice = choose("planner", name, values)
     planner: Planner = choice.component(choice.parameters, robot)
-    times, lengths, costs_ratio = [], [], []
-    for repeat, (costs, start, goal, reference) in enumerate([asked[0], *asked]):
+    times, lengths, costs_ratio, over_navfn = [], [], [], []
+    for repeat, (costs, start, goal, reference, navfn) in enumerate([asked[0], *asked]):
         began = perf_counter()
         try:
             path = planner.plan(costs, start, goal)
@@ -101,9 +107,13 @@ def measured(
         if reference.length > 1.0:
             lengths.append(path.length / reference.length)
             costs_ratio.append(route_cost(costs, path.points) / route_cost(costs, reference.points))
+            if navfn is not None:
+                over_navfn.append(path_cost(costs, path.points) / navfn)
     return {
         "found": f"{len(times)}/{len(asked)}",
         "median_ms": round(float(np.median(times)), 2), "worst_ms": round(max(times), 1),
         "length_ratio": round(float(np.median(lengths)), 3),
         "cost_ratio": round(float(np.median(costs_ratio)), 3),
+        "navfn_mean": round(float(np.mean(over_navfn)), 3),
+        "navfn_worst": round(max(over_navfn), 3),
     }  # fmt: skip

@@ -11,6 +11,8 @@ from time import perf_counter
 from typing import Any
 
 from missions.bench.drive_recorder import DriveRecorder
+from missions.bench.people.oracle import Task, judge
+from missions.bench.people.oracle_picture import draw_verdict
 from missions.bench.resumable import Key, Work
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
@@ -26,6 +28,9 @@ FALSE_GOAL = 0.5
 
 TIME_LIMIT = 900.0
 """Seconds after which a run ends."""
+
+PICTURES = "oracle"
+"""Folder of the oracle's pictures of runs that failed or that nobody could have passed."""
 
 PASSED, FAILED = "passed", "failed"
 
@@ -101,6 +106,8 @@ class PeopleRow:
             Hall's zones.
         collision_time: smallest time to collision, seconds; None: never below 10.
         jerk: root mean square, m/s³. longest_stand: seconds. standoffs: of more than 20 s.
+        possible: whether anybody could have reached all goals without a contact, by the oracle;
+            None where it cannot tell. oracle_time: seconds, earliest arrival at the last goal.
     """
 
     scene: str
@@ -128,6 +135,8 @@ class PeopleRow:
     longest_stand: float
     standoffs: int
     wall_seconds: float
+    possible: bool | None = None
+    oracle_time: float | None = None
 
     @property
     def success(self) -> bool:
@@ -198,6 +207,11 @@ def run_entry(entry: PeopleEntry) -> PeopleRow:
     people = report.people or NOBODY
     by = Counter(item["by"] for item in people["contacts"])
     whole = visited == len(case.goals) and not false
+    task = Task(plan.start, case.goals, FALSE_GOAL, TIME_LIMIT)
+    verdict = judge(plan.world, plan.robot, entry.seed, task)
+    if verdict is not None and not (whole and verdict.possible):
+        name = f"{'-'.join(map(str, entry.key)).replace(' ', '_')}.png"
+        draw_verdict(entry.folder.parent / PICTURES / Path(name).name, verdict, case.goals)
     return PeopleRow(
         *_names(entry), status=PASSED if whole else FAILED,
         cause="" if whole else (f"{false} false goals" if false else codes.last or report.status),
@@ -210,6 +224,8 @@ def run_entry(entry: PeopleEntry) -> PeopleRow:
         collision_time=people["least_time_to_collision"], jerk=round(recorder.jerk, 3),
         longest_stand=people["longest_stand"], standoffs=people["standoffs"],
         wall_seconds=round(perf_counter() - began, 2),
+        possible=None if verdict is None else verdict.possible,
+        oracle_time=None if verdict is None else verdict.time,
     )  # fmt: skip
 
 

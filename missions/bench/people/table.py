@@ -145,6 +145,7 @@ def _figures(
     return {
         "all goals": f"{passed}/{len(rows)}",
         "95 % interval": f"{low:.0%} to {high:.0%}",
+        "impossible": _impossible(rows),
         "goals": f"{sum(row.visited for row in rows)}/{sum(row.goals for row in rows)}",
         "false": sum(row.false_goals for row in rows),
         "drove into": sum(row.drove_into for row in rows),
@@ -157,6 +158,12 @@ def _figures(
         "intimate": f"{sum(row.intimate for row in rows) / max(1, len(rows)):.1f} s",
         "least distance": f"{median(distances):.2f} m" if distances else "",
     }
+
+
+def _impossible(rows: Sequence[PeopleRow]) -> str:
+    """Return how many runs nobody could have passed without a contact, of those judged."""
+    judged = [row for row in rows if row.possible is not None]
+    return f"{sum(not row.possible for row in judged)}/{len(judged)}" if judged else ""
 
 
 def report(rows: Sequence[PeopleRow], table: Sequence[Mapping[str, object]]) -> list[str]:

@@ -97,6 +97,7 @@ def test_the_report_counts_who_ran_into_whom(tmp_path):
         "1",
         "0",
         "1",
+        "0",
         "9.0",
         "2.00",
         f"{run.clearance:.3f}",

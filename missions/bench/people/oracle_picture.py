@@ -1,0 +1,66 @@
+"""Picture of what the oracle found: earliest arrivals, and the bodies at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil
+from pathlib import Path
+
+import numpy as np
+
+from missions.bench.people.oracle import Verdict
+from stack.types import Pose2D
+
+SMALLEST = 600
+"""Pixels of the longer side, at least."""
+
+HEIGHT = 26
+"""Pixels of the caption."""
+
+WALL, NEVER, BODY, GOAL = (70, 60, 50), (235, 235, 235), (190, 60, 160), (60, 130, 30)
+"""Colours in OpenCV's order: blue, green, red."""
+
+
+def sentence(verdict: Verdict) -> str:
+    """Return the verdict in words."""
+    if verdict.possible:
+        return f"possible: arrival after {verdict.time:.1f} s at the earliest"
+    return f"impossible: found in {verdict.ended:.1f} s of the run's time"
+
+
+def draw_verdict(path: Path, verdict: Verdict, goals: Sequence[Pose2D]) -> None:
+    """Write the picture of a verdict as PNG; early arrivals are blue, late ones red.
+
+    Args:
+        path: file to write.
+        verdict: with the arrivals.
+        goals: world frame.
+    """
+    import cv2
+
+    ground, came = verdict.ground, np.isfinite(verdict.arrival)
+    share = np.where(came, verdict.arrival, 0.0) / max(verdict.ended, 1e-9)
+    pixels = cv2.applyColorMap((share * 255.0).astype(np.uint8), cv2.COLORMAP_JET)
+    pixels[~came] = NEVER
+    pixels[~ground.free] = WALL
+    zoom = ceil(SMALLEST / max(came.shape))
+    pixels = np.kron(pixels[::-1], np.ones((zoom, zoom, 1), np.uint8))
+    scale = zoom / ground.resolution
+
+    def at(x: float, y: float) -> tuple[int, int]:
+        """Return the pixel at a point, metres."""
+        across, up = (x - ground.origin[0]) * scale, (y - ground.origin[1]) * scale
+        return round(across), pixels.shape[0] - round(up)
+
+    for x, y, radius in verdict.bodies.tolist():
+        cv2.circle(pixels, at(x, y), round(radius * scale), BODY, 2, cv2.LINE_AA)
+    for goal in goals:
+        cv2.circle(pixels, at(goal.x, goal.y), round(0.2 * scale), GOAL, 2, cv2.LINE_AA)
+    page = np.full((pixels.shape[0] + HEIGHT, pixels.shape[1], 3), 255, np.uint8)
+    page[HEIGHT:] = pixels
+    font = cv2.FONT_HERSHEY_SIMPLEX
+    cv2.putText(page, sentence(verdict), (8, 18), font, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
+    done, png = cv2.imencode(".png", page)
+    if done:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(png.tobytes())

@@ -1,0 +1,72 @@
+"""Costs of paths: smoothing never adds any, and NavFn's reference paths are what they should be."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.planning.geodesic import kernels
+from stack.planning.search import StepCosts
+from stack.planning.smoothing import SPACING, Smoother, resampled
+from stack.types import INSCRIBED_COST, CostGrid, Pose2D
+from tests.benchmarks.navfn import navfn_path, path_cost
+
+TRAVERSE = StepCosts.of(3.0, True).traverse
+SIDE = 40
+
+
+def floor(cells=None):
+    return CostGrid(np.zeros((SIDE, SIDE), np.uint8) if cells is None else cells, SPACING, (0, 0))
+
+
+corners = st.lists(
+    st.tuples(st.integers(1, SIDE - 2), st.integers(1, SIDE - 2)), min_size=2, max_size=5,
+    unique=True,
+)  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), corners)
+def test_a_smoothed_path_never_costs_more_than_it_did(seed, cells_of_path):
+    """Blocks of random cost, and a path over them from corner to corner."""
+    random = np.random.default_rng(seed)
+    blocks = random.integers(0, INSCRIBED_COST, (SIDE // 5, SIDE // 5)).astype(np.uint8)
+    costs = floor(np.kron(blocks, np.ones((5, 5), np.uint8)))
+    raw = resampled((np.array(cells_of_path, float) + 0.5) * SPACING, SPACING)
+    path = Smoother(TRAVERSE).smooth(costs, raw, 0.0)
+    before, after = (
+        kernels.path_cost(costs.cells, TRAVERSE, np.ascontiguousarray(points / SPACING))
+        for points in (raw, path.points[:, :2])
+    )
+    assert after <= before * (1.0 + 1e-9) + 1e-5
+
+
+def test_the_reference_is_straight_over_open_floor():
+    path = navfn_path(floor(), Pose2D(0.225, 0.225), Pose2D(1.725, 1.225))
+    assert path is not None
+    length = np.hypot(*np.diff(path, axis=0).T).sum()
+    assert length == pytest.approx(np.hypot(1.5, 1.0), rel=0.01)
+    assert path_cost(floor(), path) == pytest.approx(length, rel=0.01)  # 1 per metre at cost 0
+
+
+def test_the_reference_goes_round_a_wall():
+    cells = np.zeros((SIDE, SIDE), np.uint8)
+    cells[:30, 20] = 254  # up to y = 1.5
+    path = navfn_path(floor(cells), Pose2D(0.525, 0.525), Pose2D(1.525, 0.525))
+    assert path is not None
+    # over the corner at (1.025, 1.525): 2 hypot(0.5, 1.0) = 2.24
+    assert np.hypot(*np.diff(path, axis=0).T).sum() == pytest.approx(2.24, rel=0.04)
+    column, row = np.floor(path / SPACING).astype(int).T
+    assert cells[row, column].max() == 0
+
+
+def test_the_cost_of_a_line_is_the_published_integral():
+    costs = floor(np.full((SIDE, SIDE), 126, np.uint8))
+    # 1 + 3 * 126 / 252 = 2.5 per metre
+    assert path_cost(costs, np.array([[0.2, 0.2], [1.2, 0.2]])) == pytest.approx(2.5)
+
+
+def test_there_is_no_reference_behind_a_closed_wall():
+    cells = np.zeros((SIDE, SIDE), np.uint8)
+    cells[:, 20] = 254
+    assert navfn_path(floor(cells), Pose2D(0.525, 0.525), Pose2D(1.525, 0.525)) is None
