@@ -79,7 +79,7 @@ def check_keyframes(folder: Path, model: str = "") -> None:
 def check_model(folder: Path, saved: SavedKeyframes, model: str) -> None:
     """Raise InputError if a global descriptor cannot be compared with that of saved keyframes."""
     if model and saved.model != model:
-        whose = "of another global descriptor" if saved.model else "without a global descriptor"
+        whose = "with another global descriptor" if saved.model else "without a global descriptor"
         sentence = f"the keyframes were recorded {whose}"
         hint = (
             "record them again with this one, use the file and settings of then, or leave out "

@@ -148,7 +148,7 @@ def test_keyframes_of_another_model_or_without_one_are_refused(file, tmp_path):
     model = GlobalDescriptor(parameters(file))
     other = GlobalDescriptor(parameters(file, descriptor_normalised=False))
     cases = {
-        "of another global descriptor": saved(recorded(other), tmp_path / "other"),
+        "with another global descriptor": saved(recorded(other), tmp_path / "other"),
         "without a global descriptor": saved(recorded(None), tmp_path / "without"),
     }
     for words, folder in cases.items():
