@@ -45,6 +45,7 @@ from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.stage import MarkerStage
 from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
 from stack.perception.tracking.tracker import Tracker
 from stack.runtime.interfaces import Parts
@@ -425,10 +426,11 @@ def _navigator(
 
 def _places(plan: PreparedMission) -> PlaceMemory:
     """Return the memory of places, with the keyframes that are saved with the map."""
-    robot = plan.robot
+    robot, parameters = plan.robot, plan.choices["place_recognition"].parameters
+    has_camera = robot.camera is not None
     places = PlaceMemory(
-        robot.main_lidar, has_camera=robot.camera is not None,
-        parameters=plan.choices["place_recognition"].parameters,
+        robot.main_lidar, has_camera=has_camera, parameters=parameters,
+        descriptor=load_descriptor(parameters) if has_camera else None,
     )  # fmt: skip
     folder = map_folder(plan.mission.map, plan.mission.source.parent)
     if folder is not None:

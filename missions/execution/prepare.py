@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from missions.execution.component_choices import DEFAULTS, SETTINGS, all_chosen
 from missions.execution.fit import fit_findings, start_problem
 from missions.execution.fit.detector import located_detector
+from missions.execution.fit.places import located_places
 from missions.execution.resources import (
     catalogue_of,
     find_mission,
@@ -38,7 +39,6 @@ from stack.errors import InputError, ParameterError
 from stack.mapping.limits import MAX_CELLS
 from stack.parameters import read_quantity, suggestion
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.places.keyframe_files import check_keyframes
 from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
@@ -182,6 +182,8 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     if detector is not None:
         choices["object_detector"], sightless = detector
         warnings = (*warnings, *sightless)
+    places = _gather(found, lambda: located_places(choices["place_recognition"], mission))
+    choices["place_recognition"] = places or choices["place_recognition"]
     warnings = (*misfits, *warnings)
     markers = _gather(found, lambda: known_markers(mission, world)) or ()
     _gather(found, lambda: _check_markers(choices, marks, robot))
@@ -284,8 +286,6 @@ def _check_estimator(choice: Choice, marks: _Marks, belief: Pose2D | None) -> No
     if marks.mission.map == "none":
         return
     folder = map_folder(marks.mission.map, marks.mission.source.parent)
-    if folder is not None:
-        check_keyframes(folder)
     try:
         estimator.check_map(folder)
     except InputError as error:

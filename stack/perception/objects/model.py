@@ -7,8 +7,6 @@ threads; its results agreed with those of onnxruntime to 2e-4 of a pixel (YOLOv8
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -17,11 +15,9 @@ from numpy.typing import NDArray
 
 from stack.errors import InputError
 from stack.perception.objects.heads import Box, boxes_of, layout_of, letterboxed
+from stack.perception.objects.network import load_network, picture_size, reason_of, silent
 from stack.perception.objects.onnx_file import OnnxHeader, read_header
 from stack.perception.objects.parameters import ObjectDetectorParameters
-
-LONGEST_REASON = 160
-"""Characters of a reason that OpenCV gives."""
 
 
 class ObjectModel:
@@ -39,9 +35,9 @@ class ObjectModel:
         """
         self._file = Path(parameters.model)
         header = read_header(self._file)
-        self._size = _input_size(self._file, header, parameters.input_size)
+        self._size = picture_size(self._file, header, parameters.input_size)
         self.labels = _labels(self._file, header, parameters)
-        self._net, self._outputs = _network(self._file)
+        self._net, self._outputs = load_network(self._file)
         self._output, self._layout = self._try()
 
     def boxes(self, pixels: NDArray[np.uint8], threshold: float, overlap: float) -> list[Box]:
@@ -66,11 +62,11 @@ class ObjectModel:
         """Return number and layout of the first output with the shape of a YOLO head."""
         grey = np.full((1, 3, *self._size), 0.5, np.float32)
         try:
-            with _silent():
+            with silent():
                 shapes = [output.shape for output in self._run(grey)]
         except cv2.error as error:
             size = f"{self._size[0]} x {self._size[1]}"
-            reason = _reason(error)
+            reason = reason_of(error)
             raise InputError(
                 f"{self._file} does not run on an input of {size} pixels: {reason}; set "
                 "`input_size` to the size of the export"
@@ -86,20 +82,6 @@ class ObjectModel:
             f"1 x n x {5 + classes} or 1 x {4 + classes} x n, and an end-to-end head 1 x n x 6; "
             "check `labels`, or export a detector"
         )
-
-
-def _input_size(file: Path, header: OnnxHeader, default: int) -> tuple[int, int]:
-    """Return height and width of the model's input."""
-    if len(header.inputs) != 1:
-        names = ", ".join(map(str, header.inputs)) or "none"
-        raise InputError(f"{file}: expected a model with one input, a picture; it has {names}")
-    shape = header.inputs[0].shape
-    if shape and (len(shape) != 4 or shape[0] not in (None, 1) or shape[1] not in (None, 3)):
-        raise InputError(
-            f"{file}: expected an input of 1 x 3 x height x width, got {header.inputs[0]}"
-        )
-    height, width = shape[2:] if shape else (None, None)
-    return height or default, width or default
 
 
 def _labels(
@@ -135,30 +117,3 @@ def _read_labels(file: Path) -> tuple[str, ...]:
     if not labels:
         raise InputError(f"label_file: {file} has no lines; write a label on each")
     return labels
-
-
-def _network(file: Path) -> tuple[cv2.dnn.Net, list[str]]:
-    """Return the network and the names of its outputs."""
-    try:
-        with _silent():
-            net = cv2.dnn.readNetFromONNX(str(file))
-            return net, list(net.getUnconnectedOutLayersNames())
-    except cv2.error as error:
-        raise InputError(f"{file} cannot be loaded by OpenCV: {_reason(error)}") from None
-
-
-def _reason(error: cv2.error) -> str:
-    """Return OpenCV's reason without the path of its source file, in one line."""
-    text = " ".join(str(error.err or error).split())
-    return text if len(text) <= LONGEST_REASON else f"{text[:LONGEST_REASON]}…"
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Keep OpenCV from printing its own errors."""
-    before = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        cv2.utils.logging.setLogLevel(before)

@@ -14,6 +14,7 @@ import sys
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from stack.errors import InputError
 from stack.parameters import suggestion
@@ -31,7 +32,7 @@ def checked_labels(parameters: ObjectDetectorParameters) -> tuple[str, ...]:
             not have.
     """
     files = [Path(name) for name in (parameters.model, parameters.label_file) if name]
-    labels, problem = _tried(_of_model(parameters), tuple(map(_version, files)))
+    labels, problem = _tried(_of_model(parameters), tuple(map(version_of, files)))
     if problem:
         raise InputError(problem)
     for label in parameters.only:
@@ -55,25 +56,38 @@ def _tried(
     parameters: ObjectDetectorParameters, versions: tuple[object, ...]
 ) -> tuple[tuple[str, ...], str]:
     """Return the labels, or why the model cannot be used."""
-    command = [sys.executable, "-m", __name__, json.dumps(asdict(parameters))]
+    answer, problem = answer_of(__name__, parameters.model, json.dumps(asdict(parameters)))
+    return tuple(answer or ()), problem
+
+
+def answer_of(module: str, model: str, argument: str) -> tuple[Any, str]:
+    """Run a module in a process of its own; return its answer, or what is wrong with a model.
+
+    Args:
+        module: prints JSON, its answer and a problem: a sentence, or empty.
+        model: the file that it loads.
+        argument: of its command line.
+    """
+    command = [sys.executable, "-m", module, argument]
     path = os.pathsep.join(place or os.getcwd() for place in sys.path)
     try:
         child = subprocess.run(
             command, capture_output=True, timeout=LONGEST, env={**os.environ, "PYTHONPATH": path}
         )
     except subprocess.TimeoutExpired:
-        return (), f"{parameters.model} does not load and run once within {LONGEST:g} s"
+        return None, f"{model} does not load and run once within {LONGEST:g} s"
     try:
-        labels, problem = json.loads(child.stdout.decode("utf-8").splitlines()[-1])
+        answer, problem = json.loads(child.stdout.decode("utf-8").splitlines()[-1])
     except (ValueError, IndexError):
-        return (), (
-            f"{parameters.model} crashes OpenCV (exit code {child.returncode}): the file is "
+        return None, (
+            f"{model} crashes OpenCV (exit code {child.returncode}): the file is "
             "damaged, or uses what OpenCV does not support; export the model again"
         )
-    return tuple(labels), problem
+    return answer, problem
 
 
-def _version(file: Path) -> tuple[int, int] | None:
+def version_of(file: Path) -> tuple[int, int] | None:
+    """Return what changes when a file is written; None if it cannot be read."""
     try:
         status = file.stat()
     except OSError:

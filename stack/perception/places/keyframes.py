@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +31,14 @@ class Keyframe:
         pose: of the base, map frame.
         landmarks: (n, 3) base frame, metres.
         descriptors: (n, 128).
+        whole: (d,) of the whole picture by a GlobalDescriptor; empty without one.
     """
 
     stamp: float
     pose: Pose2D
     landmarks: FloatArray
     descriptors: Descriptors
+    whole: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
 
     @property
     def in_map(self) -> FloatArray:

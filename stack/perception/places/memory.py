@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from stack.errors import FrameError
+from stack.errors import FrameError, ParameterError
 from stack.frames.buffer import TransformBuffer
-from stack.perception.places.keyframe_files import FILE, keyframe_file, read_keyframes
+from stack.perception.places.descriptor import GlobalDescriptor
+from stack.perception.places.keyframe_files import (
+    FILE,
+    check_model,
+    keyframe_file,
+    read_keyframes,
+)
 from stack.perception.places.keyframes import Keyframe, keyframe_of
 from stack.perception.places.parameters import PlaceParameters
 from stack.perception.places.recogniser import LEAST_KEYFRAMES, PlaceRecogniser
@@ -29,6 +36,9 @@ SCANS = 12
 LARGEST_AGE = 0.25
 """Seconds between a picture and the scan that places its features."""
 
+FIXED = ("descriptor", "descriptor_size", "descriptor_normalised")
+"""Parameters that hold for a run."""
+
 
 class PlaceMemory:
     """Records keyframes, and recognises where a picture was taken.
@@ -38,15 +48,20 @@ class PlaceMemory:
     map, a later loop closure does not move the keyframes.
     """
 
-    def __init__(self, lidar: str, *, has_camera: bool, parameters: PlaceParameters) -> None:
+    def __init__(
+        self, lidar: str, *, has_camera: bool, parameters: PlaceParameters,
+        descriptor: GlobalDescriptor | None = None,
+    ) -> None:  # fmt: skip
         """Create an empty memory.
 
         Args:
             lidar: name of the lidar whose scans place the features; empty without one.
             has_camera: whether the robot has one.
             parameters: what is recorded and accepted.
+            descriptor: describes whole pictures; None: VLAD does.
         """
-        self.parameters = parameters
+        self.parameters, self._descriptor = parameters, descriptor
+        self._model = descriptor.digest if descriptor is not None else ""
         self._lidar, self._sees = lidar, has_camera and bool(lidar)
         self._scans: deque[Scan] = deque(maxlen=SCANS)
         self._kept: list[Keyframe] = []
@@ -58,7 +73,14 @@ class PlaceMemory:
         self._jumps, self._wants = 0, False
 
     def configure(self, parameters: PlaceParameters) -> None:
-        """Use other parameters from now on."""
+        """Use other parameters from now on.
+
+        Raises:
+            ParameterError: the global descriptor changed.
+        """
+        for name in FIXED:
+            if getattr(parameters, name) != getattr(self.parameters, name):
+                raise ParameterError(name, "cannot be changed during a run")
         self.parameters = parameters
         if self._recogniser is not None:
             self._recogniser.parameters = parameters
@@ -128,22 +150,31 @@ class PlaceMemory:
         if not self.count:
             return {}
         trained = self._trained()
-        return {FILE: keyframe_file(trained.keyframes, trained.vocabulary)}
+        complete = all(len(one.whole) for one in trained.keyframes)
+        model = self._model if complete else ""
+        return {FILE: keyframe_file(trained.keyframes, trained.vocabulary, model)}
 
     def load(self, folder: Path) -> None:
         """Replace all keyframes by those of a map's folder, which may have none.
 
         Raises:
-            InputError: its file is damaged; the old keyframes stay.
+            InputError: its file is damaged, or of another global descriptor; the old keyframes
+                stay.
         """
         found = read_keyframes(folder)
+        if found is not None and self._descriptor is not None:
+            check_model(folder, found, self._descriptor.digest)
         self._forget_pending()
         self._recogniser, self._last = None, None
-        self._kept = [] if found is None else found[0]
+        self._kept = [] if found is None else found.keyframes
         self._looked = [(one.stamp, one.pose) for one in self._kept]
         self._looked_at = None
+        if self._descriptor is None:
+            self._model = "" if found is None else found.model
         if found is not None:
-            self._recogniser = PlaceRecogniser(found[0], self.parameters, found[1])
+            self._recogniser = PlaceRecogniser(
+                found.keyframes, self.parameters, found.vocabulary, self._descriptor
+            )
 
     def _record(self, image: Image, frames: TransformBuffer) -> None:
         try:
@@ -156,6 +187,9 @@ class PlaceMemory:
         self._looked.append((image.stamp, pose))
         self._looked_at = None
         keyframe = keyframe_of(image, pose, points, self.parameters.features)
+        if keyframe is not None and self._descriptor is not None:
+            whole = self._descriptor.describe(image.pixels).astype(np.float32)
+            keyframe = replace(keyframe, whole=whole)
         if keyframe is not None:
             self._pending.append(keyframe)
 
@@ -186,7 +220,9 @@ class PlaceMemory:
 
     def _trained(self) -> PlaceRecogniser:
         if self._recogniser is None:
-            self._recogniser = PlaceRecogniser(self._kept, self.parameters)
+            self._recogniser = PlaceRecogniser(
+                self._kept, self.parameters, descriptor=self._descriptor
+            )
         return self._recogniser
 
     def _points_at(self, stamp: float, frames: TransformBuffer) -> FloatArray | None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from stack.parameters import parameter
 
@@ -46,3 +47,23 @@ class PlaceParameters:
         0.1, "m", above=0.0, at_most=2.0,
         help="poses with a larger standard deviation are not accepted",
     )  # fmt: skip
+    descriptor: str = parameter(
+        "",
+        help="an ONNX file that describes a picture by a vector, relative to the mission; retrieves"
+        " keyframes in place of VLAD; empty: no model",
+    )
+    descriptor_size: int = parameter(
+        224, at_least=16, at_most=2048,
+        help="side of the descriptor's input in pixels, where the file leaves it open",
+    )  # fmt: skip
+    descriptor_normalised: bool = parameter(
+        True,
+        help="whether its input is 0 to 1 less the mean of ImageNet, by its standard deviation;"
+        " else 0 to 1",
+    )
+
+    def located(self, folder: Path) -> PlaceParameters:
+        """Return a copy whose file is resolved relative to a folder."""
+        if not self.descriptor:
+            return self
+        return replace(self, descriptor=str(folder / Path(self.descriptor).expanduser()))

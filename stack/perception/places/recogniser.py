@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.places.features import Descriptors, matches
+from stack.perception.places.descriptor import GlobalDescriptor
+from stack.perception.places.features import Descriptors, Features, matches
 from stack.perception.places.keyframes import Keyframe, consistent, located
 from stack.perception.places.parameters import PlaceParameters
 from stack.perception.places.verification import refined, verified
@@ -36,7 +37,7 @@ class PlaceRecogniser:
 
     def __init__(
         self, keyframes: Sequence[Keyframe], parameters: PlaceParameters,
-        vocabulary: Vocabulary | None = None,
+        vocabulary: Vocabulary | None = None, descriptor: GlobalDescriptor | None = None,
     ) -> None:  # fmt: skip
         """Prepare the search.
 
@@ -44,11 +45,16 @@ class PlaceRecogniser:
             keyframes: of the map; at least LEAST_KEYFRAMES.
             parameters: what is accepted.
             vocabulary: of saved keyframes; None: train it and drop inconsistent landmarks.
+            descriptor: retrieves the keyframes, all of which have its vector; None: VLAD does.
         """
         self.parameters = parameters
         self.keyframes = list(keyframes) if vocabulary is not None else consistent(keyframes)
         self.vocabulary = vocabulary or trained([one.descriptors for one in self.keyframes])
-        rows = [self.vocabulary.describe(one.descriptors) for one in self.keyframes]
+        self._descriptor = descriptor
+        if descriptor is None:
+            rows = [self.vocabulary.describe(one.descriptors) for one in self.keyframes]
+        else:
+            rows = [one.whole.astype(np.float64) for one in self.keyframes]
         self._rows: FloatArray = np.array(rows)
 
     def recognise(self, image: Image, points: FloatArray) -> tuple[PlaceSighting, ...]:
@@ -61,7 +67,7 @@ class PlaceRecogniser:
         features, positions = located(image, points, self.parameters.features)
         if not len(features.pixels):
             return ()
-        similarity = (self._rows * self.vocabulary.describe(features.descriptors)).sum(axis=1)
+        similarity = (self._rows * self._described(image, features)).sum(axis=1)
         retrieved = np.argsort(-similarity, kind="stable")[: self.parameters.candidates]
         pairs = [
             self._pairs(features.descriptors, positions[:, 2], int(index)) for index in retrieved
@@ -82,6 +88,12 @@ class PlaceRecogniser:
             if sighting is not None:
                 found.append((start.pose, sighting))
         return _distinct([sighting for _, sighting in found if self._is_accepted(sighting)])
+
+    def _described(self, image: Image, features: Features) -> FloatArray:
+        """Return the vector of a picture for the retrieval."""
+        if self._descriptor is not None:
+            return self._descriptor.describe(image.pixels)
+        return self.vocabulary.describe(features.descriptors)
 
     def _pairs(
         self, descriptors: Descriptors, heights: FloatArray, index: int

@@ -70,6 +70,28 @@ def save_red_finder(file, *, label="red box", size=(192, 256)):
     return _saved(file, nodes, stored, size, (1, 5, 1), {"names": str({0: label})}, 1)
 
 
+def save_colour_descriptor(file, *, size=(48, 64), cells=16, pooled=True):
+    """Save a model that describes a picture by the colours of its parts, each `cells` pixels wide.
+
+    Args:
+        file: to write.
+        size: height and width of the input; None leaves them open.
+        cells: side of a part in pixels.
+        pooled: whether the output is one vector; else it is a picture of 3 channels.
+    """
+    nodes = [
+        helper.make_node("AveragePool", ["images"], ["means"], kernel_shape=[cells, cells],
+                         strides=[cells, cells]),
+        helper.make_node("Flatten", ["means"], ["output0"], axis=1),
+    ]  # fmt: skip
+    if not pooled:
+        nodes = nodes[:1]
+        nodes[0].output[0] = "output0"
+    height, width = (side // cells for side in size or (64, 64))
+    shape = (1, 3 * height * width) if pooled else (1, 3, height, width)
+    return _saved(file, nodes, {}, size, shape, {}, 1)
+
+
 def _saved(file, nodes, stored, size, shape, metadata, inputs):
     sides = list(size) if size is not None else ["height", "width"]
     pictures = [
