@@ -134,5 +134,5 @@ def draw_curve(
 
 def _tick(row: int, rows: int, low: float, high: float) -> str:
     if row == 0:
-        return f"{high:{TICKS - 1}.2f} ┤"
-    return f"{low:{TICKS - 1}.2f} ┤" if row == rows - 1 else " " * TICKS + "│"
+        return f"{high:z{TICKS - 1}.2f} ┤"
+    return f"{low:z{TICKS - 1}.2f} ┤" if row == rows - 1 else " " * TICKS + "│"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tui import palette
-from tui.chart import SPAN, Chart, draw_curve, sample
+from tui.chart import SPAN, Chart, _tick, draw_curve, sample
 
 
 def curve(shares, rows=1):
@@ -50,3 +50,8 @@ def test_a_second_sample_of_one_time_is_ignored():
     chart.add(1.0, real=0.5)
     chart.add(1.0, real=0.9)
     assert "0.50" in str(chart.border_subtitle)
+
+
+def test_a_label_of_nought_has_no_sign():
+    assert _tick(2, 3, -0.003, 0.5) == " 0.00 ┤"
+    assert _tick(2, 3, -0.3, 0.5) == "-0.30 ┤"
