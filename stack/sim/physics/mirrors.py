@@ -56,6 +56,11 @@ class MirrorFace:
         """Return whether a point (2,) or (3,) is on the side that the face reflects."""
         return float(self.normal[: point.size] @ point) > self.offset
 
+    def shows(self, other: MirrorFace) -> bool:
+        """Return whether a part of another face is in front of this one."""
+        ends = np.array([other.start, other.end])
+        return bool((ends @ self.normal[:2] > self.offset + LEAST_HEIGHT).any())
+
     def reflection(self) -> FloatArray:
         """Return (4, 4) that maps points to their mirror images: I - 2 n n^T, about the plane."""
         matrix, normal = np.eye(4), self.normal

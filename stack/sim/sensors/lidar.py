@@ -131,27 +131,25 @@ class Lidar:
             origins, directions = self._origins(trail, time)
         else:
             sensor = trail[-1][1].compose(self._description.mount)
-            directions = sensor.heading + self._beams
-            origins = np.full((directions.size, 2), (sensor.x, sensor.y))
-        carrier = self._carrier
+            directions = (sensor.heading + self._beams).astype(np.float64)
+            origins = np.tile([sensor.x, sensor.y], (directions.size, 1))
+        carrier, mirrors = self._carrier, self._scene.mirrors
         if carrier is not None and carrier.height > self._description.height:
-            body = replace(carrier, pose=trail[-1][1])
-            segments = np.concatenate([segments, body.edges()])
+            segments = np.concatenate([segments, replace(carrier, pose=trail[-1][1]).edges()])
         beams = np.flatnonzero(ranges <= self._description.range_max)
         units = np.column_stack([np.cos(directions[beams]), np.sin(directions[beams])])
         ends = origins[beams] + ranges[beams, None] * units
-        met = mirrors_at(ends, self._scene.mirrors)
+        met = mirrors_at(ends, mirrors)
         hit = met >= 0
         if not hit.any():
             return
-        beams, onwards = beams[hit], reflected(units[hit], self._scene.mirrors[met[hit]])
+        onwards = reflected(units[hit], mirrors[met[hit]])
         begins = ends[hit] + CLEAR_OF_MIRROR * onwards
         after = self._kernels.cast_rays(begins, onwards, segments, circles)
-        after[np.isfinite(after)] += CLEAR_OF_MIRROR
-        seen_twice = np.isfinite(after)
-        again = ends[hit][seen_twice] + after[seen_twice, None] * onwards[seen_twice]
-        after[np.flatnonzero(seen_twice)[mirrors_at(again, self._scene.mirrors) >= 0]] = inf
-        ranges[beams] += after
+        ended = np.flatnonzero(np.isfinite(after))
+        again = mirrors_at(begins[ended] + after[ended, None] * onwards[ended], mirrors) >= 0
+        after[ended[again]] = inf
+        ranges[beams[hit]] += after + CLEAR_OF_MIRROR
 
     def _add_errors(self, ranges: FloatArray, step: int) -> None:
         d = self._description
@@ -176,8 +174,9 @@ class SensedScene:
 
     def __init__(self, world: World, height: float, *, glass: bool = False) -> None:
         self._height = height
-        faces = [face for face in mirror_faces(world) if face.bottom <= height < face.top]
-        self.mirrors = np.array([(*face.start, *face.end) for face in faces]).reshape(-1, 4)
+        faces = (face for face in mirror_faces(world) if face.bottom <= height < face.top)
+        ends = [(*face.start, *face.end) for face in faces]
+        self.mirrors = np.array(ends, dtype=np.float64).reshape(-1, 4)
         self._segments, self._circles = _static_outlines(world, height, glass=glass)
         self._doors = {door.name: _door(door) for door in world.doors if door.height > height}
         self._sees_people = height < PERSON_HEIGHT

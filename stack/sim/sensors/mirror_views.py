@@ -58,7 +58,7 @@ class MirrorViews:
             request: where everything is.
             view: (4, 4) OpenGL eye frame from world.
         """
-        world_from_optical = np.linalg.inv(view) @ FLIP
+        world_from_optical: FloatArray = np.linalg.inv(view).astype(np.float64) @ FLIP
         plain, surfaces = colours, depth
         for face in self._faces:
             at = self._crossings(face, world_from_optical)
@@ -69,7 +69,7 @@ class MirrorViews:
             client = self._client(face)
             pixels, beyond = client.draw(request, _SIDEWAYS @ view @ reflection)
             pixels, beyond = pixels[:, ::-1], beyond[:, ::-1].copy()
-            for other in self._faces:
+            for other in filter(face.shows, self._faces):
                 again = self._crossings(other, reflection @ world_from_optical)
                 beyond[(again > at + SLACK) & self._is_seen(again, beyond)] = 1.0
             mirrored = tinted(pixels, plain, shown)
