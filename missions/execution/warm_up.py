@@ -95,7 +95,7 @@ def _sensor_kernels(plan: PreparedMission) -> KernelTypes:
     from stack.sim.sensors.lidar import Lidar
     from stack.sim.sensors.sonar import Sonar
 
-    lidars = (Lidar.kernels(lidar) for lidar in plan.robot.real_lidars.values())
+    lidars = (Lidar.kernels(lidar, plan.world) for lidar in plan.robot.real_lidars.values())
     sonars = Sonar.kernels() if plan.robot.sonars else ()
     walkers = People.kernels(plan.world)
     return (*(kernel for kernels in lidars for kernel in kernels), *sonars, *walkers)

@@ -70,8 +70,9 @@ class SimulatedRobot:
         self._events: list[tuple[str, str]] = []
         self.drive = WheelController(description.drivetrain, 1.0 / settings.physics_rate)
         self._odometry = Odometry(description, seed)
+        body = RobotShape(start, description.footprint, description.height)
         self._lidars = {
-            name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}")
+            name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}", body)
             for name, lidar in description.real_lidars.items()
         }
         self._sonars = {

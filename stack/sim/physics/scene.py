@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import cos, sin
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from stack.sim.physics.meshes import (
     static_meshes,
     textured_meshes,
 )
+from stack.sim.physics.mirrors import MirrorFace, in_front
 from stack.sim.physics.textures import (
     TILE_SIDES,
     poster_picture,
@@ -32,6 +33,8 @@ from stack.sim.physics.textures import (
 )
 from stack.sim.worlds.world import Colour, Door, World
 from stack.types import Pose2D
+
+Key = TypeVar("Key", str, Colour)
 
 PERSON_HEIGHT = 1.7
 HIDDEN_HEIGHT = -20.0
@@ -59,6 +62,7 @@ class Scene:
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
         self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
         self._glass: list[int] = []
+        self._mirror: MirrorFace | None = None
 
     @classmethod
     def with_collision_shapes(
@@ -96,21 +100,33 @@ class Scene:
         return scene
 
     @classmethod
-    def with_visual_shapes(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
+    def with_visual_shapes(
+        cls, bullet: Any, client: int, world: World, folder: FilePath,
+        mirror: MirrorFace | None = None,
+    ) -> Scene:  # fmt: skip
         """Build a scene for rendering: a mesh per colour or texture, floor, doors, people, boards.
 
         Glass is hidden until `show_glass` is called: neither a lidar nor a depth camera sees it.
+
+        Args:
+            bullet: the pybullet module.
+            client: number of the physics client.
+            world: what to build.
+            folder: for generated files; may be deleted afterwards.
+            mirror: if given, only what this face reflects: obstacles behind its plane are left out.
 
         Raises:
             BodyError: a marker's dictionary or number is unknown to OpenCV.
         """
         scene = cls(bullet, client, world, folder)
+        scene._mirror = mirror
         scene.floor = scene._add_visual_floor(world)
-        for colour, mesh in static_meshes(world, glass=False, textured=False).items():
+        plain = static_meshes(world, glass=False, textured=False)
+        for colour, mesh in scene._seen(plain):
             scene._add_visual_mesh(scene._write(mesh), colour)
-        for texture, mesh in textured_meshes(world).items():
+        for texture, mesh in scene._seen(textured_meshes(world)):
             scene._add_tiled(mesh, texture)
-        for colour, mesh in glass_meshes(world).items():
+        for colour, mesh in scene._seen(glass_meshes(world)):
             scene._glass.append(scene._add_visual_mesh(scene._write(mesh), colour))
         scene.show_glass(False)
         for line in world.lines:
@@ -119,11 +135,7 @@ class Scene:
             scene._add_door(door, visible=True)
         for person in world.people:
             scene._add_person(person.radius, visible=True)
-        for marker in world.markers:
-            scene._add_picture(board_quad(marker, folder), board_texture(marker, folder))
-        for poster in world.posters:
-            picture = write_picture(poster_picture(poster.number, poster.size), folder)
-            scene._add_picture(poster_quad(poster, folder), picture)
+        scene._add_boards(world)
         return scene
 
     @property
@@ -139,7 +151,7 @@ class Scene:
     def place_door(self, name: str, closed: bool) -> None:
         """Move a door into its gap, or below the floor."""
         body, pose, height = self._doors[name]
-        z = height / 2.0 if closed else HIDDEN_HEIGHT
+        z = height / 2.0 if closed and self._shows((pose.x, pose.y)) else HIDDEN_HEIGHT
         self._move(body, pose.x, pose.y, z, pose.heading)
 
     def place_people(self, positions: Sequence[tuple[float, float]]) -> None:
@@ -149,10 +161,21 @@ class Scene:
             if before == position:
                 continue
             self._people[body] = position
-            if position[0] == position[0]:
+            if position[0] == position[0] and self._shows(position):
                 self._move(body, *position, PERSON_HEIGHT / 2.0, 0.0)
             elif before is None or before[0] == before[0]:
                 self._move(body, 0.0, 0.0, HIDDEN_HEIGHT, 0.0)
+
+    def _shows(self, position: Sequence[float]) -> bool:
+        """Return whether a position is in the scene: in front of its mirror, if it has one."""
+        return self._mirror is None or self._mirror.is_in_front(np.array(position))
+
+    def _seen(self, meshes: dict[Key, Mesh]) -> list[tuple[Key, Mesh]]:
+        """Return meshes without what is behind the plane of the mirror."""
+        if self._mirror is None:
+            return list(meshes.items())
+        cut = ((key, in_front(mesh.corners, self._mirror)) for key, mesh in meshes.items())
+        return [(key, Mesh(corners)) for key, corners in cut if len(corners)]
 
     def _move(self, body: int, x: float, y: float, z: float, heading: float) -> None:
         turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0))
@@ -209,6 +232,16 @@ class Scene:
         if world.floor != "plain":
             return self._add_tiled(ground, world.floor)
         return self._add_visual_mesh(self._write(ground), FLOOR_COLOUR)
+
+    def _add_boards(self, world: World) -> None:
+        for marker in world.markers:
+            if self._shows(marker.position):
+                quad = board_quad(marker, self._folder)
+                self._add_picture(quad, board_texture(marker, self._folder))
+        for poster in world.posters:
+            if self._shows(poster.position):
+                picture = write_picture(poster_picture(poster.number, poster.size), self._folder)
+                self._add_picture(poster_quad(poster, self._folder), picture)
 
     def _add_door(self, door: Door, *, visible: bool) -> int:
         pose, length = slab(np.array(door.start), np.array(door.end))

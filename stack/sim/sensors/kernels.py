@@ -103,6 +103,30 @@ def cast_from(origins, directions, segments, circles):  # type: ignore[no-untype
 
 
 @njit(cache=True, nogil=True)
+def cast_rays(origins, units, segments, circles):  # type: ignore[no-untyped-def]
+    """Compute the distance along each ray, in any order, to the first segment or circle.
+
+    Every ray is intersected with every obstacle.
+
+    Args:
+        origins: (n, 2) x, y of the begin of each ray, metres.
+        units: (n, 2) direction of each ray, of length 1.
+        segments: as for `cast`.
+        circles: as for `cast`.
+
+    Returns:
+        (n,) metres; +inf without a hit.
+    """
+    ranges = np.full(units.shape[0], inf)
+    for ray in range(ranges.size):
+        for n in range(segments.shape[0]):
+            _hit_segment(origins[ray], units[ray], segments[n], ranges, ray)
+        for n in range(circles.shape[0]):
+            _hit_circle(origins[ray], units[ray], circles[n], ranges, ray)
+    return ranges
+
+
+@njit(cache=True, nogil=True)
 def _distance(px, py, qx, qy):  # type: ignore[no-untyped-def]
     """Distance from the origin to the segment from p to q."""
     ex, ey = qx - px, qy - py
@@ -193,3 +217,5 @@ def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
 CAST = ((cast, (f8, f8, f8, f8, i8, f8[:, ::1], f8[:, ::1])),)
 """Entry points, with the types that lidars and sonars call them with; then of turning lidars."""
 CAST_FROM = ((cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),)
+CAST_RAYS = ((cast_rays, (f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])),)
+"""Of lidars in worlds with mirrors."""

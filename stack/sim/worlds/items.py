@@ -22,6 +22,7 @@ from stack.sim.worlds.values import (
     FRICTION,
     GLASS,
     HEIGHT,
+    MIRROR,
     NAME,
     ON_MAP,
     POSTER_SIZE,
@@ -66,12 +67,16 @@ def wall(reading: Reading, section: Section) -> Wall | None:
     )
     thickness, height = section.value(THICKNESS), section.value(HEIGHT)
     colour, on_map = _colour(section, Wall), section.value(ON_MAP)
-    glass, texture = section.value(GLASS), section.value(TEXTURE)
+    glass, texture, mirror = (section.value(item) for item in (GLASS, TEXTURE, MIRROR))
+    if glass and mirror:
+        sentence = "a wall cannot be of `glass` and a `mirror`"
+        hint = "remove one: light passes through glass and is reflected by a mirror"
+        reading.findings.error(SHAPE, section.node.mark, sentence, hint)
     if points is None:
         return None
     if closed:
         points = np.vstack([points, points[:1]])
-    return Wall(points, thickness, height, colour, on_map, glass, texture)
+    return Wall(points, thickness, height, colour, on_map, glass, texture, mirror)
 
 
 def box(reading: Reading, section: Section) -> Box | None:
@@ -82,10 +87,11 @@ def box(reading: Reading, section: Section) -> Box | None:
     size = None if size_node is None else section.parts("size", size_node, SIZE)
     name, on_map = section.value(NAME), section.value(ON_MAP)
     colour, elevation = _colour(section, Box), section.value(ELEVATION)
-    texture = section.value(TEXTURE)
+    texture, mirror = section.value(TEXTURE), section.value(MIRROR)
     if pose is None or size is None:
         return None
-    return Box(pose, (size[0], size[1], size[2]), colour, on_map, name, elevation, texture)
+    extent = (size[0], size[1], size[2])
+    return Box(pose, extent, colour, on_map, name, elevation, texture, mirror)
 
 
 def cylinder(reading: Reading, section: Section) -> Cylinder | None:

@@ -43,6 +43,9 @@ ON_MAP = Declaration("on_map", bool, "show it on maps made from the world", defa
 GLASS = Declaration(
     "glass", bool, "of glass: sonars measure it, lidars and depth cameras do not", default=False
 )
+MIRROR = Declaration(
+    "mirror", bool, "reflects lidars and cameras; solid to sonars, bumpers and maps", default=False
+)
 THICKNESS = length("thickness", "thickness of the slab", 0.1, at_least=0.01, at_most=10.0)
 HEIGHT = length("height", "height above the floor", 1.0, at_most=20.0)
 ELEVATION = Declaration(

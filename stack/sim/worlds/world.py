@@ -32,7 +32,8 @@ class Wall:
     """A polyline of upright slabs with filled joints. points: (n, 2) metres, n >= 2.
 
     Sonars measure glass; lidars and depth cameras see through it, cameras see a faint tint.
-    A texture replaces the colour.
+    A mirror reflects lidars and cameras at its upright faces, not at its joints; it cannot be of
+    glass. A texture replaces the colour.
     """
 
     points: FloatArray
@@ -42,13 +43,15 @@ class Wall:
     on_map: bool = True
     glass: bool = False
     texture: str = "plain"
+    mirror: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
     """An upright box: pose of its centre on the floor, size (length, width, height) in metres.
 
-    Its underside is `elevation` metres above the floor.
+    Its underside is `elevation` metres above the floor. The sides of a mirror reflect as those of
+    a wall.
     """
 
     pose: Pose2D
@@ -58,6 +61,7 @@ class Box:
     name: str = ""
     elevation: float = 0.0
     texture: str = "plain"
+    mirror: bool = False
 
     def reaches(self, height: float) -> bool:
         """Return whether the box is at a height, metres above the floor."""
