@@ -43,14 +43,17 @@ def _bend(points, middle, moved, x, y):
 
 
 @njit(cache=True, nogil=True)
-def _energy(costs, traverse, points, index, x, y, stiffness):
-    """Part of the energy that depends on point `index`, were it at (x, y)."""
+def _energy(costs, traverse, points, index, x, y, stiffness, before, after):
+    """Part of the energy that depends on point `index`, were it at (x, y).
+
+    `before` and `after` are the step costs at its neighbours.
+    """
     here = _weight(costs, traverse, x, y)
     total = 0.0
-    for other in (index - 1, index + 1):
+    for other, there in ((index - 1, before), (index + 1, after)):
         near_x, near_y = points[other, 0], points[other, 1]
-        there = _weight(costs, traverse, near_x, near_y)
-        total += 0.5 * (here + there) * np.hypot(x - near_x, y - near_y)
+        square = (x - near_x) * (x - near_x) + (y - near_y) * (y - near_y)
+        total += 0.5 * (here + there) * np.sqrt(square)
     for middle in (index - 1, index, index + 1):
         total += stiffness * _bend(points, middle, index, x, y)
     return total
@@ -84,17 +87,20 @@ def descend(costs, traverse, points, stiffness, passes):
                 continue
             across_x, across_y = -rise / length, run / length
             factor = stiffness * 8.0 / length**3
-            energy = _energy(costs, traverse, moved, index, x, y, factor)
+            before = _weight(costs, traverse, moved[index - 1, 0], moved[index - 1, 1])
+            after = _weight(costs, traverse, moved[index + 1, 0], moved[index + 1, 1])
+            energy = _energy(costs, traverse, moved, index, x, y, factor, before, after)
             dx, dy = _PROBE * across_x, _PROBE * across_y
-            left = _energy(costs, traverse, moved, index, x + dx, y + dy, factor)
-            right = _energy(costs, traverse, moved, index, x - dx, y - dy, factor)
+            left = _energy(costs, traverse, moved, index, x + dx, y + dy, factor, before, after)
+            right = _energy(costs, traverse, moved, index, x - dx, y - dy, factor, before, after)
             slope = 0.5 * (left - right) / _PROBE
             curve = max((left - 2.0 * energy + right) / _PROBE**2, 1.0)
             step = min(max(-slope / curve, -_STEP), _STEP)
             new_x, new_y = x + step * across_x, y + step * across_y
             if abs(step) < 1e-3:
                 continue
-            if _energy(costs, traverse, moved, index, new_x, new_y, factor) >= energy:
+            new = _energy(costs, traverse, moved, index, new_x, new_y, factor, before, after)
+            if new >= energy:
                 continue
             free = True
             for other in (index - 1, index + 1):

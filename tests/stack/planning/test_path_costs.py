@@ -10,6 +10,8 @@ from stack.planning.search import StepCosts
 from stack.planning.smoothing import SPACING, Smoother, resampled
 from stack.types import INSCRIBED_COST, CostGrid, Pose2D
 from tests.benchmarks.navfn import navfn_path, path_cost
+from tests.benchmarks.planners import measured, queries_for
+from tests.benchmarks.planning import ROBOT
 
 TRAVERSE = StepCosts.of(3.0, True).traverse
 SIDE = 40
@@ -39,6 +41,17 @@ def test_a_smoothed_path_never_costs_more_than_it_did(seed, cells_of_path):
         for points in (raw, path.points[:, :2])
     )
     assert after <= before * (1.0 + 1e-9) + 1e-5
+
+
+LIMITS = [("astar", 1.01, 1.03), ("theta_star", 1.0, 1.02)]
+"""Mean and largest cost over NavFn's."""
+
+
+@pytest.mark.parametrize(("planner", "mean", "worst"), LIMITS)
+def test_smoothed_paths_in_offices_cost_about_as_little_as_the_references(planner, mean, worst):
+    row = measured(planner, {}, ROBOT, queries_for(ROBOT, 300, 18))
+    assert row["found"] == "18/18"
+    assert row["navfn_mean"] <= mean and row["navfn_worst"] <= worst
 
 
 def test_the_reference_is_straight_over_open_floor():
