@@ -1,5 +1,7 @@
 """Costs of paths: smoothing never adds any, and NavFn's reference paths are what they should be."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,8 @@ from hypothesis import strategies as st
 
 from stack.planning.geodesic import kernels
 from stack.planning.search import StepCosts
-from stack.planning.smoothing import SPACING, Smoother, resampled
+from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, shape
+from stack.planning.smoothing import SPACING, resampled
 from stack.types import INSCRIBED_COST, CostGrid, Pose2D
 from tests.benchmarks.navfn import navfn_path, path_cost
 from tests.benchmarks.planners import measured, queries_for
@@ -15,6 +18,8 @@ from tests.benchmarks.planning import ROBOT
 
 TRAVERSE = StepCosts.of(3.0, True).traverse
 SIDE = 40
+BENDS = [(5.5, 20.5), (60.5, 20.5)]
+"""Corners of the path with two bends, in cells."""
 
 
 def floor(cells=None):
@@ -27,20 +32,56 @@ corners = st.lists(
 )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 2**32 - 1), corners)
-def test_a_smoothed_path_never_costs_more_than_it_did(seed, cells_of_path):
+@settings(max_examples=80, deadline=None)
+@given(st.sampled_from(SMOOTHERS), st.integers(0, 2**32 - 1), corners)
+def test_a_smoothed_path_never_costs_more_than_it_did(smoother, seed, cells_of_path):
     """Blocks of random cost, and a path over them from corner to corner."""
     random = np.random.default_rng(seed)
     blocks = random.integers(0, INSCRIBED_COST, (SIDE // 5, SIDE // 5)).astype(np.uint8)
     costs = floor(np.kron(blocks, np.ones((5, 5), np.uint8)))
     raw = resampled((np.array(cells_of_path, float) + 0.5) * SPACING, SPACING)
-    path = Smoother(TRAVERSE).smooth(costs, raw, 0.0)
+    path = point_smoother(smoother, TRAVERSE).smooth(costs, raw, 0.0)
     before, after = (
         kernels.path_cost(costs.cells, TRAVERSE, np.ascontiguousarray(points / SPACING))
         for points in (raw, path.points[:, :2])
     )
     assert after <= before * (1.0 + 1e-9) + 1e-5
+
+
+def path_with_two_bends():
+    """Over open floor, then over floor where smoothing the corner leaves the cheap cells."""
+    cells = np.zeros((SIDE, 2 * SIDE), np.uint8)
+    cells[:, SIDE:] = 252
+    cells[20, SIDE : SIDE + 21] = cells[5:21, SIDE + 20] = 0
+    raw = resampled(
+        np.array([[5.5, 5.5], [5.5, 20.5], [60.5, 20.5], [60.5, 5.5]]) * SPACING, SPACING
+    )
+    return CostGrid(cells, SPACING, (0, 0)), raw
+
+
+def test_only_the_parts_of_a_path_that_cost_no_more_are_smoothed():
+    costs, raw = path_with_two_bends()
+    smooth = shape("constrained", costs, raw, 0.5, 1)
+    path = point_smoother("constrained", TRAVERSE).smooth(costs, raw, 0.0).points[:, :2]
+    price = partial(kernels.path_cost, costs.cells, TRAVERSE)
+    assert price(smooth / SPACING) > price(raw / SPACING) >= price(path / SPACING)
+    far = [min(np.hypot(*(path - SPACING * np.array(corner)).T)) for corner in BENDS]
+    assert far[0] > 0.05 and far[1] < 0.02  # rounded over open floor, kept among dear cells
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), corners)
+def test_a_mix_of_two_paths_costs_no_more_than_either(seed, cells_of_path):
+    random = np.random.default_rng(seed)
+    cells = random.integers(0, INSCRIBED_COST, (SIDE, SIDE)).astype(np.uint8)
+    raw = resampled(np.array(cells_of_path, float) + 0.5, 1.0)
+    other = raw.copy()
+    other[1:-1] = np.clip(raw[1:-1] + random.normal(0.0, 0.7, (len(raw) - 2, 2)), 0.5, SIDE - 0.5)
+    mix = kernels.blend(cells, TRAVERSE, raw, other, 0.0, 10.0)
+    before = min(kernels.path_cost(cells, TRAVERSE, points) for points in (raw, other))
+    assert kernels.path_cost(cells, TRAVERSE, mix) <= before * (1.0 + 1e-9)
+    share = np.hypot(*(mix - raw).T) / np.maximum(np.hypot(*(other - raw).T), 1e-9)
+    assert np.abs(np.diff(share[1:-1])).max(initial=0.0) <= 1.0 / kernels.BLEND_STEPS + 1e-6
 
 
 LIMITS = [("astar", 1.01, 1.03), ("theta_star", 1.0, 1.02)]
