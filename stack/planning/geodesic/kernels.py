@@ -193,12 +193,7 @@ def blend(costs, traverse, points, smooth, surcharge, switch):
     return mix
 
 
-GEODESIC = (
-    (descend, (u1[:, ::1], i8[::1], f8[:, ::1], f8, i8)),
-    (path_cost, (u1[:, ::1], i8[::1], f8[:, ::1])),
-)
-BLENDING = (
-    (path_cost, (u1[:, ::1], i8[::1], f8[:, ::1])),
-    (blend, (u1[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8, f8)),
-)
-"""Entry points, with the types that `Smoother` and then other smoothers call them with."""
+COSTING = ((path_cost, (u1[:, ::1], i8[::1], f8[:, ::1])),)
+"""Entry points, with the types that smoothers call them with; then for one smoother each."""
+GEODESIC = ((descend, (u1[:, ::1], i8[::1], f8[:, ::1], f8, i8)), *COSTING)
+BLENDING = ((blend, (u1[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8, f8)), *COSTING)

@@ -8,15 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.planning.geodesic import kernels
+from stack.planning.kinematic.search import CollisionChecker, Drive
+from stack.planning.kinematic.shaping import Shaping, evenly
 from stack.planning.search import StepCosts
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, shape
 from stack.planning.smoothing import SPACING, resampled
-from stack.types import INSCRIBED_COST, CostGrid, Pose2D
+from stack.types import INSCRIBED_COST, CostGrid, Footprint, Pose2D
 from tests.benchmarks.navfn import navfn_path, path_cost
 from tests.benchmarks.planners import measured, queries_for
 from tests.benchmarks.planning import ROBOT
 
-TRAVERSE = StepCosts.of(3.0, True).traverse
+TABLES = StepCosts.of(3.0, True)
+TRAVERSE = TABLES.traverse
 SIDE = 40
 BENDS = [(5.5, 20.5), (60.5, 20.5)]
 """Corners of the path with two bends, in cells."""
@@ -124,3 +127,32 @@ def test_there_is_no_reference_behind_a_closed_wall():
     cells = np.zeros((SIDE, SIDE), np.uint8)
     cells[:, 20] = 254
     assert navfn_path(floor(cells), Pose2D(0.525, 0.525), Pose2D(1.525, 0.525)) is None
+
+
+def winding_poses(random, count=50):
+    """(n, 3) poses 4 cm apart from (0.6, 1.0) whose curvature changes every ten poses."""
+    turns = np.repeat(random.uniform(-0.05, 0.05, count // 10), 10)
+    headings = np.cumsum(turns)
+    steps = 0.04 * np.column_stack([np.cos(headings), np.sin(headings)])
+    points = np.array([0.6, 1.0]) + np.cumsum(steps, axis=0)
+    return np.column_stack([points, headings])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from(SMOOTHERS[:3]), st.integers(0, 2**32 - 1))
+def test_a_smoothed_segment_of_poses_never_costs_more_than_it_did(smoother, seed):
+    random = np.random.default_rng(seed)
+    blocks = random.integers(0, INSCRIBED_COST, (10, 20)).astype(np.uint8)
+    costs = CostGrid(np.kron(blocks, np.ones((5, 5), np.uint8)), SPACING, (-1.0, -0.25))
+    checker = CollisionChecker.of(costs, Footprint.circle(0.1), TABLES)
+    poses = winding_poses(random)
+    drive = Drive(poses, np.ones(len(poses), np.int64), 0.0)
+    smooth = Shaping(smoother, 0.3, TRAVERSE).path(checker, drive).points
+    if np.array_equal(smooth, poses):
+        return
+    origin = np.array(costs.origin)
+    before, after = (
+        kernels.path_cost(costs.cells, TRAVERSE, (points[:, :2] - origin) / SPACING)
+        for points in (evenly(poses, 1), smooth)
+    )
+    assert after <= before
