@@ -184,7 +184,7 @@ def blend(costs, traverse, points, smooth, surcharge, switch):
                     arrived[level], came[index, level] = total, other
         best = arrived
     mix = points.copy()
-    level = np.argmin(best)
+    level = int(np.argmin(best))
     for index in range(count - 1, -1, -1):
         share = level / top
         for axis in range(2):
