@@ -47,7 +47,7 @@ class Smoother:
 
         The candidates in order: settled (descent of cost and bends from the rounded one) and faired
         over each of _FAIRINGS, settled, rounded, straightened, unchanged. The result is the first
-        that costs no more than the unchanged path, nor than settled with _SURCHARGE, by
+        that costs no more than the unchanged path, resampled, nor than settled with _SURCHARGE, by
         interpolated cell costs, and has no more steps over impassable cells than the unchanged
         path (which has none, unless its start is occupied).
 
@@ -69,7 +69,7 @@ class Smoother:
         settled = self._settled(cells, rounded, scale)
         faired = (self._rounded(cells, settled, scale, length) for length in _FAIRINGS)
         allowed = kernels.blocked_steps(cells, traverse, raw)
-        dearest = self._cost(cells, raw) + _ROUNDING_ERROR
+        dearest = self._cost(cells, resampled(raw, SPACING / scale)) + _ROUNDING_ERROR
         if kernels.blocked_steps(cells, traverse, settled) <= allowed:
             dearest = min(dearest, (1.0 + _SURCHARGE) * self._cost(cells, settled))
         for candidate in chain(faired, (settled, rounded, straight)):
