@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,15 @@ SPACING = 0.05
 
 _WINDOW = 5.0  # m; length of the longest shortcut
 _STRIDE = 4  # cells between the points where shortcuts may begin and end
-_ROUNDING = 0.3  # m; rounding changes about this length on both sides of a corner
+_ROUNDING = 0.15  # m; rounding changes about this length on both sides of a corner
 _SMOOTHNESS = 0.3  # share of the step to the neighbours' midpoint per iteration: stable below 0.5
 _ITERATIONS = 80
 _EASY = 160  # rounding may enter cells up to this cost (0.11 m beyond the inscribed radius)
-_FAIRINGS = (0.15, 0.1)  # m; likewise, after the descent: removes the kinks of its coarse levels
+_FAIRINGS = (0.15, 0.1, 0.07)  # m; likewise, after the descent: removes kinks of coarse levels
+_SURCHARGE = 0.01  # fairing may add this share to the cost of the path of the descent
 _LEVELS = ((0.4, 20), (0.2, 15), (0.1, 10), (SPACING, 6))
 """Metres between points and passes of the descent; coarse levels move long parts of a path."""
-_STIFFNESS = 1500.0  # step cost x cells²; bends no sharper than rounding alone leaves them
+_STIFFNESS = 1500.0  # step cost x cells²; higher values bend less and cut corners at some cost
 _ROUNDING_ERROR = 1e-6  # step cost; a path equal to the unchanged one is no dearer
 
 
@@ -45,8 +47,9 @@ class Smoother:
 
         The candidates in order: settled (descent of cost and bends from the rounded one) and faired
         over each of _FAIRINGS, settled, rounded, straightened, unchanged. The result is the first
-        that costs no more than the unchanged path, by interpolated cell costs, and has no more
-        steps over impassable cells (the unchanged path has none, unless its start is occupied).
+        that costs no more than the unchanged path, resampled, nor than settled with _SURCHARGE, by
+        interpolated cell costs, and has no more steps over impassable cells than the unchanged
+        path (which has none, unless its start is occupied).
 
         Args:
             costs: map frame.
@@ -63,21 +66,31 @@ class Smoother:
         kept = kernels.straighten(cells, traverse, raw, _STRIDE, window)
         straight = resampled(raw[kept], SPACING / scale)
         rounded = self._rounded(cells, straight, scale, _ROUNDING)
-        settled = rounded
-        for spacing, passes in _LEVELS:
-            settled = resampled(settled, spacing / scale)
-            settled = self._geodesic.descend(cells, traverse, settled, _STIFFNESS, passes)
-        settled = resampled(settled, SPACING / scale)
-        faired = [self._rounded(cells, settled, scale, length) for length in _FAIRINGS]
+        settled = self._settled(cells, rounded, scale)
+        faired = (self._rounded(cells, settled, scale, length) for length in _FAIRINGS)
         allowed = kernels.blocked_steps(cells, traverse, raw)
-        dearest = self._geodesic.path_cost(cells, traverse, raw) + _ROUNDING_ERROR
-        for candidate in (*faired, settled, rounded, straight):
+        dearest = self._cost(cells, resampled(raw, SPACING / scale)) + _ROUNDING_ERROR
+        if kernels.blocked_steps(cells, traverse, settled) <= allowed:
+            dearest = min(dearest, (1.0 + _SURCHARGE) * self._cost(cells, settled))
+        for candidate in chain(faired, (settled, rounded, straight)):
             if (
                 kernels.blocked_steps(cells, traverse, candidate) <= allowed
-                and self._geodesic.path_cost(cells, traverse, candidate) <= dearest
+                and self._cost(cells, candidate) <= dearest
             ):
                 return with_headings(candidate * scale + origin, heading)
         return unsmoothed(points, heading)
+
+    def _settled(self, cells: NDArray[np.uint8], points: FloatArray, scale: float) -> FloatArray:
+        """Return points in cells after the descent of cost and bends, level by level."""
+        settled = points
+        for spacing, passes in _LEVELS:
+            settled = resampled(settled, spacing / scale)
+            settled = self._geodesic.descend(cells, self._traverse, settled, _STIFFNESS, passes)
+        return resampled(settled, SPACING / scale)
+
+    def _cost(self, cells: NDArray[np.uint8], points: FloatArray) -> float:
+        """Return the integral of interpolated step costs along points in cells."""
+        return float(self._geodesic.path_cost(cells, self._traverse, points))
 
     def _rounded(
         self, cells: NDArray[np.uint8], points: FloatArray, scale: float, length: float

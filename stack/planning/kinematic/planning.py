@@ -209,10 +209,12 @@ def pose_planner_kernels(smoother: str) -> KernelTypes:
     from stack.planning import kernels
     from stack.planning.cost_to_go.kernels import COST_TO_GO
     from stack.planning.curves.kernels import CURVES
+    from stack.planning.geodesic.kernels import COSTING
     from stack.planning.kinematic.kernels import POSES
 
     rounding = kernels.ROUNDING if smoother == "simple" else shape_kernels(smoother)
-    return (*POSES, *COST_TO_GO, *CURVES, *kernels.ENDPOINTS, *rounding)
+    costing = () if smoother == "none" else COSTING
+    return (*POSES, *COST_TO_GO, *CURVES, *kernels.ENDPOINTS, *rounding, *costing)
 
 
 def _cells_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[float, float]]:

@@ -37,7 +37,8 @@ class Shaping:
         """Return the path along a drive, with each segment of one direction smoothed separately.
 
         A segment is moved towards its smooth line by the largest of three shares at which the
-        footprint is clear and no bend is tighter than the turning radius; else it stays unchanged.
+        footprint is clear, no bend is tighter than the turning radius and the segment costs no
+        more, by interpolated cell costs; else it stays unchanged.
         Of a turn in place only the last pose is kept, so that it is a corner of the path.
         """
         poses, directions = drive.poses, drive.directions
@@ -63,14 +64,23 @@ class Shaping:
             shaped = self._rounded(checker, points)
         else:
             shaped = shape(self.smoother, checker.costs, points, self.radius, _PINNED)
+        dearest = self._cost(checker, even)
         for share in _SHARES:
             moved = _with_headings(points + share * (shaped - points), even, direction)
             if (
                 bends_within(moved, direction, self.radius / _ROUNDING)
                 and checker.weight(moved) > 0.0
+                and self._cost(checker, moved) <= dearest
             ):
                 return moved
         return poses
+
+    def _cost(self, checker: CollisionChecker, poses: FloatArray) -> float:
+        from stack.planning.geodesic import kernels
+
+        cost: Any = kernels.path_cost
+        scale, origin = checker.costs.resolution, np.array(checker.costs.origin)
+        return float(cost(checker.costs.cells, self.traverse, (poses[:, :2] - origin) / scale))
 
     def _rounded(self, checker: CollisionChecker, points: FloatArray) -> FloatArray:
         from stack.planning import kernels

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -20,6 +21,11 @@ simple straightens the path and rounds corners; savitzky_golay fits cubics to ev
 constrained weighs smoothness, clearance and curvature; none leaves the path unchanged.
 """
 
+_SURCHARGES = (0.3, 0.2, 0.1, 0.05, 0.02, 0.0)
+"""Costs of an unsmoothed point in a mix, in steps between points over free cells, tried in order:
+a mix keeps as much of the smoothed path as its cost allows."""
+_SWITCH = 0.1
+"""Cost of a change of the share in a mix, likewise: parts of both paths are long."""
 _GENTLE = 0.5  # m; target radius of the constrained smoother for robots that can turn in place
 
 
@@ -46,36 +52,63 @@ def point_smoother(name: str, traverse: NDArray[np.int64]) -> PointSmoother:
 def point_smoother_kernels(name: str) -> KernelTypes:
     """Return the kernels of the point smoother called `name`."""
     from stack.planning import kernels
-    from stack.planning.geodesic.kernels import GEODESIC
+    from stack.planning.geodesic.kernels import BLENDING, GEODESIC
 
     if name == "simple":
         return (*kernels.STRAIGHTENING, *kernels.ROUNDING, *kernels.BLOCKED, *GEODESIC)
-    return () if name == "none" else (*shape_kernels(name), *kernels.BLOCKED)
+    return () if name == "none" else (*shape_kernels(name), *kernels.BLOCKED, *BLENDING)
 
 
 @dataclass(frozen=True)
 class _Shaping:
-    """Smooths an evenly spaced polyline; discards the result if it crosses more obstacles."""
+    """Smooths an evenly spaced polyline where this adds neither cost nor collisions."""
 
     name: str
     traverse: NDArray[np.int64]
 
     def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
+        """Return the smoothed path, or the mix with the unsmoothed one that is no dearer.
+
+        Candidates in order: smoothed, mixes with less and less of it, unsmoothed. The result is the
+        first that costs no more than the unsmoothed path, by interpolated cell costs, and has no
+        more steps over impassable cells.
+        """
         raw = resampled(points, SPACING)
         if self.name == "none":
             return unsmoothed(points, heading)
         shaped = shape(self.name, costs, raw, _GENTLE, pinned=1)
-        even = resampled(shaped, SPACING)
-        blocked = self._blocked(costs, even) > self._blocked(costs, raw)
-        return unsmoothed(points, heading) if blocked else with_headings(even, heading)
+        scale, origin = costs.resolution, np.array(costs.origin)
+        before = (raw - origin) / scale
+        allowed, dearest = self._blocked(costs, before), self._cost(costs, before)
+        for candidate in self._candidates(costs, before, (shaped - origin) / scale):
+            even = resampled(candidate, SPACING / scale)
+            if self._blocked(costs, even) <= allowed and self._cost(costs, even) <= dearest:
+                return with_headings(even * scale + origin, heading)
+        return unsmoothed(points, heading)
+
+    def _candidates(
+        self, costs: CostGrid, before: FloatArray, after: FloatArray
+    ) -> Iterator[FloatArray]:
+        """Yield points in cells: smoothed, then mixes of both paths."""
+        from stack.planning.geodesic import kernels
+
+        blend: Any = kernels.blend
+        yield after
+        step = float(self.traverse[0]) * SPACING / costs.resolution
+        for surcharge in _SURCHARGES:
+            yield blend(costs.cells, self.traverse, before, after, surcharge * step, _SWITCH * step)
+
+    def _cost(self, costs: CostGrid, points: FloatArray) -> float:
+        from stack.planning.geodesic import kernels
+
+        cost: Any = kernels.path_cost
+        return float(cost(costs.cells, self.traverse, points))
 
     def _blocked(self, costs: CostGrid, points: FloatArray) -> int:
         from stack.planning import kernels
 
         count: Any = kernels.blocked_steps
-        return int(
-            count(costs.cells, self.traverse, (points - np.array(costs.origin)) / costs.resolution)
-        )
+        return int(count(costs.cells, self.traverse, points))
 
 
 def shape(name: str, costs: CostGrid, points: FloatArray, radius: float, pinned: int) -> FloatArray:

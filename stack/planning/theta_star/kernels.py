@@ -14,6 +14,15 @@ from numba import b1, f8, i4, i8, njit, u1
 NOT_REACHED = 1.0e300
 FOUND, NO_PATH, LIMIT, STOPPED = 0, 1, 2, 3
 CHECKED = 1024  # expansions between two checks of the cancel flag
+BUCKETS_PER_STEP = 32.0  # buckets of the queue per cost of a step over free cells
+CAPACITY = 1024  # initial entries of the queue
+DIAGONAL = 2.0**0.5
+
+# Row and column steps to the neighbours: right, up, left, down, then the diagonals between them.
+# SIDES is the bit mask of the two straight neighbours of a diagonal.
+ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1])
+COLUMN_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1])
+SIDES = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001])
 
 
 @njit(cache=True, nogil=True)
@@ -104,39 +113,27 @@ def _pop(heap, count):
 
 
 @njit(cache=True, nogil=True)
-def _may_step(cells, weights, row, column, rise, run):
-    """Return whether a neighbour can be entered: on the grid, passable, no corner cut."""
-    rows, columns = cells.shape
-    near_row, near_column = row + rise, column + run
-    if not (0 <= near_row < rows and 0 <= near_column < columns):
-        return False
-    if weights[cells[near_row, near_column]] == 0.0 or (rise == 0 and run == 0):
-        return False
-    if rise == 0 or run == 0:
-        return True
-    return weights[cells[row, near_column]] > 0.0 and weights[cells[near_row, column]] > 0.0
-
-
-@njit(cache=True, nogil=True)
-def _step_cost(cells, weights, row, column, rise, run):
-    """Cost of the line to a neighbour that may be entered."""
-    mean = weights[cells[row, column]] + weights[cells[row + rise, column + run]]
-    return 0.5 * mean * np.hypot(float(rise), float(run))
-
-
-@njit(cache=True, nogil=True)
-def _straight_from(cells, weights, costs, parents, cell):
+def _straight_from(cells, weights, costs, parents, cell, row, column):
     """Replace a cell's parent by its grandparent if the straight line from there is cheaper."""
     columns = cells.shape[1]
     parent = parents[parents[cell]]
     if parent == parents[cell]:
         return
+    parent_row = parent // columns
     line = line_cost(
-        cells, weights, parent // columns, parent % columns, cell // columns, cell % columns,
+        cells, weights, parent_row, parent - parent_row * columns, row, column,
         costs[cell] - costs[parent],
     )  # fmt: skip
     if costs[parent] + line <= costs[cell]:
         costs[cell], parents[cell] = costs[parent] + line, parent
+
+
+@njit(cache=True, nogil=True)
+def _longer(values, used):
+    """Return an array of twice the length with the first `used` values."""
+    longer = np.empty((2 * values.shape[0], *values.shape[1:]), values.dtype)
+    longer[:used] = values[:used]
+    return longer
 
 
 @njit(cache=True, nogil=True)
@@ -148,6 +145,9 @@ def search(
     A cell is queued with its cost through the neighbour that reached it. The line from that
     neighbour's parent is evaluated once, when the cell is popped, and used if it is cheaper. A
     queued cost is never above that of the cheapest path of steps, so neither is the result.
+
+    Cells wait in buckets by f (Dial 1969); only those of the current bucket are in a heap, so it is
+    small. Cells are popped in the order of one heap of all.
 
     Args:
         cells: (rows, columns) uint8.
@@ -164,46 +164,95 @@ def search(
     Returns:
         (status, number of cells expanded).
     """
-    columns = cells.shape[1]
+    rows, columns = cells.shape
+    flat = cells.reshape(-1)
     goal_row, goal_column = goal // columns, goal % columns
-    capacity = 4096
-    heap = np.empty((capacity, 2))
+    per_f = BUCKETS_PER_STEP / least
+    jump = DIAGONAL * (weights.max() + least) * per_f + 2.0  # largest increase of f in one step
+    mask = (1 << int(np.ceil(np.log2(jump)))) - 1
+    heads = np.full(mask + 1, -1, np.int32)
+    waiting_f, waiting_cells = np.empty(CAPACITY), np.empty(CAPACITY, np.int32)
+    links = np.empty(CAPACITY, np.int32)
+    heap = np.empty((CAPACITY, 2))
+    fresh, spare, waiting, in_heap, expanded = 0, -1, 0, 1, 0
     costs[start], parents[start] = 0.0, start
-    _push(heap, 0, 0.0, start)
-    waiting, expanded = 1, 0
-    while waiting > 0:
-        _, cell = _pop(heap, waiting)
-        waiting -= 1
+    rise, run = start // columns - goal_row, start % columns - goal_column
+    first_f = least * np.sqrt(float(rise * rise + run * run))
+    level = 0
+    _push(heap, 0, first_f, start)
+    while in_heap > 0 or waiting > 0:
+        if in_heap == 0:
+            level += 1
+            entry = heads[level & mask]
+            heads[level & mask] = -1
+            while entry >= 0:
+                if not closed[waiting_cells[entry]]:
+                    if in_heap == heap.shape[0]:
+                        heap = _longer(heap, in_heap)
+                    _push(heap, in_heap, waiting_f[entry], waiting_cells[entry])
+                    in_heap += 1
+                waiting -= 1
+                after = links[entry]
+                links[entry] = spare
+                spare, entry = entry, after
+            continue
+        _, cell = _pop(heap, in_heap)
+        in_heap -= 1
         if closed[cell]:
             continue
         if expanded >= max_expansions:
             return LIMIT, expanded
         if expanded % CHECKED == 0 and cancelled[0] != 0:
             return STOPPED, expanded
-        _straight_from(cells, weights, costs, parents, cell)
+        row = cell // columns
+        column = cell - row * columns
+        _straight_from(cells, weights, costs, parents, cell, row, column)
         closed[cell] = True
         expanded += 1
         if cell == goal:
             return FOUND, expanded
-        if waiting + 8 >= capacity:
-            capacity *= 2
-            longer = np.empty((capacity, 2))
-            longer[:waiting] = heap[:waiting]
-            heap = longer
-        row, column = cell // columns, cell % columns
-        for rise in range(-1, 2):
-            for run in range(-1, 2):
-                if not _may_step(cells, weights, row, column, rise, run):
-                    continue
-                near_row, near_column = row + rise, column + run
-                near = near_row * columns + near_column
-                cost = costs[cell] + _step_cost(cells, weights, row, column, rise, run)
-                if closed[near] or cost >= costs[near]:
-                    continue
-                costs[near], parents[near] = cost, cell
-                to_go = least * np.hypot(near_row - goal_row, near_column - goal_column)
-                _push(heap, waiting, cost + to_go, near)
-                waiting += 1
+        inner = 0 < row < rows - 1 and 0 < column < columns - 1
+        here, so_far, passable = weights[flat[cell]], costs[cell], 0
+        for direction in range(8):
+            near_row, near_column = row + ROW_STEP[direction], column + COLUMN_STEP[direction]
+            if not (inner or (0 <= near_row < rows and 0 <= near_column < columns)):
+                continue
+            near = near_row * columns + near_column
+            weight = weights[flat[near]]
+            if weight == 0.0:
+                continue
+            if direction < 4:
+                passable |= 1 << direction
+                cost = so_far + 0.5 * (here + weight)
+            elif (passable & SIDES[direction]) == SIDES[direction]:
+                cost = so_far + 0.5 * DIAGONAL * (here + weight)
+            else:
+                continue
+            if cost >= costs[near] or closed[near]:
+                continue
+            costs[near], parents[near] = cost, cell
+            rise, run = near_row - goal_row, near_column - goal_column
+            f = cost + least * np.sqrt(float(rise * rise + run * run))
+            bucket = int((f - first_f) * per_f)
+            if bucket <= level:
+                if in_heap == heap.shape[0]:
+                    heap = _longer(heap, in_heap)
+                _push(heap, in_heap, f, near)
+                in_heap += 1
+                continue
+            if spare >= 0:
+                slot = spare
+                spare = links[slot]
+            else:
+                if fresh == links.size:
+                    links, waiting_f = _longer(links, fresh), _longer(waiting_f, fresh)
+                    waiting_cells = _longer(waiting_cells, fresh)
+                slot = fresh
+                fresh += 1
+            waiting_f[slot], waiting_cells[slot] = f, near
+            links[slot] = heads[bucket & mask]
+            heads[bucket & mask] = slot
+            waiting += 1
     return NO_PATH, expanded
 
 

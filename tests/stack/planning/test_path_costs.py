@@ -1,18 +1,28 @@
 """Costs of paths: smoothing never adds any, and NavFn's reference paths are what they should be."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.planning.geodesic import kernels
+from stack.planning.kinematic.search import CollisionChecker, Drive
+from stack.planning.kinematic.shaping import Shaping, evenly
 from stack.planning.search import StepCosts
-from stack.planning.smoothing import SPACING, Smoother, resampled
-from stack.types import INSCRIBED_COST, CostGrid, Pose2D
+from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, shape
+from stack.planning.smoothing import SPACING, resampled
+from stack.types import INSCRIBED_COST, CostGrid, Footprint, Pose2D
 from tests.benchmarks.navfn import navfn_path, path_cost
+from tests.benchmarks.planners import measured, queries_for
+from tests.benchmarks.planning import ROBOT
 
-TRAVERSE = StepCosts.of(3.0, True).traverse
+TABLES = StepCosts.of(3.0, True)
+TRAVERSE = TABLES.traverse
 SIDE = 40
+BENDS = [(5.5, 20.5), (60.5, 20.5)]
+"""Corners of the path with two bends, in cells."""
 
 
 def floor(cells=None):
@@ -25,20 +35,68 @@ corners = st.lists(
 )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 2**32 - 1), corners)
-def test_a_smoothed_path_never_costs_more_than_it_did(seed, cells_of_path):
+@settings(max_examples=80, deadline=None)
+@given(st.sampled_from(SMOOTHERS[:3]), st.integers(0, 2**32 - 1), corners)
+def test_a_smoothed_path_never_costs_more_than_it_did(smoother, seed, cells_of_path):
     """Blocks of random cost, and a path over them from corner to corner."""
     random = np.random.default_rng(seed)
     blocks = random.integers(0, INSCRIBED_COST, (SIDE // 5, SIDE // 5)).astype(np.uint8)
     costs = floor(np.kron(blocks, np.ones((5, 5), np.uint8)))
-    raw = resampled((np.array(cells_of_path, float) + 0.5) * SPACING, SPACING)
-    path = Smoother(TRAVERSE).smooth(costs, raw, 0.0)
+    raw = (np.array(cells_of_path, float) + 0.5) * SPACING
     before, after = (
-        kernels.path_cost(costs.cells, TRAVERSE, np.ascontiguousarray(points / SPACING))
-        for points in (raw, path.points[:, :2])
+        kernels.path_cost(costs.cells, TRAVERSE, path.points[:, :2] / SPACING)
+        for path in (
+            point_smoother(name, TRAVERSE).smooth(costs, raw, 0.0) for name in ("none", smoother)
+        )
     )
     assert after <= before * (1.0 + 1e-9) + 1e-5
+
+
+def path_with_two_bends():
+    """Over open floor, then over floor where smoothing the corner leaves the cheap cells."""
+    cells = np.zeros((SIDE, 2 * SIDE), np.uint8)
+    cells[:, SIDE:] = 252
+    cells[20, SIDE : SIDE + 21] = cells[5:21, SIDE + 20] = 0
+    raw = resampled(
+        np.array([[5.5, 5.5], [5.5, 20.5], [60.5, 20.5], [60.5, 5.5]]) * SPACING, SPACING
+    )
+    return CostGrid(cells, SPACING, (0, 0)), raw
+
+
+def test_only_the_parts_of_a_path_that_cost_no_more_are_smoothed():
+    costs, raw = path_with_two_bends()
+    smooth = shape("constrained", costs, raw, 0.5, 1)
+    path = point_smoother("constrained", TRAVERSE).smooth(costs, raw, 0.0).points[:, :2]
+    price = partial(kernels.path_cost, costs.cells, TRAVERSE)
+    assert price(smooth / SPACING) > price(raw / SPACING) >= price(path / SPACING)
+    far = [min(np.hypot(*(path - SPACING * np.array(corner)).T)) for corner in BENDS]
+    assert far[0] > 0.05 and far[1] < 0.02  # rounded over open floor, kept among dear cells
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), corners)
+def test_a_mix_of_two_paths_costs_no_more_than_either(seed, cells_of_path):
+    random = np.random.default_rng(seed)
+    cells = random.integers(0, INSCRIBED_COST, (SIDE, SIDE)).astype(np.uint8)
+    raw = resampled(np.array(cells_of_path, float) + 0.5, 1.0)
+    other = raw.copy()
+    other[1:-1] = np.clip(raw[1:-1] + random.normal(0.0, 0.7, (len(raw) - 2, 2)), 0.5, SIDE - 0.5)
+    mix = kernels.blend(cells, TRAVERSE, raw, other, 0.0, 10.0)
+    before = min(kernels.path_cost(cells, TRAVERSE, points) for points in (raw, other))
+    assert kernels.path_cost(cells, TRAVERSE, mix) <= before * (1.0 + 1e-9)
+    share = np.hypot(*(mix - raw).T) / np.maximum(np.hypot(*(other - raw).T), 1e-9)
+    assert np.abs(np.diff(share[1:-1])).max(initial=0.0) <= 1.0 / kernels.BLEND_STEPS + 1e-6
+
+
+LIMITS = [("astar", 1.01, 1.03), ("theta_star", 1.0, 1.02)]
+"""Mean and largest cost over NavFn's."""
+
+
+@pytest.mark.parametrize(("planner", "mean", "worst"), LIMITS)
+def test_smoothed_paths_in_offices_cost_about_as_little_as_the_references(planner, mean, worst):
+    row = measured(planner, {}, ROBOT, queries_for(ROBOT, 300, 18))
+    assert row["found"] == "18/18"
+    assert row["navfn_mean"] <= mean and row["navfn_worst"] <= worst
 
 
 def test_the_reference_is_straight_over_open_floor():
@@ -70,3 +128,32 @@ def test_there_is_no_reference_behind_a_closed_wall():
     cells = np.zeros((SIDE, SIDE), np.uint8)
     cells[:, 20] = 254
     assert navfn_path(floor(cells), Pose2D(0.525, 0.525), Pose2D(1.525, 0.525)) is None
+
+
+def winding_poses(random, count=50):
+    """(n, 3) poses 4 cm apart from (0.6, 1.0) whose curvature changes every ten poses."""
+    turns = np.repeat(random.uniform(-0.05, 0.05, count // 10), 10)
+    headings = np.cumsum(turns)
+    steps = 0.04 * np.column_stack([np.cos(headings), np.sin(headings)])
+    points = np.array([0.6, 1.0]) + np.cumsum(steps, axis=0)
+    return np.column_stack([points, headings])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from(SMOOTHERS[:3]), st.integers(0, 2**32 - 1))
+def test_a_smoothed_segment_of_poses_never_costs_more_than_it_did(smoother, seed):
+    random = np.random.default_rng(seed)
+    blocks = random.integers(0, INSCRIBED_COST, (10, 20)).astype(np.uint8)
+    costs = CostGrid(np.kron(blocks, np.ones((5, 5), np.uint8)), SPACING, (-1.0, -0.25))
+    checker = CollisionChecker.of(costs, Footprint.circle(0.1), TABLES)
+    poses = winding_poses(random)
+    drive = Drive(poses, np.ones(len(poses), np.int64), 0.0)
+    smooth = Shaping(smoother, 0.3, TRAVERSE).path(checker, drive).points
+    if np.array_equal(smooth, poses):
+        return
+    origin = np.array(costs.origin)
+    before, after = (
+        kernels.path_cost(costs.cells, TRAVERSE, (points[:, :2] - origin) / SPACING)
+        for points in (evenly(poses, 1), smooth)
+    )
+    assert after <= before

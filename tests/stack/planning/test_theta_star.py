@@ -106,6 +106,74 @@ def test_reachable_means_found_and_no_more_expensive_than_any_path_of_steps(cell
     assert corners[0] == start and sum(lines) == pytest.approx(cost, abs=1e-9)
 
 
+@pytest.mark.parametrize("weight", [0.2, 3.0, 50.0])
+def test_the_queue_of_buckets_pops_in_the_order_of_a_heap_of_all_cells(weight):
+    """Costs of all cells as by a plain heap; the weight sets how many buckets a step may skip."""
+    parameters = replace(EXACT, traversal_weight=weight)
+    weights = ThetaStar(parameters, ROBOT)._weights
+    random = np.random.default_rng(7)
+    cells = (random.integers(0, 253, (60, 70)) * (random.random((60, 70)) < 0.4)).astype(np.uint8)
+    cells[random.random((60, 70)) < 0.15] = LETHAL_COST
+    cells[2, 3] = cells[55, 66] = 0
+    ends = 2 * 70 + 3, 55 * 70 + 66
+    so_far = np.full(cells.size, kernels.NOT_REACHED)
+    parents, closed = np.empty(cells.size, np.int32), np.zeros(cells.size, np.bool_)
+    status, expanded = kernels.search(
+        cells, weights, weights[0], so_far, parents, closed, *ends, 10**9, np.zeros(1, np.uint8)
+    )
+    assert status == kernels.FOUND
+    expected, order = plain_search(cells, weights, *ends)
+    assert expanded == len(order) and set(np.flatnonzero(closed)) == set(order)
+    assert np.array_equal(so_far[order], [expected[cell] for cell in order])
+
+
+def steps_from(cells, weights, row, column):
+    """(index, cost of the step) of the neighbours that can be entered."""
+    rows, columns = cells.shape
+    for rise, run in ((r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if r or c):
+        near_row, near_column = row + rise, column + run
+        if not (0 <= near_row < rows and 0 <= near_column < columns):
+            continue
+        crossed = cells[near_row, near_column], cells[row, near_column], cells[near_row, column]
+        if all(weights[cost] > 0.0 for cost in crossed):
+            both = weights[cells[row, column]] + weights[cells[near_row, near_column]]
+            yield near_row * columns + near_column, 0.5 * hypot(rise, run) * both
+
+
+def plain_search(cells, weights, start, goal):
+    """(costs by cell, cells in the order of expansion) of Lazy Theta* with one heap."""
+    columns = cells.shape[1]
+
+    def to_go(cell):
+        rise, run = cell // columns - goal // columns, cell % columns - goal % columns
+        return weights[0] * (rise * rise + run * run) ** 0.5
+
+    costs, parents, order, closed = {start: 0.0}, {start: start}, [], set()
+    queue = [(to_go(start), start)]
+    while queue:
+        _, cell = heapq.heappop(queue)
+        if cell in closed:
+            continue
+        grand = parents[parents[cell]]
+        if grand != parents[cell]:
+            line = kernels.line_cost(
+                cells, weights, *divmod(grand, columns), *divmod(cell, columns),
+                costs[cell] - costs[grand],
+            )  # fmt: skip
+            if costs[grand] + line <= costs[cell]:
+                costs[cell], parents[cell] = costs[grand] + line, grand
+        closed.add(cell)
+        order.append(cell)
+        if cell == goal:
+            break
+        for near, step in steps_from(cells, weights, *divmod(cell, columns)):
+            cost = costs[cell] + step
+            if near not in closed and cost < costs.get(near, inf):
+                costs[near], parents[near] = cost, cell
+                heapq.heappush(queue, (cost + to_go(near), near))
+    return costs, order
+
+
 def test_a_line_counts_each_cell_by_the_length_in_it():
     random = np.random.default_rng(3)
     cells = random.integers(0, 200, (30, 40)).astype(np.uint8)
