@@ -29,9 +29,9 @@ SPACING = 0.02
 KEPT = 25
 """Points of line behind the robot that are kept: 50 cm."""
 
-STIFFNESS, DAMPING = 8.0, 4.0
+STIFFNESS, DAMPING = 14.0, 5.3
 """1/m² and 1/m; e'' = -STIFFNESS e - DAMPING e' along the line: damping ratio 0.7, and an error
-halves within 0.4 m."""
+halves within 0.35 m."""
 
 LARGEST_ERROR = 0.25
 """Metres; larger errors are steered like this one, so that the line is met at 30 degrees."""

@@ -72,7 +72,7 @@ class Strand:
     @property
     def goes_on(self) -> bool:
         """Whether it is long enough for a branch, or may be."""
-        if self.reach >= BRANCH or self.is_open:
+        if self.reach >= (SHORTEST_TANGENT if self.is_open else BRANCH):
             return True
         return any(branch.goes_on for branch in self.branches)
 
@@ -124,8 +124,16 @@ def beyond(strand: Strand) -> FloatArray:
 
 
 def beginning(branch: Strand) -> FloatArray:
-    """Return two points (2, 2) of a branch that give its direction where it begins."""
-    points = np.array(branch.points)
+    """Return two points (2, 2) of a branch that give its direction where it begins.
+
+    Ragged paint may divide it again close behind the junction; it goes on with the longest part.
+    """
+    strand, parts, length = branch, list(branch.points), branch.length
+    while strand.branches and length < BRANCH_TANGENT[1]:
+        strand = max(strand.branches, key=lambda part: part.reach)
+        parts += strand.points
+        length += strand.length
+    points = np.array(parts)
     if len(points) < 2:
         return np.array([points[0], points[0]])
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)

@@ -37,6 +37,10 @@ REACH = 2.6
 BRIDGE_ANGLE = 0.45
 """Radians between the line before a gap and the way across it, at most (26 degrees)."""
 
+UNSEEN = 0.6
+"""Metres of floor that no picture showed, at most, across which the line is expected to go on: at a
+sharp turn a piece of the line stays below the pictures."""
+
 ACROSS, ACROSS_RADIUS = 0.5, 0.15
 """Cosine of the angle between a direction and a line across it, at most; metres of line around a
 point that give its direction there."""
@@ -180,17 +184,17 @@ class _Tracer:
             front = after
 
     def _end(self, strand: Strand, reach: float, heading: float | None) -> None:
-        """Look what is beyond a strand: unseen floor, a gap and more line, or floor."""
+        """Look what is beyond a strand: a gap and more line, unseen floor, or floor."""
         last = strand.points[-1]
-        if not self._is_seen(beyond(strand)).all():
-            strand.is_open = True
-            return
+        is_unseen = not self._is_seen(beyond(strand)).all()
         heading = heading_of(strand, heading)
-        if heading is None:
-            return
-        front = self.nearest(last, heading, Sector(self._gap, BRIDGE_ANGLE))
-        if len(front):
-            strand.branches = [self.grow(front, reach, heading)]
+        if heading is not None:
+            across = max(self._gap, UNSEEN) if is_unseen else self._gap
+            front = self.nearest(last, heading, Sector(across, BRIDGE_ANGLE))
+            if len(front):
+                strand.branches = [self.grow(front, reach, heading)]
+                return
+        strand.is_open = is_unseen
 
     def _is_seen(self, points: FloatArray) -> NDArray[np.bool_]:
         lines = self._lines

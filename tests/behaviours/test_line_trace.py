@@ -151,3 +151,12 @@ def test_a_bar_at_the_edge_of_what_was_seen_is_the_end_mark():
     seen[: round(2.4 / lines.cell)] = False  # y < -0.1
     found = trace(replace(lines, marked=lines.marked & seen, seen=seen), (-1.5, 0.0))
     assert found.end is LineEnd.MARK and found.points[-1] == pytest.approx((0.8, 0.0), abs=0.05)
+
+
+def test_a_line_goes_on_beyond_floor_that_no_picture_showed():
+    # Behind a sharp turn 40 cm of the branch stay below the pictures.
+    lines = painted(STRAIGHT)
+    seen = lines.seen.copy()
+    seen[:, round(2.5 / lines.cell) : round(2.9 / lines.cell)] = False  # 0 < x < 0.4
+    found = trace(replace(lines, marked=lines.marked & seen, seen=seen), gap=0.2)
+    assert found.end is LineEnd.CLOSED and found.points[-1] == pytest.approx([1.4, 0.0], abs=0.03)
