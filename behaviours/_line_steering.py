@@ -17,6 +17,9 @@ CORNER, CORNER_AHEAD = 0.1, 0.35
 """Metres of line over which its curvature is measured, and metres ahead in which this is done, so
 that the robot is slow enough at corners."""
 
+BRAKING = 0.4
+"""m/s² before a corner."""
+
 SHARE = 0.6
 """Share of the fastest turn that the line's curvature may need; the rest is for corrections."""
 
@@ -26,9 +29,9 @@ SPACING = 0.02
 KEPT = 25
 """Points of line behind the robot that are kept: 50 cm."""
 
-STIFFNESS, DAMPING = 8.0, 4.0
+STIFFNESS, DAMPING = 14.0, 5.3
 """1/m² and 1/m; e'' = -STIFFNESS e - DAMPING e' along the line: damping ratio 0.7, and an error
-halves within 0.4 m."""
+halves within 0.35 m."""
 
 LARGEST_ERROR = 0.25
 """Metres; larger errors are steered like this one, so that the line is met at 30 degrees."""
@@ -115,14 +118,17 @@ class CentreLine:
 
     def speed_limit(self) -> float:
         """Return the speed at which the robot can follow the curves just ahead, m/s."""
+        first = max(self._at - round(BEHIND / SPACING), 0)
         last = self._at + round(CORNER_AHEAD / SPACING)
-        steps = np.diff(self.points[self._at : last + 1], axis=0)
+        steps = np.diff(self.points[first : last + 1], axis=0)
         across = round(CORNER / SPACING)
         if len(steps) <= across:
             return inf
         headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
-        bend = np.abs(headings[across:] - headings[:-across]).max() / CORNER
-        return float(max(SLOWEST, SHARE * FASTEST_TURN / max(bend, 1e-3)))
+        bends = np.abs(headings[across:] - headings[:-across]) / CORNER
+        there = np.maximum(SLOWEST, SHARE * FASTEST_TURN / np.maximum(bends, 1e-3))
+        away = SPACING * (np.arange(len(bends)) + first - self._at)
+        return float(np.sqrt(there**2 + 2.0 * BRAKING * np.maximum(away, 0.0)).min())
 
     def offset(self, robot: Pose2D, speed: float) -> LineOffset:
         """Return where the line is, seen from a pose near the robot's (odom frame).

@@ -9,24 +9,24 @@ applications", Theoretical Computer Science 392, 2008).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from math import atan2, cos, hypot, pi, sin
-from typing import TypeVar
+from math import cos, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviours._line_strand import Strand, beginning, beyond, heading_of, is_mark, middles
 from stack.types import FloatArray, FloorLines, wrap_angle
 
 Cells = NDArray[np.int64]
-H = TypeVar("H", float, float | None)
 
 STEP = 2
 """Cells by which a front moves; holes of one cell do not stop it."""
 
-BRANCH = 0.25
-"""Metres of line beyond a junction that make a branch; shorter ones are arms of an end mark."""
+STUB = 1.0
+"""Branches that keep this near to the junction, in widths of the line, are the ragged edge of the
+paint."""
 
 ARM = 0.03
 """Metres beyond the line's width that an end mark sticks out to each side, at least."""
@@ -34,14 +34,12 @@ ARM = 0.03
 REACH = 2.6
 """Metres of line that are traced."""
 
-TANGENT, SHORTEST_TANGENT = 0.15, 0.1
-"""Metres of line that give its direction, and that are needed at least."""
-
-BEYOND, FAN = 0.06, (-0.6, 0.0, 0.6)
-"""Metres and radians ahead of the end of a line that must have been seen for it to end there."""
-
 BRIDGE_ANGLE = 0.45
 """Radians between the line before a gap and the way across it, at most (26 degrees)."""
+
+UNSEEN = 0.6
+"""Metres of floor that no picture showed, at most, across which the line is expected to go on: at a
+sharp turn a piece of the line stays below the pictures."""
 
 ACROSS, ACROSS_RADIUS = 0.5, 0.15
 """Cosine of the angle between a direction and a line across it, at most; metres of line around a
@@ -50,10 +48,6 @@ point that give its direction there."""
 NARROW = 1.2
 """Fronts that are narrower, in widths of the line, have one part."""
 
-WIDENED = 1.3
-"""Fronts before a junction that are wider than this, in widths of the strand, are in it already;
-their middle is off the line."""
-
 BACK = 0.25
 """Metres behind the starting point that are not traced."""
 
@@ -61,9 +55,6 @@ BACK = 0.25
 Choose = Callable[[FloatArray, FloatArray, FloatArray], int]
 """Returns the number of the branch to follow, from the position (2,) of a junction, the turns (k,)
 of its branches against the line (radians, positive to the left), and a point (k, 2) on each."""
-
-BRANCH_TANGENT = (0.06, 0.26)
-"""Metres along a branch between which its direction is measured, clear of the junction."""
 
 
 class LineEnd(Enum):
@@ -103,43 +94,6 @@ class LineTrace:
     points: FloatArray
     end: LineEnd
     junctions: FloatArray
-
-
-@dataclass
-class _Strand:
-    """A piece of line without branches, and what follows.
-
-    Attributes:
-        points: middles of its fronts, odom frame.
-        widths: of its fronts, metres.
-        length: metres.
-        branches: at its end.
-        is_open: it ends where nothing was seen.
-    """
-
-    points: list[FloatArray] = field(default_factory=list)
-    widths: list[float] = field(default_factory=list)
-    length: float = 0.0
-    branches: list[_Strand] = field(default_factory=list)
-    is_open: bool = False
-
-    def add(self, point: FloatArray, width: float) -> None:
-        if self.points:
-            self.length += float(np.linalg.norm(point - self.points[-1]))
-        self.points.append(point)
-        self.widths.append(width)
-
-    @property
-    def reach(self) -> float:
-        """Length with the longest of its branches, metres."""
-        return self.length + max((branch.reach for branch in self.branches), default=0.0)
-
-    @property
-    def goes_on(self) -> bool:
-        """Whether it is long enough for a branch, or may be."""
-        if self.reach >= BRANCH or self.is_open:
-            return True
-        return any(branch.goes_on for branch in self.branches)
 
 
 class _Tracer:
@@ -195,7 +149,7 @@ class _Tracer:
         ahead = (self._points(cells) - point) @ [cos(heading), sin(heading)]
         self._free[cells[ahead < -0.5 * self._lines.cell]] = False
 
-    def grow(self, front: Cells, reach: float, heading: float | None) -> _Strand:
+    def grow(self, front: Cells, reach: float, heading: float | None) -> Strand:
         """Return the strand from a front on, with all that branches from it.
 
         Args:
@@ -204,7 +158,7 @@ class _Tracer:
             heading: direction of a strand that is too short to have one, odom frame; None: such a
                 strand ends at its end.
         """
-        strand = _Strand()
+        strand = Strand()
         self._free[front] = False
         while True:
             strand.add(self._points(front).mean(axis=0), self._width_of(front))
@@ -217,22 +171,30 @@ class _Tracer:
                 return strand
             parts = self._parts(after)
             if len(parts) > 1:
-                strand.branches = [self.grow(part, reach - strand.length, None) for part in parts]
+                grown = [self.grow(part, reach - strand.length, None) for part in parts]
+                away = [one.farthest(strand.points[-1]) for one in grown]
+                strand.branches = [
+                    one for one, far in zip(grown, away, strict=True) if far > STUB * self._width
+                ]
+                if len(strand.branches) == 1:
+                    strand.prolong(strand.branches[0])
+                elif not strand.branches:
+                    self._end(strand, reach - strand.length, heading)
                 return strand
             front = after
 
-    def _end(self, strand: _Strand, reach: float, heading: float | None) -> None:
-        """Look what is beyond a strand: unseen floor, a gap and more line, or floor."""
+    def _end(self, strand: Strand, reach: float, heading: float | None) -> None:
+        """Look what is beyond a strand: a gap and more line, unseen floor, or floor."""
         last = strand.points[-1]
-        if not self._is_seen(_beyond(strand)).all():
-            strand.is_open = True
-            return
-        heading = _heading(strand, heading)
-        if heading is None:
-            return
-        front = self.nearest(last, heading, Sector(self._gap, BRIDGE_ANGLE))
-        if len(front):
-            strand.branches = [self.grow(front, reach, heading)]
+        is_unseen = not self._is_seen(beyond(strand)).all()
+        heading = heading_of(strand, heading)
+        if heading is not None:
+            across = max(self._gap, UNSEEN) if is_unseen else self._gap
+            front = self.nearest(last, heading, Sector(across, BRIDGE_ANGLE))
+            if len(front):
+                strand.branches = [self.grow(front, reach, heading)]
+                return
+        strand.is_open = is_unseen
 
     def _is_seen(self, points: FloatArray) -> NDArray[np.bool_]:
         lines = self._lines
@@ -307,76 +269,30 @@ def trace_line(  # noqa: PLR0913 - where it begins, what it looks like, what is 
     return _followed(tracer.grow(front, REACH, heading), heading, choose, width)
 
 
-def _followed(strand: _Strand, heading: float, choose: Choose, width: float) -> LineTrace:
+def _followed(strand: Strand, heading: float, choose: Choose, width: float) -> LineTrace:
     """Return the centre line through the branches that are chosen."""
-    points = _middles(strand)
+    points = middles(strand)
     junctions: list[FloatArray] = []
     while strand.branches:
-        heading = _heading(strand, heading)
+        heading = heading_of(strand, heading)
         corner = strand.points[-1]
         going = [n for n, branch in enumerate(strand.branches) if branch.goes_on]
+        if is_mark(strand.branches, corner, heading, width + ARM):
+            return _trace([*points, corner], LineEnd.MARK, junctions)
         if not going:
-            if _is_mark(strand.branches, corner, heading, width + ARM):
-                return _trace([*points, corner], LineEnd.MARK, junctions)
             going = [int(np.argmax([branch.reach for branch in strand.branches]))]
         chosen = going[0]
         if len(going) > 1:
             junctions.append(corner)
-            chords = np.array([_beginning(strand.branches[n]) for n in going])
+            chords = np.array([beginning(strand.branches[n]) for n in going])
             x, y = (chords[:, 1] - chords[:, 0]).T
             turns = np.array([wrap_angle(turn) for turn in np.arctan2(y, x) - heading])
             chosen = going[choose(corner, turns, chords[:, 1])]
         strand = strand.branches[chosen]
-        points += _middles(strand)
+        points += middles(strand)
     end = LineEnd.OPEN if strand.is_open else LineEnd.CLOSED
     return _trace(points or [strand.points[-1]], end, junctions)
 
 
-def _middles(strand: _Strand) -> list[FloatArray]:
-    """Return the points of a strand up to where it widens into a junction."""
-    if len(strand.branches) < 2:
-        return strand.points
-    narrow = np.array(strand.widths) <= WIDENED * np.median(strand.widths)
-    return strand.points[: int(np.flatnonzero(narrow)[-1]) + 1]
-
-
 def _trace(points: list[FloatArray], end: LineEnd, junctions: list[FloatArray]) -> LineTrace:
     return LineTrace(np.array(points), end, np.array(junctions).reshape(-1, 2))
-
-
-def _is_mark(branches: list[_Strand], corner: FloatArray, heading: float, length: float) -> bool:
-    """Return whether short arms on both sides make the mark at the end of a line."""
-    left = np.array([-sin(heading), cos(heading)])
-    tips = np.array([(branch.points[-1] - corner) @ left for branch in branches])
-    return bool(tips.max() >= length and tips.min() <= -length)
-
-
-def _heading(strand: _Strand, otherwise: H) -> float | H:
-    """Return the direction of the end of a strand, or another one if it is too short."""
-    points = np.array(_middles(strand))
-    away = np.linalg.norm(points - points[-1], axis=1)
-    before = np.flatnonzero(away >= TANGENT)
-    first = points[before[-1]] if len(before) else points[int(away.argmax())]
-    x, y = points[-1] - first
-    return otherwise if hypot(x, y) < SHORTEST_TANGENT else atan2(y, x)
-
-
-def _beyond(strand: _Strand) -> FloatArray:
-    """Return points (n, 2) close beyond the end of a strand."""
-    last, first = strand.points[-1], strand.points[max(len(strand.points) - 6, 0)]
-    ahead = atan2(last[1] - first[1], last[0] - first[0])
-    return np.array([
-        last + distance * np.array([cos(ahead + turn), sin(ahead + turn)])
-        for turn in FAN for distance in (0.5 * BEYOND, BEYOND)
-    ])  # fmt: skip
-
-
-def _beginning(branch: _Strand) -> FloatArray:
-    """Return two points (2, 2) of a branch that give its direction where it begins."""
-    points = np.array(branch.points)
-    if len(points) < 2:
-        return np.array([points[0], points[0]])
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    first, last = (min(int(np.searchsorted(along, at)), len(along) - 1) for at in BRANCH_TANGENT)
-    return points[[min(first, len(along) - 2), last]]

@@ -1,7 +1,9 @@
 """Tracing of painted lines: curves, gaps, junctions, end marks."""
 
-from math import pi
+from dataclasses import replace
+from math import cos, pi, radians, sin
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -112,3 +114,49 @@ def test_a_line_ahead_is_found_and_one_behind_is_not():
 def test_a_line_that_was_followed_is_not_found_again():
     lines = painted(STRAIGHT)
     assert trace(lines, passed=STRAIGHT[:1] + np.linspace(0, 4, 200)[:, None] * [1.0, 0.0]) is None
+
+
+def ragged(lines, seed):
+    """Flip a quarter of the cells at the edges of the paint."""
+    paint, around = lines.marked.astype(np.uint8), np.ones((3, 3), np.uint8)
+    edge = cv2.dilate(paint, around) != cv2.erode(paint, around)
+    flipped = edge & (np.random.default_rng(seed).random(paint.shape) < 0.25)
+    return replace(lines, marked=lines.marked ^ flipped)
+
+
+def turned(points, angle):
+    return line(*points) @ [[cos(angle), sin(angle)], [-sin(angle), cos(angle)]]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_ragged_paint_has_the_same_mark_and_junction(seed):
+    # Flipped cells split the front; such stubs are neither branches nor arms.
+    turn, fork = 0.5 * seed, radians(30.0 + 3.0 * seed)
+    way = turned([(-1.2, 0.0), (0.8, 0.0)], turn)
+    bar = turned([(0.8, -0.15), (0.8, 0.15)], turn)
+    marked = trace(ragged(painted(way, bar, size=3.6), seed), way[0], turn)
+    assert marked.end is LineEnd.MARK and len(marked.junctions) == 0
+    assert marked.points[-1] == pytest.approx(way[-1], abs=0.06)
+    branch = turned([(-0.4, 0.0), (cos(fork) - 0.4, sin(fork))], turn)
+    lines = ragged(painted(way, branch, size=3.6), seed)
+    for choose, end in (("straight", way[-1]), ("left", branch[-1])):
+        found = trace(lines, way[0], turn, choose=choose)
+        assert len(found.junctions) == 1 and found.points[-1] == pytest.approx(end, abs=0.08)
+
+
+def test_a_bar_at_the_edge_of_what_was_seen_is_the_end_mark():
+    # Both arms of the mark are seen for 10 cm; one of them leaves what was seen.
+    lines = painted(line([-1.5, 0.0], [0.8, 0.0]), line([0.8, -0.15], [0.8, 0.15]))
+    seen = lines.seen.copy()
+    seen[: round(2.4 / lines.cell)] = False  # y < -0.1
+    found = trace(replace(lines, marked=lines.marked & seen, seen=seen), (-1.5, 0.0))
+    assert found.end is LineEnd.MARK and found.points[-1] == pytest.approx((0.8, 0.0), abs=0.05)
+
+
+def test_a_line_goes_on_beyond_floor_that_no_picture_showed():
+    # Behind a sharp turn 40 cm of the branch stay below the pictures.
+    lines = painted(STRAIGHT)
+    seen = lines.seen.copy()
+    seen[:, round(2.5 / lines.cell) : round(2.9 / lines.cell)] = False  # 0 < x < 0.4
+    found = trace(replace(lines, marked=lines.marked & seen, seen=seen), gap=0.2)
+    assert found.end is LineEnd.CLOSED and found.points[-1] == pytest.approx([1.4, 0.0], abs=0.03)
