@@ -4,13 +4,6 @@ from __future__ import annotations
 
 import gc
 
-import pytest
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the slow tests, so that at the end no process waits for a long one."""
-    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
-
 
 def pytest_collection_finish() -> None:
     """Leave the collected tests out of garbage collection: they live until the end.
