@@ -37,7 +37,7 @@ RESOLUTION, MAX_CELLS = 0.025, 100_000
 
 STEP = 0.1
 """Seconds between two steps. Two bodies pass 0.35 m of each other's way in it at 3.5 m/s: less than
-the chord of somebody who fills a corridor, so that the robot cannot jump over them."""
+the chord of a person filling a corridor, so that the robot cannot jump over them."""
 
 WINDOW = 10
 """Steps after which positions are rounded up to whole cells: once in a second this adds the
