@@ -29,7 +29,7 @@ class ObjectFilter:
         seen_at: seconds, when a scan showed it last.
         seen: the newest scans that showed it, and its beams in them.
         hits: number of scans that showed it.
-        has_moved: whether it is known to move; false of what may be a wall.
+        has_moved: whether it is known to move; False while it could be a wall.
         absent: scans in a row that have seen through its place.
         whole_at: seconds, when a scan showed all of its visible side last.
     """
