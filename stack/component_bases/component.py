@@ -1,0 +1,40 @@
+"""Base class of all components."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from stack.compilation import KernelTypes
+from stack.drivetrain.description import RobotDescription
+
+
+class Component:
+    """Base class of components.
+
+    Attributes:
+        Parameters: a frozen dataclass.
+        parameters: current parameters.
+    """
+
+    Parameters: ClassVar[type]
+    parameters: Any
+
+    @staticmethod
+    def check(parameters: Any, robot: RobotDescription) -> None:
+        """Check the parameters against the robot, before anything moves.
+
+        Raises:
+            InputError: they do not fit the robot.
+        """
+
+    @staticmethod
+    def kernels(parameters: Any, robot: RobotDescription) -> KernelTypes:
+        """Return the numba functions that a run calls, with the types of their arguments.
+
+        They are compiled before the first step; others are when the run first calls them.
+        """
+        return ()
+
+    def configure(self, parameters: Any) -> None:
+        """Apply new parameters; live tuning calls it between two steps."""
+        self.parameters = parameters

@@ -1,0 +1,33 @@
+"""Self-documenting settings: declarations of parameters and ports, and how files write values."""
+
+from __future__ import annotations
+
+from stack.parameters.declarations import (
+    REQUIRED,
+    Declaration,
+    build,
+    declarations,
+    has_fields,
+    parameter,
+    type_name,
+)
+from stack.parameters.names import RENAMED, nearest, suggestion
+from stack.parameters.poses import FARTHEST
+from stack.parameters.quantities import quantity_unit, read_quantity, units
+
+__all__ = [
+    "FARTHEST",
+    "RENAMED",
+    "REQUIRED",
+    "Declaration",
+    "build",
+    "declarations",
+    "has_fields",
+    "nearest",
+    "parameter",
+    "quantity_unit",
+    "read_quantity",
+    "suggestion",
+    "type_name",
+    "units",
+]

@@ -1,0 +1,244 @@
+"""Self-documenting settings: declarations of component parameters and behaviour ports.
+
+A declaration has type, unit, range and a help text. It is the source of the checks of mission,
+world and robot files, of `treepilot describe`, of the documentation tables and of live tuning.
+
+    @dataclass(frozen=True)
+    class PurePursuitParameters:
+        cruise_speed: float = parameter(0.5, "m/s", at_least=0.0, help="speed on a clear path")
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from stack.errors import ParameterError
+from stack.parameters.names import MOVED, RENAMED, suggestion
+from stack.parameters.poses import read_path, read_pose
+from stack.parameters.quantities import read_number, shown
+from stack.types import Path, Pose2D
+
+T = TypeVar("T")
+
+
+class _Required:
+    """Type of the marker for a missing default."""
+
+    def __repr__(self) -> str:
+        return "REQUIRED"
+
+
+REQUIRED: Any = _Required()
+"""Default of a declaration whose value is required."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """Declaration of a parameter, port, argument or file key: type, unit, default and range.
+
+    Attributes:
+        name: as written in files.
+        type: float, int, bool, str, Pose2D, Expression, Assignments, a dataclass of `parameter`
+            fields (written as a mapping), a list of those, X | None.
+        help: one sentence.
+        unit: SI unit of a float ("" for a plain number); durations are floats in "s".
+        default: REQUIRED if there is none.
+        at_least: inclusive lower bound of numbers.
+        at_most: inclusive upper bound of numbers.
+        above: exclusive lower bound of numbers.
+        one_of: the allowed texts; empty if any text is allowed.
+    """
+
+    name: str
+    type: Any
+    help: str = ""
+    unit: str = ""
+    default: Any = REQUIRED
+    at_least: float | None = None
+    at_most: float | None = None
+    above: float | None = None
+    one_of: tuple[str, ...] = ()
+
+    @property
+    def required(self) -> bool:
+        """Whether the value is required."""
+        return self.default is REQUIRED
+
+    def type_name(self) -> str:
+        """Name of the type for users: number, list of Pose, text…"""
+        return type_name(self.type, self.unit)
+
+    def range_text(self) -> str:
+        """The allowed values as text, such as `> 0 and <= 1`; empty without a restriction."""
+        if self.one_of:
+            return " | ".join(self.one_of)
+        parts = []
+        if self.above is not None:
+            parts.append(f"> {self.above:g}")
+        if self.at_least is not None:
+            parts.append(f">= {self.at_least:g}")
+        if self.at_most is not None:
+            parts.append(f"<= {self.at_most:g}")
+        return " and ".join(parts)
+
+    def read(self, raw: Any) -> Any:
+        """Convert a raw value of a file to the declared type and check it.
+
+        Raises:
+            ParameterError: wrong type, unit or range; quotes the value and what was expected.
+        """
+        value = _convert(self, self.type, raw)
+        self.check(value)
+        return value
+
+    def check(self, value: Any) -> None:
+        """Check that the value is within the declared range.
+
+        Raises:
+            ParameterError: it is not.
+        """
+        for item in value if isinstance(value, list | tuple) else (value,):
+            if self.one_of and item is not None and item not in self.one_of:
+                raise ParameterError(
+                    self.name, f"{item!r} is not one of {', '.join(self.one_of)}",
+                    suggestion(str(item), self.one_of),
+                )  # fmt: skip
+            if isinstance(item, int | float) and not isinstance(item, bool):
+                self._check_number(item)
+
+    def _check_number(self, number: float) -> None:
+        unit = f" {self.unit}" if self.unit else ""
+        if self.above is not None and not number > self.above:
+            raise ParameterError(self.name, f"{number:g}{unit} must be above {self.above:g}{unit}")
+        if self.at_least is not None and not number >= self.at_least:
+            raise ParameterError(
+                self.name, f"{number:g}{unit} must be at least {self.at_least:g}{unit}"
+            )
+        if self.at_most is not None and not number <= self.at_most:
+            raise ParameterError(
+                self.name, f"{number:g}{unit} must be at most {self.at_most:g}{unit}"
+            )
+
+
+def parameter(  # noqa: PLR0913 - the attributes of a declaration
+    default: T, unit: str = "", *, help: str, at_least: float | None = None,
+    at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
+) -> T:  # fmt: skip
+    """Define a dataclass field with a declaration."""
+    declared = Declaration("", None, help, unit, default, at_least, at_most, above, one_of)
+    return dataclasses.field(default=default, metadata={"declaration": declared})
+
+
+@lru_cache(maxsize=256)
+def declarations(parameters: type) -> dict[str, Declaration]:
+    """The declarations of a parameter dataclass, in the order of its fields."""
+    hints = typing.get_type_hints(parameters)
+    return {
+        item.name: dataclasses.replace(
+            item.metadata["declaration"], name=item.name, type=hints[item.name]
+        )
+        for item in dataclasses.fields(parameters)
+        if "declaration" in item.metadata
+    }
+
+
+def build(parameters: type[T], values: Mapping[str, Any]) -> T:
+    """Construct a parameter dataclass from raw values; each is converted and checked.
+
+    Raises:
+        ParameterError: an unknown name (with the most similar known one) or a wrong value.
+    """
+    known = declarations(typing.cast("type", parameters))
+    checked = {}
+    for name, raw in values.items():
+        if name not in known:
+            # YAML keys inside a component's value may be null or a number.
+            hint = suggestion(str(name), known)
+            if name in MOVED and RENAMED.get(name) not in known:
+                hint = f"write `{MOVED[name]}`"
+            raise ParameterError(str(name), f"there is no parameter {name!r} here", hint)
+        checked[name] = known[name].read(raw)
+    return parameters(**checked)
+
+
+def type_name(kind: Any, unit: str = "") -> str:
+    """Name of a type for users: number, list of Pose, text…"""
+    origin = typing.get_origin(kind)
+    if origin is list or origin is tuple:
+        inner = typing.get_args(kind)
+        return f"list of {type_name(inner[0], unit)}" if inner else "list"
+    if origin in (typing.Union, types.UnionType):
+        return type_name(_without_none(kind), unit)
+    if kind is float:
+        return {"s": "duration", "": "number"}.get(unit, f"number in {unit}")
+    plain = {int: "whole number", bool: "true or false", str: "text", Pose2D: "Pose"}
+    return plain.get(kind) or str(getattr(kind, "__name__", kind))
+
+
+def _without_none(kind: Any) -> Any:
+    return next(arm for arm in typing.get_args(kind) if arm is not type(None))
+
+
+def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
+    """Convert a raw value to `kind`, or raise ParameterError with the declaration's name."""
+    try:
+        return _converted(kind, declared.unit, raw)
+    except ParameterError as error:
+        raise ParameterError(declared.name, error.sentence, error.hint) from None
+
+
+def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branch per type
+    if kind is typing.Any or kind is object:
+        return raw
+    origin = typing.get_origin(kind)
+    if origin in (typing.Union, types.UnionType):
+        return None if raw is None else _converted(_without_none(kind), unit, raw)
+    if not isinstance(kind, type) and origin not in (list, tuple):
+        return raw
+    if kind is float:
+        return read_number(raw, unit)
+    if isinstance(kind, type) and _is_instance(raw, kind):
+        return raw
+    if kind is Pose2D:
+        return read_pose(raw)
+    if kind is Path:
+        return read_path(raw)
+    if isinstance(raw, Mapping) and has_fields(kind):
+        return _fields_of(kind, raw)
+    if origin in (list, tuple):
+        return _items(typing.get_args(kind)[0], unit, raw)
+    words: dict[Any, str] = {bool: "true or false", int: "a whole number", str: "text"}
+    expected = words.get(kind, f"a {getattr(kind, '__name__', kind)}")
+    if has_fields(kind):
+        expected += f" {{{', '.join(declarations(kind))}}}"
+    raise ParameterError("", f"expected {expected}, got {shown(raw)}")
+
+
+def has_fields(kind: Any) -> bool:
+    """Whether a type is a dataclass of `parameter` fields, which files write as a mapping."""
+    return isinstance(kind, type) and dataclasses.is_dataclass(kind) and bool(declarations(kind))
+
+
+def _fields_of(kind: Any, raw: Mapping[str, Any]) -> Any:
+    try:
+        return build(kind, raw)
+    except ParameterError as error:
+        raise ParameterError("", str(error), error.hint) from None
+
+
+def _items(inner: Any, unit: str, raw: Any) -> list[Any]:
+    if not isinstance(raw, list | tuple):
+        raise ParameterError("", f"expected a list, got {shown(raw)}")
+    return [_converted(inner, unit, item) for item in raw]
+
+
+def _is_instance(raw: Any, kind: type) -> bool:
+    if isinstance(raw, bool):
+        return kind is bool
+    return isinstance(raw, kind)
