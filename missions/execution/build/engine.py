@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from time import sleep  # noqa: TID251 - only while the simulation is held
-from typing import Any
 
+from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
+from missions.execution.build.world import map_of, world_model_of
 from missions.execution.ground_truth import SimulationScorer
-from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
+from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
-from missions.execution.resources import load_map, map_folder, versions
+from missions.execution.resources import map_folder, versions
 from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
-from missions.trees.debugging import TreeDebugger, addresses
+from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
-from stack.components import Controller, Estimator, OdometryFusion
+from stack.components import Estimator, OdometryFusion
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
-from stack.costmap.speed_limits import SpeedLimits
-from stack.costmap.unexplored import Ground, resampled, unexplored
 from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
@@ -33,7 +31,6 @@ from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
 from stack.navigation.tuning import Tunable
-from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.coloured_objects import ColouredObjectDetector
@@ -47,10 +44,8 @@ from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
-from stack.perception.tracking.tracker import Tracker
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
-from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
@@ -120,11 +115,11 @@ def build(
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _discard
     body = _body(plan, options, make_body)
-    _announce_warnings(plan, telemetry)
+    announce_warnings(plan, telemetry)
     loop = plan.choices["loop"].parameters
     period = loop.period
-    grid = _map_of(plan)
-    world_model = _world_model(plan, grid)
+    grid = map_of(plan)
+    world_model = world_model_of(plan, grid)
     local_costmap, global_costmap = world_model.local_costmap, world_model.global_costmap
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
@@ -147,7 +142,7 @@ def build(
     objects = ObjectDetection(
         plan.choices["object_detector"].parameters,
         load_model(plan.choices["object_detector"].parameters) if robot.camera else None,
-        camera, _emitter(telemetry, "perception"), log,
+        camera, emitter(telemetry, "perception"), log,
         needed=local_costmap.needs_detections or global_costmap.needs_detections,
     )  # fmt: skip
     if body.is_real_time:
@@ -172,7 +167,7 @@ def build(
             store=PictureStore(folder),
             maps=maps,
             recording_over=lambda: body.recording_over,
-            emit=_emitter(telemetry, "navigation"),
+            emit=emitter(telemetry, "navigation"),
             markers=plan.markers,
             detector=detector,
             floor_lines=FloorLineDetector() if robot.camera else None,
@@ -252,25 +247,6 @@ def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None
     return make(setup)
 
 
-def _announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
-    """Emit the warnings about files, and that the robot does not see if it has no range sensor."""
-    for warning in (*plan.world.warnings, *plan.warnings):
-        where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
-        telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
-    if plan.recording is not None:
-        for note in plan.recording.notes:
-            text = f"{plan.recording.file.name}: {note}"
-            telemetry.emit("recording", text, source="body", level="warning")
-    robot = plan.robot
-    if not (robot.all_lidars or robot.sonars):
-        telemetry.emit(
-            "safety",
-            f"{robot.name} has no lidar and no sonar: it does not see obstacles and drives at most"
-            f" {plan.choices['safety'].parameters.blind_speed:g} m/s",
-            source="safety", level="warning",
-        )  # fmt: skip
-
-
 def _sensor_log(
     plan: PreparedMission, options: RunOptions, folder: RunFolder | None
 ) -> SensorLog | None:
@@ -294,109 +270,12 @@ def _tunables_of(navigator: Navigator) -> dict[str, Tunable]:
     }
 
 
-def _world_model(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
-    """Return costmaps, tracker and speed limits; without a map, the map grows with the robot."""
-    local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
-    ground = None if plan.is_mapped else Ground(grid, [global_costmap])
-    return WorldModel(
-        local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
-        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
-        deceleration=plan.robot.limits.linear_deceleration,
-        cover=_ignore if ground is None else ground.cover,
-        draw=_replacing(local_costmap, global_costmap) if ground is None else ground.draw,
-    )  # fmt: skip
-
-
-def _replacing(*costmaps: Costmap) -> Callable[[OccupancyGrid], None]:
-    """Return the function that replaces the known map of costmaps, at their resolution."""
-
-    def draw(grid: OccupancyGrid) -> None:
-        for costmap in costmaps:
-            costmap.set_static(resampled(grid, costmap.marks.resolution))
-
-    return draw
-
-
-def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:
-    """Emit the `tree` event: one row per node, so that later events can name nodes by number."""
-    rows = [
-        [node.id, node.parent, node.kind, node.names[0], node.where] for node in addresses(tree)
-    ]
-    telemetry.emit("tree", f"{len(rows)} nodes", source="tree", rows=rows)
-
-
-def _map_of(plan: PreparedMission) -> OccupancyGrid:
-    """Return the mission's map; without one, an unknown map around the start."""
-    if plan.mission.map == "from_world":
-        from stack.sim.worlds.rasterise import rasterise  # imports OpenCV, so only for a run
-
-        return rasterise(replace(plan.world, start=plan.start))
-    if plan.mission.map == "none":
-        resolution = plan.choices["costmap"].parameters.resolution
-        return unexplored([plan.belief or MAP_ORIGIN], resolution)
-    return load_map(plan.mission.map, plan.mission.source.parent)
-
-
-def _costmap_grid(plan: PreparedMission, grid: OccupancyGrid) -> OccupancyGrid:
-    """Return the map for the costmaps; drawn from the world, it is finer than the localiser's.
-
-    At 5 cm a door at an angle to the grid can lose 7 cm on each side.
-    """
-    resolution = plan.choices["costmap"].parameters.map_resolution
-    if plan.mission.map != "from_world" or resolution == grid.resolution:
-        return grid
-    from stack.sim.worlds.rasterise import rasterise
-
-    return rasterise(replace(plan.world, start=plan.start), resolution)
-
-
-def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Costmap]:
-    """Return the local and the global costmap, each with its layers."""
-    choice, footprint = plan.choices["costmap"], plan.robot.footprint
-    layers = {
-        name: [layer for layer in choice.parts if layer.only in ("both", name)]
-        for name in ("local", "global")
-    }
-    costs = choice.parameters
-    static = grid if plan.is_mapped else None
-    local = Costmap(costs, footprint, static, window=costs.local_size, layers=layers["local"])
-    return local, Costmap(costs, footprint, grid, layers=layers["global"])
-
-
-def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
-    """Return a tracker of moving objects if a part of the stack needs one."""
-    controller: type[Controller] = plan.choices["controller"].component
-    safety: SafetyParameters = plan.choices["safety"].parameters
-    navigates = controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)
-    evades = plan.choices["evasion"].parameters.when != "never"
-    if not navigates and not safety.predict_motion and not evades:
-        return None
-    return Tracker(plan.choices["tracker"].parameters, grid)
-
-
 def _in_turn(*actions: Callable[[], None]) -> Callable[[], None]:
     def act() -> None:
         for action in actions:
             action()
 
     return act
-
-
-def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
-    def emit(kind: str, text: str, level: str = "info", **fields: Any) -> None:
-        sender = "mission" if kind == "say" else source
-        telemetry.emit(kind, text, source=sender, level=level, **fields)
-
-    return emit
-
-
-def tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
-    """Return the function through which a tree emits its events."""
-
-    def emit(level: str, kind: str, text: str, fields: Mapping[str, Any]) -> None:
-        telemetry.emit(kind, text, source="tree", level=level, **fields)
-
-    return emit
 
 
 def _navigator(
@@ -418,7 +297,7 @@ def _navigator(
         evasion=Evasion(robot, choices["evasion"].parameters),
         local_costmap=costmaps[0],
         global_costmap=costmaps[1],
-        emit=_emitter(telemetry, "navigation"),
+        emit=emitter(telemetry, "navigation"),
         period=period,
         log=log,
     )
@@ -445,10 +324,6 @@ def _discard(text: str) -> None:
 def _idle() -> None:
     """Sleep while the robot is held, so that the loop does not spin."""
     sleep(IDLE_SECONDS)
-
-
-def _ignore(_: object = ()) -> None:
-    """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
 
 
 def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
