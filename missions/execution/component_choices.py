@@ -12,12 +12,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from missions.language.model import Mission
 from missions.language.reading.header import TOP_COMPONENTS
 from stack.components import Choice, Estimator, choose
 from stack.control.evasion.parameters import EvasionParameters
 from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
+from stack.documents import value_of
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
@@ -69,6 +71,9 @@ MAPLESS_DEFAULTS: dict[str, dict[str, Any]] = {
 }
 """Defaults without a map. Sensed obstacles reach farther and are kept longer than with a map;
 otherwise a robot that left a dead end would plan back into it."""
+
+Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
+"""Kind -> name of the component and raw parameters."""
 
 LIST_READERS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
     "costmap": ("layers", read_layers),
@@ -142,6 +147,51 @@ def all_chosen(
         layers = usual_layers(tuple(robot.all_lidars), tuple(robot.sonars), depth=seen)
         choices["costmap"] = replace(choices["costmap"], parts=layers)
     return choices
+
+
+def choices_of(
+    mission: Mission, robot: RobotDescription, given: Mapping[str, str]
+) -> dict[str, Choice]:
+    """Return the components of a mission with the parameters of the command line.
+
+    Args:
+        mission: as read.
+        robot: its settings apply where neither sets anything.
+        given: KIND.NAME -> value as text; KIND.use names a component.
+
+    Raises:
+        InputError: a name or a value of `given` or of the robot is wrong.
+    """
+    wanted = {kind: (part.use, part.values) for kind, part in mission.components.items()}
+    wanted = _with_parameters(wanted, given)
+    try:
+        return all_chosen(robot, wanted, mapped=mission.map != "none")
+    except ParameterError as error:  # not from the mission: its values were checked on reading
+        named = [name for name in given if name.endswith(f".{error.name}")] or list(given)
+        hint = f"; {error.hint}" if error.hint else ""
+        source = f"--parameter {', '.join(named)}" if named else f"robot {robot.name}: {error.name}"
+        raise InputError(f"{source}: {error.sentence}{hint}") from None
+
+
+def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
+    """Return the choices with the command line's parameters; `controller.use` names a component."""
+    wanted = dict(wanted)
+    for name, text in given.items():
+        kind, dot, parameter = name.partition(".")
+        if not dot or not parameter:
+            raise InputError(
+                f"--parameter {name}: expected KIND.NAME=VALUE, e.g. controller.cruise_speed=0.4"
+            )
+        use, values = wanted.get(kind, (None, {}))
+        if parameter == "use":
+            wanted[kind] = (text, values if text == use else {})
+        else:
+            wanted[kind] = (use, {**values, parameter: value_of(text)})
+    for kind in {name.partition(".")[0]: None for name in given}:
+        if kind not in (*DEFAULTS, *SETTINGS):
+            hint = suggestion(kind, [*DEFAULTS, *SETTINGS])
+            raise InputError(f"--parameter: navigation has no {kind!r}; {hint}")
+    return wanted
 
 
 def _settings(kind: str, values: dict[str, Any]) -> Choice:

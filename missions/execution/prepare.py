@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from missions.execution.component_choices import DEFAULTS, SETTINGS, all_chosen
+from missions.execution.component_choices import choices_of
 from missions.execution.fit import fit_findings, start_problem
+from missions.execution.fit.components import (
+    Marks,
+    check_estimator,
+    check_map_size,
+    check_markers,
+    check_rate,
+    check_robot_fits,
+)
 from missions.execution.fit.detector import located_detector
 from missions.execution.fit.places import located_places
 from missions.execution.resources import (
@@ -18,7 +25,6 @@ from missions.execution.resources import (
     known_markers,
     load_robot,
     load_world,
-    map_folder,
     open_recording,
     recorded_world,
     resources,
@@ -30,18 +36,12 @@ from missions.language.reading.mission import read_mission
 from missions.language.reading.words import Draft
 from missions.run_options import RunOptions
 from robots.logs.recording import Recording
-from stack.components import Choice, Component, Estimator
-from stack.costmap.parameters import CostmapParameters
-from stack.documents import Finding, Findings, Mark, Node, read_text, value_of
+from stack.components import Choice
+from stack.documents import Finding, Findings, read_text
 from stack.documents.files import decoded, read_input
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
-from stack.mapping.limits import MAX_CELLS
-from stack.parameters import read_quantity, suggestion
-from stack.perception.markers.parameters import MarkerParameters
-from stack.runtime.parameters import LoopParameters
-from stack.sim.physics.settings import SimulationSettings
-from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
+from stack.parameters import read_quantity
 from stack.sim.worlds.world import World
 from stack.types import Marker, Pose2D
 
@@ -147,7 +147,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         text = decoded(read_input(path, "mission"), path)
     folder = path.parent
     robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
-    marks = _Marks(mission, read_text(text, str(path), "mission"))
+    marks = Marks(mission, read_text(text, str(path), "mission"))
     recording = _recording(options, marks)
     if recording is not None:
         robot = recording.describe(robot)
@@ -165,12 +165,12 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     misfits = [] if recording else fit_findings(mission, world, robot)
     found.items += [item for item in misfits if item.severity == "error"]
     belief = _belief(mission, start)
-    choices = _choices(mission, robot, options)
-    _gather(found, lambda: _check_fit(choices, marks, robot))
-    _gather(found, lambda: _check_estimator(choices[LOCALISATION], marks, belief))
+    choices = choices_of(mission, robot, options.parameters or {})
+    _gather(found, lambda: check_robot_fits(choices, marks, robot))
+    _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
     if recording is None and (options.body or robot.body) == "simulated":
-        _gather(found, lambda: _check_rate(choices["loop"].parameters, marks))
-    _gather(found, lambda: _check_map_size(marks, world, choices["costmap"].parameters))
+        _gather(found, lambda: check_rate(choices["loop"].parameters, marks))
+    _gather(found, lambda: check_map_size(marks, world, choices["costmap"].parameters))
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
     limits = choices["speed_limits"]
@@ -186,7 +186,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     choices["place_recognition"] = places or choices["place_recognition"]
     warnings = (*misfits, *warnings)
     markers = _gather(found, lambda: known_markers(mission, world)) or ()
-    _gather(found, lambda: _check_markers(choices, marks, robot))
+    _gather(found, lambda: check_markers(choices, marks, robot))
     plan = PreparedMission(
         mission, robot, world, start, belief, choices, text, warnings, recording, markers
     )  # fmt: skip
@@ -195,7 +195,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     return plan
 
 
-def _recording(options: RunOptions, marks: _Marks) -> Recording | None:
+def _recording(options: RunOptions, marks: Marks) -> Recording | None:
     """Open the log that the options or the mission name.
 
     Raises:
@@ -230,20 +230,6 @@ def _gather(found: Findings, check: Callable[[], T]) -> T | None:
         return None
 
 
-def _choices(mission: Mission, robot: RobotDescription, options: RunOptions) -> dict[str, Choice]:
-    """Return the chosen components with the parameters of the command line."""
-    wanted = {kind: (part.use, part.values) for kind, part in mission.components.items()}
-    wanted = _with_parameters(wanted, options.parameters or {})
-    try:
-        return all_chosen(robot, wanted, mapped=mission.map != "none")
-    except ParameterError as error:  # not from the mission: its values were checked on reading
-        names = list(options.parameters or {})
-        given = [name for name in names if name.endswith(f".{error.name}")] or names
-        hint = f"; {error.hint}" if error.hint else ""
-        source = f"--parameter {', '.join(given)}" if given else f"robot {robot.name}: {error.name}"
-        raise InputError(f"{source}: {error.sentence}{hint}") from None
-
-
 def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
     """Raise InputError for behaviours that cannot be built, and for unknown nodes of options."""
     debugged = bool(options.breakpoints or options.forced)
@@ -262,99 +248,6 @@ def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
         debugger.set_breakpoint(node)
     for node, outcome in (options.forced or {}).items():
         debugger.force(node, outcome)
-
-
-def _check_fit(choices: dict[str, Choice], marks: _Marks, robot: RobotDescription) -> None:
-    """Raise InputError for components whose settings do not fit the robot."""
-    for choice in choices.values():
-        if not issubclass(choice.component, Component):
-            continue  # settings of a fixed part
-        try:
-            choice.component.check(choice.parameters, robot)
-        except InputError as error:
-            mark = marks.of_component(choice.kind)
-            raise InputError([Finding(mark, "E111", str(error))]) from None
-
-
-def _check_estimator(choice: Choice, marks: _Marks, belief: Pose2D | None) -> None:
-    """Raise InputError for an unknown initial pose on a map that the estimator cannot find."""
-    estimator: type[Estimator] = choice.component
-    if marks.mission.map != "none" and belief is None and estimator.needs_initial_pose:
-        sentence = f"the estimator {choice.name!r} cannot find an unknown initial pose"
-        mark = marks.of("initial_pose")
-        raise InputError([Finding(mark, "E111", sentence, "use `localisation: mcl`, or give one")])
-    if marks.mission.map == "none":
-        return
-    folder = map_folder(marks.mission.map, marks.mission.source.parent)
-    try:
-        estimator.check_map(folder)
-    except InputError as error:
-        raise InputError([Finding(marks.of("map"), "E111", str(error))]) from None
-
-
-def _check_markers(choices: dict[str, Choice], marks: _Marks, robot: RobotDescription) -> None:
-    """Raise InputError for markers that nothing can see or use."""
-    settings: MarkerParameters = choices["markers"].parameters
-    estimator = choices[LOCALISATION]
-    uses: type[Estimator] = estimator.component
-    for name, wanted in (("localise", settings.localise), ("survey", settings.survey)):
-        if wanted and robot.camera is None:
-            sentence = f"markers: {name}: the robot {robot.name!r} has no camera"
-            raise InputError([Finding(marks.of_component("markers", name), "E111", sentence)])
-    if settings.localise and not uses.uses_markers:
-        sentence = f"markers: localise: the estimator {estimator.name!r} does not use markers"
-        mark = marks.of_component("markers", "localise")
-        hint = "use `localisation: mcl`, or `dead_reckoning` without a map"
-        raise InputError([Finding(mark, "E111", sentence, hint)])
-
-
-def _check_rate(loop: LoopParameters, marks: _Marks) -> None:
-    """Raise InputError for a control rate that the simulation cannot step."""
-    try:
-        SimulationSettings().steps("control period", loop.period)
-    except ParameterError as error:
-        mark = marks.of_component("loop", "control_rate")
-        raise InputError([Finding(mark, "E111", error.sentence, error.hint)]) from None
-
-
-Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
-
-
-def _check_map_size(marks: _Marks, world: World, costs: CostmapParameters) -> None:
-    """Raise InputError for a world of which no map can be drawn in cells of this size."""
-    if marks.mission.map != "from_world":
-        return
-    for resolution in (RESOLUTION, costs.map_resolution):
-        sentence = map_problem(world, resolution)
-        if not sentence:
-            continue
-        hint = "use `map: none`, or set closer `bounds` in the world file"
-        if resolution != RESOLUTION:
-            rows, columns = map_shape(world, resolution)
-            least = ceil(100.0 * resolution * (rows * columns / MAX_CELLS) ** 0.5) / 100.0
-            hint = f"set `navigation: {{costmap: {{map_resolution: {least:g}}}}}`"
-        raise InputError([Finding(marks.of("world"), "E413", sentence, hint)])
-
-
-def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
-    """Return the choices with the command line's parameters; `controller.use` names a component."""
-    wanted = dict(wanted)
-    for name, text in given.items():
-        kind, dot, parameter = name.partition(".")
-        if not dot or not parameter:
-            raise InputError(
-                f"--parameter {name}: expected KIND.NAME=VALUE, e.g. controller.cruise_speed=0.4"
-            )
-        use, values = wanted.get(kind, (None, {}))
-        if parameter == "use":
-            wanted[kind] = (text, values if text == use else {})
-        else:
-            wanted[kind] = (use, {**values, parameter: value_of(text)})
-    for kind in {name.partition(".")[0]: None for name in given}:
-        if kind not in (*DEFAULTS, *SETTINGS):
-            hint = suggestion(kind, [*DEFAULTS, *SETTINGS])
-            raise InputError(f"--parameter: navigation has no {kind!r}; {hint}")
-    return wanted
 
 
 def _base_folder(option: str | None, mission_folder: Path) -> Path:
@@ -380,7 +273,7 @@ def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
 
 
 def _check_start(
-    start: Pose2D, options: RunOptions, marks: _Marks, world: World, robot: RobotDescription
+    start: Pose2D, options: RunOptions, marks: Marks, world: World, robot: RobotDescription
 ) -> None:
     """Raise InputError for a start outside the world or inside an obstacle."""
     sentence = start_problem(start, world, robot.footprint)
@@ -390,26 +283,6 @@ def _check_start(
         if options.start is not None or options.world is not None:
             raise InputError(f"{sentence}; {hint}")
         raise InputError([Finding(marks.of("start"), "E412", sentence, hint)])
-
-
-@dataclass(frozen=True)
-class _Marks:
-    """A mission with the document it was read from, for the positions of findings."""
-
-    mission: Mission
-    document: Node
-
-    def of(self, key: str) -> Mark:
-        """Return the position of a top-level key's value, or the start of the file."""
-        node = self.document.get(key)
-        return node.mark if node is not None else Mark(str(self.mission.source))
-
-    def of_component(self, kind: str, parameter: str = "") -> Mark:
-        """Return the position of a component or its parameter; of its section if a default."""
-        named = self.mission.components.get(kind)
-        if named is None:
-            return self.of("navigation")
-        return named.marks.get(parameter, named.mark)
 
 
 def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:

@@ -1,4 +1,4 @@
-"""Whether a mission fits its world and robot: start, goals, speeds."""
+"""Whether a mission fits its world and robot: start, goals, speeds, components."""
 
 from __future__ import annotations
 
