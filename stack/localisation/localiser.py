@@ -8,7 +8,6 @@ follows odometry, its health drops, and searches of the map find the new pose (r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,8 @@ from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibra
 from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.marker_update import MarkerUpdate
 from stack.localisation.modes import Mode
-from stack.localisation.motion_models import MotionSince, motion_model
+from stack.localisation.motion_models import motion_model
+from stack.localisation.odometry_since import OdometrySince
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter import ParticleFilter
 from stack.localisation.particles import move
@@ -55,9 +55,6 @@ _UNTESTED_HEALTH = 0.8
 
 _CLEARANCE = 0.05
 """Metres between the robot's inscribed circle and surfaces on the way to a view."""
-
-_STILL_UPDATES = 2
-"""Largest number of measurement updates at standstill: the same view adds little evidence."""
 
 _MATCH_DEVIATION = 0.05
 """Metres; standard deviation of a pose that is compared with a scan."""
@@ -102,10 +99,8 @@ class Localiser(Estimator):
         self._confidence = Confidence(parameters)
         self._estimate: PoseEstimate | None = None
         self._read(grid)
-        self._odometry: Pose2D | None = None
+        self._odometry = OdometrySince()
         self._travelled = 0.0
-        self._stated = MotionSince.none()
-        self._scanned: tuple[float, Pose2D] | None = None
         self._time = self._corrected_at = 0.0
         self._jumps = -1
         self.scatter()
@@ -187,7 +182,7 @@ class Localiser(Estimator):
         self._time = observation.time
         scan = observation.named(self.lidar, Scan)
         if scan is not None:
-            covariance, disturbed = self._stated_errors(frames, scan.stamp)
+            covariance, disturbed = self._odometry.stated_errors(frames, scan.stamp)
             self.process(frames.pose_at("odom", scan.stamp), scan, covariance, disturbed=disturbed)
             self._corrected_at = scan.stamp
         self.process(frames.pose_at("odom", observation.time))
@@ -195,11 +190,12 @@ class Localiser(Estimator):
 
     def update_markers(self, fix: MarkerFix, frames: TransformBuffer) -> PoseEstimate:
         """Weight the particles by the markers in a picture, at the pose of its own stamp."""
-        if self._odometry is None or not frames.covers(fix.stamp):
+        newest = self._odometry.pose
+        if newest is None or not frames.covers(fix.stamp):
             return self.estimate
-        reference = self._odometry if self._scattered else self._reference
+        reference = newest if self._scattered else self._odometry.reference
         since = reference.relative_to(frames.pose_at("odom", fix.stamp))
-        likelihood = self._markers.likelihood(fix, since, self._stated.covariance)
+        likelihood = self._markers.likelihood(fix, since, self._odometry.stated.covariance)
         self._estimate = None
         if self._scattered:
             self._restart(self._markers.modes_of(likelihood))
@@ -207,15 +203,6 @@ class Localiser(Estimator):
             self._jumped(confirmed=False)
         self._corrected_at = max(self._corrected_at, fix.stamp)
         return self.estimate
-
-    def _stated_errors(
-        self, frames: TransformBuffer, stamp: float
-    ) -> tuple[FloatArray | None, bool]:
-        """Return what odometry states of its error since the last scan."""
-        if self._scanned is None or not frames.covers(self._scanned[0]):
-            return None, False
-        since = self._scanned[0]
-        return frames.motion_covariance(since, stamp), frames.disturbed_between(since, stamp)
 
     def process(
         self,
@@ -236,9 +223,8 @@ class Localiser(Estimator):
                 odometry states it.
             disturbed: whether odometry was disturbed since the last scan (a push or slip).
         """
-        if self._odometry is None:
-            self._reference = odometry
-        self._odometry, self._estimate = odometry, None
+        self._odometry.add(odometry)
+        self._estimate = None
         if scan is None:
             return
         self._follow(scan, covariance, disturbed=disturbed)
@@ -293,7 +279,7 @@ class Localiser(Estimator):
     @property
     def map_from_odom(self) -> Pose2D:
         """The odom frame's pose in the map frame."""
-        return self._filter.modes.best.pose.compose(self._reference.inverse())
+        return self._filter.modes.best.pose.compose(self._odometry.reference.inverse())
 
     @property
     def particles(self) -> FloatArray:
@@ -362,7 +348,7 @@ class Localiser(Estimator):
 
     @property
     def _moved(self) -> Pose2D:
-        return (self._odometry or self._reference).relative_to(self._reference)
+        return self._odometry.moved
 
     def _fit_scale(self, scan: Scan) -> FitScale:
         """Return the fit scale of this map; calibrated at the first scan, which shows the lidar."""
@@ -376,9 +362,7 @@ class Localiser(Estimator):
         """Restart with modes at the newest odometry."""
         self._filter.modes.replace(modes)
         self._estimate = None
-        self._reference = self._odometry or Pose2D(0.0, 0.0)
-        self._stated = MotionSince.none()
-        self._still_scans = 0
+        self._odometry.restart()
         self._scattered = False
         self._jumped(confirmed=confirmed)
         self._recovery.reset()
@@ -390,41 +374,23 @@ class Localiser(Estimator):
         self._confidence.restart(confirmed=confirmed)
 
     def _follow(self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool) -> None:
-        """Add the motion since the last scan to what odometry states since the last update."""
-        assert self._odometry is not None
-        before = self._scanned[1] if self._scanned is not None else self._odometry
-        step = self._odometry.relative_to(before)
-        self._stated = self._stated.then(step, covariance, disturbed)
-        p, distance, turn = self.parameters, hypot(step.x, step.y), abs(step.heading)
+        """Process the motion since the last scan."""
+        p = self.parameters
+        distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
         self._travelled = distance + 0.5 * turn
         self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
         if disturbed:
             self._recovery.disturb(scan.stamp)
-        self._scanned = scan.stamp, self._odometry
-
-    def _is_settled(self) -> bool:
-        return self._filter.modes.best.is_settled(self.parameters.settled_deviation)
 
     def _is_update_due(self) -> bool:
-        moved = self._moved
-        if (
-            moved.distance_to(Pose2D(0.0, 0.0)) >= self.parameters.update_distance
-            or abs(moved.heading) >= self.parameters.update_angle
-        ):
-            self._still_scans = 0
-            return True
-        self._still_scans += 1
-        if self._still_scans <= 1:
-            return True
-        return self._still_scans <= _STILL_UPDATES and not self._is_settled()
+        p = self.parameters
+        settled = self._filter.modes.best.is_settled(p.settled_deviation)
+        return self._odometry.is_update_due(p.update_distance, p.update_angle, settled=settled)
 
     def _measurement_update(self, scan: Scan) -> None:
         """Run one filter step: predict, then weight each mode that the scan may belong to."""
         p, lost = self.parameters, _NO_FIT * self._fit_scale(scan).low
-        motion = MotionSince(self._moved, self._stated.covariance, self._stated.disturbed)
-        self._filter.predict(motion)
-        self._reference = self._odometry or self._reference
-        self._stated = MotionSince.none()
+        self._filter.predict(self._odometry.take())
         for mode in self._filter.modes.modes:
             # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
             last = self._confidence.views.newest

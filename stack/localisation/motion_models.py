@@ -235,36 +235,3 @@ def disturb(
             poses[:, 2] + errors[:, 2],
         ]
     )
-
-
-@dataclass(frozen=True, slots=True)
-class MotionSince:
-    """An odometry displacement, with what odometry states of it.
-
-    Attributes:
-        moved: in the base frame at its start.
-        covariance: (3, 3) of `moved`, in that frame.
-        disturbed: whether wheels and another sensor disagreed on the way.
-    """
-
-    moved: Pose2D
-    covariance: FloatArray
-    disturbed: bool = False
-
-    @staticmethod
-    def none() -> MotionSince:
-        """No motion."""
-        return MotionSince(Pose2D(0.0, 0.0), np.zeros((3, 3)))
-
-    def then(self, moved: Pose2D, covariance: FloatArray | None, disturbed: bool) -> MotionSince:
-        """Return this displacement followed by another, whose covariance is in its own frame."""
-        if covariance is None or not covariance.any():
-            total = self.covariance
-        else:
-            c, s = cos(self.moved.heading), sin(self.moved.heading)
-            turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-            # A heading error so far turns what follows.
-            x, y = c * moved.x - s * moved.y, s * moved.x + c * moved.y
-            carried = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
-            total = carried @ self.covariance @ carried.T + turned @ covariance @ turned.T
-        return MotionSince(self.moved.compose(moved), total, self.disturbed or disturbed)

@@ -15,7 +15,8 @@ from stack.localisation.beam_model import BeamModel, weighted
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
 from stack.localisation.health import ScanEvaluator
 from stack.localisation.modes import Mode, ModeSet
-from stack.localisation.motion_models import MotionModel, MotionSince, disturb
+from stack.localisation.motion_models import MotionModel, disturb
+from stack.localisation.odometry_since import MotionSince
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particles import ParticleSet, kld_bound, move
 from stack.localisation.uncertainty import LeastCovariance, observable, stretch, widened

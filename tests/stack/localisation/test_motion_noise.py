@@ -12,7 +12,6 @@ from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
 from stack.localisation.motion_models import (
     CarMotionNoise,
     MotionNoise,
-    MotionSince,
     OmniMotionNoise,
     disturb,
     motion_model,
@@ -100,17 +99,6 @@ def test_a_stated_error_spreads_the_particles_by_its_covariance(x, y, heading, a
     along, across = c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]
     found = np.std(along), np.std(across), np.std(off[:, 2])
     assert found == pytest.approx((x, y, heading), rel=0.03, abs=1e-9)
-
-
-def test_the_error_of_two_motions_includes_the_lever_of_the_first_heading_error():
-    """0.1 rad before 2 m ahead: 0.2 m across. The second error is turned with the first motion."""
-    first = MotionSince.none().then(Pose2D(0.0, 0.0, pi / 2), np.diag([0.0, 0.0, 0.01]), False)
-    both = first.then(Pose2D(2.0, 0.0), np.diag([0.09, 0.0, 0.0]), True)
-    # ahead is now y of the start's frame: the lever moves x by -2 * 0.1, and y has 0.09
-    assert both.covariance[0, 0] == pytest.approx(0.04)
-    assert both.covariance[1, 1] == pytest.approx(0.09)
-    assert both.covariance[0, 2] == pytest.approx(-0.02)
-    assert both.disturbed
 
 
 def test_the_mean_of_the_particles_follows_odometry():

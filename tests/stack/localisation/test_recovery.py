@@ -7,6 +7,7 @@ import pytest
 
 from stack.localisation.health import ScanView
 from stack.localisation.localiser import Localiser
+from stack.localisation.odometry_since import MotionSince
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.recovery import RecoverySchedule
 from stack.types import Pose2D
@@ -93,8 +94,7 @@ def test_a_stated_push_spreads_the_particles():
     localiser.set_pose(pose, 0.02, 0.02)
     localiser.process(HERE, place.scan(pose, 0.0, generator))
     before = float(np.std(localiser.particles[:, 0]))
-    localiser._stated = localiser._stated.then(HERE, np.diag([0.3**2, 0.0, 0.0]), True)
-    localiser._filter.predict(localiser._stated)
+    localiser._filter.predict(MotionSince(HERE, np.diag([0.3**2, 0.0, 0.0]), disturbed=True))
     assert np.std(localiser.particles[:, 0]) == pytest.approx(np.hypot(before, 0.3), rel=0.1)
 
 
