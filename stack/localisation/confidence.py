@@ -62,6 +62,11 @@ class Confidence:
         if not self.is_confirmed and alone and scale.relative(view.fit) >= _CONVINCING:
             self._driven += travelled
 
+    def trusts(self, view: ScanView, scale: FitScale, *, alone: bool) -> bool:
+        """Return whether a scan leaves no doubt of a confirmed pose without rivals."""
+        fits = scale.relative(view.fit) >= _CONVINCING and view.long < MANY_LONG
+        return self.is_confirmed and alone and fits
+
     def needs_verification(self, view: ScanView, scale: FitScale, *, alone: bool) -> bool:
         """Return whether the whole map is to be searched for a better place.
 

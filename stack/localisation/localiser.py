@@ -32,6 +32,7 @@ from stack.localisation.pose_search import PoseSearch, prior_of
 from stack.localisation.recovery import RecoverySchedule
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.localisation.search.rivals import Resolution, resolve
+from stack.localisation.trusted_pose import TrustedPose
 from stack.localisation.views.view_planner import ViewPlanner
 from stack.parameters import suggestion
 from stack.streams import stream
@@ -96,7 +97,7 @@ class Localiser(Estimator):
         self._generator = stream(seed, "localisation")
         self._calibration = stream(seed, "localisation calibration")
         self._recovery = RecoverySchedule(parameters)
-        self._confidence = Confidence(parameters)
+        self._confidence, self._trusted = Confidence(parameters), TrustedPose()
         self._estimate: PoseEstimate | None = None
         self._read(grid)
         self._odometry = OdometrySince()
@@ -152,7 +153,9 @@ class Localiser(Estimator):
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
         self._recovery.parameters = p
         self._markers = MarkerUpdate(self._field, self._filter, p)
-        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
+        self._pose_search = PoseSearch(
+            self._field, self._evaluator, self._filter, p, self._trusted
+        )  # fmt: skip
         self._confidence.configure(p)
         self._estimate = None
         variance = (p.cell_deviation * self._field.resolution) ** 2
@@ -170,11 +173,13 @@ class Localiser(Estimator):
         """Restart around a pose in the map frame; standard deviations in metres and radians."""
         variances = np.square([position_deviation, position_deviation, heading_deviation])
         self._restart([self._filter.around(pose, np.diag(variances))], confirmed=True)
+        self._trusted.forget()
 
     def scatter(self) -> None:
         """Restart with particles uniform over the free space."""
         self._filter.scatter()
         self._restart(self._filter.modes.modes)
+        self._trusted.forget()
         self._scattered, self._estimate = True, None
 
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
@@ -247,6 +252,9 @@ class Localiser(Estimator):
         self._confidence.add(scan.stamp, view, scale, self._travelled, alone=alone)
         if self._confidence.needs_verification(view, scale, alone=alone):
             self._recovery.verify(scan.stamp)
+        settled = not self._recovery.is_disturbed(scan.stamp)
+        if settled and self._confidence.trusts(view, scale, alone=alone):
+            self._trusted.trust(self._pose, odometry)
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -322,8 +330,16 @@ class Localiser(Estimator):
         return planner.best_view(poses, [1.0 - sum(shares), *shares], scan, avoided)
 
     def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
-        candidates = self.match_globally(scan, earlier)
-        return resolve(candidates, self._fit_scale(scan).low, self.parameters)
+        candidates, low = self.match_globally(scan, earlier), self._fit_scale(scan).low
+        poses = [match.pose for match in candidates]
+        odometry = self._odometry.pose or self._odometry.reference
+        priors = self._trusted.log_priors(poses, odometry, self.parameters)
+        least = min(priors, default=0.0)  # a place near the trusted pose must fit, too
+        fitting = [
+            prior if match.fit >= low else least
+            for match, prior in zip(candidates, priors, strict=True)
+        ]
+        return resolve(candidates, low, self.parameters, fitting)
 
     def _adopt(self, resolution: Resolution) -> GlobalMatch:
         found = (resolution.best, *resolution.rivals)[: self.parameters.max_modes]
@@ -378,6 +394,7 @@ class Localiser(Estimator):
         p = self.parameters
         distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
         self._travelled = distance + 0.5 * turn
+        self._trusted.drive(distance, pushed=disturbed)
         self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
         if disturbed:
             self._recovery.disturb(scan.stamp)

@@ -209,6 +209,19 @@ class LocaliserParameters:
     rival_angle: float = parameter(
         2.0, "rad", above=0.0, help="angle turned after which a view is new evidence for rivals"
     )
+    push_distance: float = parameter(
+        0.7, "m", above=0.0, at_most=10.0,
+        help="standard deviation of the displacement by a push that odometry notices; ranks places "
+        "that fit equally well",
+    )  # fmt: skip
+    push_angle: float = parameter(
+        0.6, "rad", above=0.0, help="standard deviation of the rotation by such a push"
+    )
+    lifted_share: float = parameter(
+        0.05, above=0.0, at_most=1.0,
+        help="after a push, probability of a place far from the trusted pose, relative to one at "
+        "it; 1: the trusted pose counts for nothing",
+    )  # fmt: skip
     view_distance: float = parameter(
         15.0, "m", above=0.0, at_most=100.0,
         help="how far away a place is looked for at which rivals differ",

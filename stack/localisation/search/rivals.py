@@ -36,31 +36,39 @@ class Resolution:
 
 
 def weighed(
-    matches: Sequence[GlobalMatch], parameters: LocaliserParameters
-) -> list[tuple[GlobalMatch, float]]:
-    """Return the matches with their log-weights, most probable first; equal ones by evidence."""
+    matches: Sequence[GlobalMatch], parameters: LocaliserParameters,
+    log_priors: Sequence[float] = (),
+) -> list[tuple[GlobalMatch, float]]:  # fmt: skip
+    """Return the matches with their log-weights, most probable first; equal ones by evidence.
+
+    The weights are relative to the largest one.
+    """
     p, least = parameters, min((match.cost for match in matches), default=0.0)
     pairs = [
-        (match, -min(p.evidence_cap, max(0.0, match.cost - least - p.rival_dead_zone)))
-        for match in matches
+        (match, prior - min(p.evidence_cap, max(0.0, match.cost - least - p.rival_dead_zone)))
+        for match, prior in zip(matches, log_priors or [0.0] * len(matches), strict=True)
     ]
+    top = max((weight for _, weight in pairs), default=0.0)
+    pairs = [(match, weight - top) for match, weight in pairs]
     return sorted(pairs, key=lambda pair: (-pair[1], -pair[0].evidence))
 
 
 def resolve(
-    candidates: Sequence[GlobalMatch], least_fit: float, parameters: LocaliserParameters
-) -> Resolution:
+    candidates: Sequence[GlobalMatch], least_fit: float, parameters: LocaliserParameters,
+    log_priors: Sequence[float] = (),
+) -> Resolution:  # fmt: skip
     """Return the best candidate and its rivals.
 
     Args:
         candidates: distinct poses.
         least_fit: smallest accepted fit of the best one.
         parameters: `rival_share`, `rival_dead_zone` and `evidence_cap`.
+        log_priors: of each candidate, at most 0; empty: all are as probable.
 
     Raises:
         NavigationError: LOST if no candidate fits.
     """
-    pairs = weighed(candidates, parameters)
+    pairs = weighed(candidates, parameters, log_priors)
     fit = pairs[0][0].fit if pairs else 0.0
     if not pairs or fit < least_fit:
         raise NavigationError(

@@ -1,0 +1,75 @@
+"""The pose that was trusted before a push: what it says about places that fit equally well."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import exp, hypot, log
+
+from stack.localisation.parameters import LocaliserParameters
+from stack.types import Pose2D, wrap_angle
+
+_SLIP = 0.1
+"""Error of odometry since then, as a share of the distance driven: wheels may have slipped."""
+
+_UNNOTICED_SHARE = 0.99
+"""`lifted_share` without a push that odometry states: only decides between equal places."""
+
+_FARTHEST = 30.0
+"""Square of the deviations from which on all places are as far away."""
+
+
+class TrustedPose:
+    """The last trusted pose, moved by odometry, and whether a push has displaced the robot since.
+
+    A push moves a robot by decimetres, and wheels or inertial sensor show that it happened. A
+    robot that is lifted shows nothing and may be anywhere. So the pose makes other places less
+    probable only after a push that odometry states. As a robot that was lifted may have been pushed
+    too, every place keeps at least `lifted_share` of the probability that it has without the
+    trusted pose. Without such a push, the pose only decides which of equally probable places is
+    the estimate: odometry by wheels alone notices no push.
+    """
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """Trust no pose."""
+        self._pose: Pose2D | None = None
+        self._pushed = False
+
+    def trust(self, pose: Pose2D, odometry: Pose2D) -> None:
+        """Trust a pose in the map frame, at a pose in the odom frame."""
+        self._pose, self._odometry, self._driven = pose, odometry, 0.0
+        self._pushed = False
+
+    def drive(self, distance: float, *, pushed: bool) -> None:
+        """Add a distance by odometry, metres, and whether odometry was disturbed on the way."""
+        if self._pose is not None:
+            self._driven += distance
+            self._pushed = self._pushed or pushed
+
+    def log_priors(
+        self, poses: Sequence[Pose2D], odometry: Pose2D, parameters: LocaliserParameters
+    ) -> list[float]:
+        """Return the log-probability of each pose, relative to the most probable one: at most 0.
+
+        A normal distribution about the expected pose with the deviations `push_distance` and
+        `push_angle`, mixed with `lifted_share` of a constant one.
+
+        Args:
+            poses: base, map frame.
+            odometry: at these poses, odom frame.
+            parameters: of the estimator.
+        """
+        if self._pose is None:
+            return [0.0] * len(poses)
+        expected = self._pose.compose(odometry.relative_to(self._odometry))
+        across = hypot(parameters.push_distance, _SLIP * self._driven)
+        lifted = parameters.lifted_share if self._pushed else _UNNOTICED_SHARE
+        found = []
+        for pose in poses:
+            away = expected.distance_to(pose) / across
+            turned = wrap_angle(pose.heading - expected.heading) / parameters.push_angle
+            near = exp(-0.5 * min(away * away + turned * turned, _FARTHEST))
+            found.append(log(lifted + (1.0 - lifted) * near))
+        return found
