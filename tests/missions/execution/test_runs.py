@@ -11,7 +11,7 @@ import pytest
 
 import missions
 from missions.execution.resources import mission_files
-from tests.benchmarks.missions import Trace, wall_error, wall_run
+from tests.benchmarks.missions import Trace
 
 EXPECTED = {
     "01_drive_to_a_point",
@@ -60,25 +60,21 @@ def test_the_shipped_missions_are_the_ones_that_are_tested():
 TOGETHER = ("23_courier", "24_second_courier")
 """Missions of two robots in one world."""
 
-WALL = pytest.mark.xdist_group("runs of mission 04")
-"""One process runs them, so that the run along the right side is made once."""
+ELSEWHERE = ("04_wall_follow",)
+"""Missions whose runs test_wall_runs.py shares."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[WALL] if name == "04_wall_follow" else [])
-        for name in sorted(EXPECTED - {*TOGETHER})
-    ],
-)
+@pytest.mark.parametrize("name", sorted(EXPECTED - {*TOGETHER, *ELSEWHERE}))
 def test_every_shipped_mission_succeeds_without_a_collision(name):
     # 35 loses its guide behind a corner with about every second seed ("Following" in
     # docs/benchmarks.md), also with seed 1.
     seed = 2 if name == "35_follow_me" else 1
-    report = (
-        wall_run(("right", 1))[0] if name == "04_wall_follow" else missions.run(name, seed=seed)
-    )
+    check_success(name, missions.run(name, seed=seed))
+
+
+def check_success(name, report):
+    """Check what holds for every shipped mission."""
     assert (report.status, report.reason) == ("success", "")
     if name == "27_map_a_log":  # there is no truth to compare a log with
         assert (report.collisions, report.localisation_error) == (None, None)
@@ -148,16 +144,6 @@ def test_without_a_camera_the_kidnapped_robot_does_not_guess():
         assert settled[-1][1] < 0.1
     else:
         assert "LOST" in report.reason or "AMBIGUOUS" in report.reason
-
-
-@WALL
-@pytest.mark.slow
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_wall_following_keeps_its_distance_within_5_cm_rms_on_straight_walls(side):
-    row = wall_error((side, 1))
-    assert row["status"] == "success"
-    assert row["samples"] > 100
-    assert row["rms"] < 0.05
 
 
 def run_in_a_process(tmp_path: Path, *options: str) -> dict[str, object]:
