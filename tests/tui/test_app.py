@@ -66,20 +66,31 @@ async def test_space_stops_at_once(pilot, source):
     assert source.sent[0].arguments == {"reason": "operator"}
 
 
-@pytest.mark.parametrize(
-    "opening",
-    ["question_mark", "a", "q", "ctrl+c", "g", "i", "e", "e enter", "e enter 1 2", "1 f", "1",
-     "2", "3", "4", "5", "z"],
-)  # fmt: skip
-async def test_space_stops_on_every_screen_and_pane(pilot, source, opening):
-    """Dialogs, a value that is being typed, panes: one press, one command, nothing else."""
-    await pilot.press(*opening.split())
-    before = pilot.app.screen
-    await pilot.press("space")
-    assert kinds(source) == ["estop"]
-    assert pilot.app.screen is before
-    await pilot.press("shift+space", "space")
-    assert kinds(source) == ["estop"] * 3
+async def press_space_everywhere(pilot, source, openings, *, dialogs):
+    """One press, one command, nothing else; `escape` closes a dialog."""
+    base = pilot.app.screen
+    for opening in openings:
+        source.sent.clear()
+        await pilot.press(*opening.split())
+        before = pilot.app.screen
+        assert (before is not base) == dialogs, opening
+        await pilot.press("space")
+        assert kinds(source) == ["estop"], opening
+        assert pilot.app.screen is before, opening
+        await pilot.press("shift+space", "space")
+        assert kinds(source) == ["estop"] * 3, opening
+        while pilot.app.screen is not base:
+            await pilot.press("escape")
+
+
+async def test_space_stops_in_every_pane(pilot, source):
+    await press_space_everywhere(pilot, source, ["1", "2", "3", "4", "5", "z"], dialogs=False)
+
+
+async def test_space_stops_on_every_screen(pilot, source):
+    """Dialogs, and a value that is being typed."""
+    keys = ["question_mark", "a", "q", "ctrl+c", "g", "i", "e", "e enter", "e enter 1 2", "1 f"]
+    await press_space_everywhere(pilot, source, keys, dialogs=True)
 
 
 async def test_space_in_a_question_chooses_nothing(pilot, source):
@@ -273,28 +284,28 @@ async def test_l_goes_through_the_levels(pilot):
     assert counts == [11, 3, 1, 12, 11]
 
 
-@pytest.mark.parametrize(("key", "name"), [*zip("12345", PANES, strict=True)])
-async def test_digits_go_to_panes_and_z_fills_the_screen(pilot, key, name):
-    await pilot.press(key)
-    assert pilot.app.focused.id == name
-    await pilot.press("z")
-    assert pilot.app.screen.query_one(f"#{name}").size.width > 100
-    await pilot.press("z")
-    assert not pilot.app.screen.has_class(f"full-{name}")
-
-
-@pytest.mark.parametrize(("key", "name"), [*zip("12345", PANES, strict=True)])
-async def test_a_pane_without_room_comes_over_the_whole_screen(source, key, name):
-    async with Dashboard(source, live=False).run_test(size=(60, 20)) as pilot:
+async def test_digits_go_to_panes_and_z_fills_the_screen(pilot):
+    for key, name in zip("12345", PANES, strict=True):
         await pilot.press(key)
-        await pilot.pause()
-        pane = pilot.app.screen.query_one(f"#{name}")
-        assert pilot.app.focused is pane and pane.size.width >= 30
-        await pilot.press("escape")
-        await pilot.pause()
-        pilot.app.refresh_now()
-        assert pilot.app.query_one(MapPane).size.width >= 30
-        assert pilot.app.focused.size.width > 0
+        assert pilot.app.focused.id == name
+        await pilot.press("z")
+        assert pilot.app.screen.query_one(f"#{name}").size.width > 100
+        await pilot.press("z")
+        assert not pilot.app.screen.has_class(f"full-{name}")
+
+
+async def test_a_pane_without_room_comes_over_the_whole_screen(source):
+    async with Dashboard(source, live=False).run_test(size=(60, 20)) as pilot:
+        for key, name in zip("12345", PANES, strict=True):
+            await pilot.press(key)
+            await pilot.pause()
+            pane = pilot.app.screen.query_one(f"#{name}")
+            assert pilot.app.focused is pane and pane.size.width >= 30
+            await pilot.press("escape")
+            await pilot.pause()
+            pilot.app.refresh_now()
+            assert pilot.app.query_one(MapPane).size.width >= 30
+            assert pilot.app.focused.size.width > 0
 
 
 async def test_help_shows_every_key(pilot):
