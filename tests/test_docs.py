@@ -81,7 +81,16 @@ OPTIONS = {
     "bench localisation": ["pushed", "--seeds", "1", "--jobs", "1"],
 }
 """What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT
-in place of a mission that would take minutes."""
+in place of a mission that would take minutes, and a second mission is BESIDE."""
+
+BESIDE = """\
+mission: beside
+robot: scout
+world: small_room
+start: [1.0, 3.2, 0 deg]
+run: {wait: 1 s}
+"""
+"""For a robot that begins beside the one of SHORT."""
 
 TIME_LIMITS = [
     *(
@@ -246,7 +255,12 @@ class Follower:
             return
         if name in ("run", "tune"):
             find_mission(words[1])  # in the folder or shipped
-            words = [name, SHORT, *words[2:]]
+            rest = words[2:]
+            if name == "run" and rest and not rest[0].startswith("-"):
+                find_mission(rest[0])
+                rest[0] = str(self.folder / "beside.yaml")
+                Path(rest[0]).write_text(BESIDE, "utf-8")
+            words = [name, SHORT, *rest]
         done = CliRunner().invoke(app, [*words, *OPTIONS.get(name, [])], catch_exceptions=False)
         assert done.exit_code == 0, done.output
         self.output = done.stdout

@@ -77,7 +77,7 @@ CASES: dict[FailureCode, tuple[str, str]] = {
         "hall.yaml", "run: {wall_follow: {side: left, distance: 0.4 m, until_travelled: 2 m}}",
     ),
     FailureCode.NO_LINE: ("small_room", "run: follow_line"),
-    FailureCode.OBJECT_NOT_FOUND: ("small_room", "run: {find_object: {colour: green}}"),
+    FailureCode.OBJECT_NOT_FOUND: ("block.yaml", "run: {find_object: {colour: green}}"),
     FailureCode.PERSON_LOST: (
         "small_room", "run: {follow_person: {patience: 2 s, until_time: 9 s}}",
     ),

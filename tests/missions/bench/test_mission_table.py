@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from missions.bench.mission_runs import MissionRun
 from missions.bench.mission_table import mission_entries, rows_of, table_lines
 from missions.cli.app import app
-from missions.execution.resources import mission_files
+from missions.execution.resources import MISSIONS, mission_files
 from stack.errors import InputError
 
 
@@ -42,11 +42,21 @@ def test_missions_of_the_same_name_are_refused():
         mission_entries(("x/a.yaml", "y/a.yaml"), 1)
 
 
+LISTENER = """\
+mission: listener
+robot: {{use: replayed, log: {log}}}
+map: none
+run: {{wait: 3 s}}
+"""
+
+
 def test_a_replayed_log_has_a_row(tmp_path):
-    words = ["bench", "missions", "27_map_a_log", "--seeds", "1", "--out", str(tmp_path)]
+    mission = tmp_path / "listener.yaml"
+    mission.write_text(LISTENER.format(log=MISSIONS / "logs" / "flat.clf.gz"), "utf-8")
+    words = ["bench", "missions", str(mission), "--seeds", "1", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 0, result.output
-    assert result.stdout.splitlines()[1].split()[:4] == ["27_map_a_log", "1/1", "0", "0"]
+    assert result.stdout.splitlines()[1].split()[:4] == ["listener", "1/1", "0", "0"]
 
 
 def test_the_command_runs_and_resumes(tmp_path):

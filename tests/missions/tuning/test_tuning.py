@@ -20,7 +20,8 @@ from stack.errors import InputError
 
 MISSION = "01_drive_to_a_point"
 RANGES = {"controller.cruise_speed": "0.3..0.6", "planner.smoother": "simple,none"}
-ENTRY = MissionEntry(MISSION, 60.0)
+NEAR = "[2.6, 2.2, 45 deg]"
+ENTRY = MissionEntry(MISSION, 60.0, replace(QUIET, arguments={"goal": NEAR}))
 TIME_ALONE = {**dict.fromkeys(DEFAULT_WEIGHTS, 0.0), "time": 1.0}
 
 
@@ -41,8 +42,8 @@ def test_baseline_and_samples_are_driven_and_measured(finished):
     assert len(found.scores) == 3 and found.scores[0].cost == pytest.approx(1.0)
     rows = list(rows_in(out, MISSION_WORK).values())
     assert [row.success for row in rows] == [True] * 3
-    for row in rows:  # the straight line from (1, 1) to (5, 3.8) is 4.88 m
-        assert 4.8 < row.shortest < row.driven * 1.02 < 6.0
+    for row in rows:  # the straight line from (1, 1) to (2.6, 2.2) is 2.0 m
+        assert 1.95 < row.shortest < row.driven * 1.02 < 2.5
         assert 0.0 < row.turning < 3.2 and row.jerk > 0.0  # at most the robot's own limit
         assert row.goal_error < 0.2 and row.collisions == 0
     assert min(row.time for row in rows[1:]) > rows[0].time  # the robot's own speed is 0.8 m/s
@@ -131,7 +132,7 @@ def test_refining_and_confirming_add_runs(tmp_path):
     """Only time counts and the mission drives at 0.2 m/s: the best is a sample, all are faster."""
     text = (MISSIONS / f"{MISSION}.yaml").read_text("utf-8")
     slow = tmp_path / "slow.yaml"
-    near = text.replace("[5.0, 3.8, 90 deg]", "[2.6, 2.2, 45 deg]")
+    near = text.replace("[5.0, 3.8, 90 deg]", NEAR)
     slow.write_text(
         near.replace("run:", "navigation: {controller: {cruise_speed: 0.2}}\nrun:"), "utf-8"
     )
@@ -168,7 +169,18 @@ def test_an_interrupted_tuning_keeps_its_table(tmp_path, monkeypatch):
             raise KeyboardInterrupt
 
     monkeypatch.setattr("missions.cli.tune._tell", stop)
-    words = ["tune", MISSION, "--samples", "2", "--seeds", "1", "--out", str(tmp_path)]
+    words = [
+        "tune",
+        MISSION,
+        "--set",
+        f"goal={NEAR}",
+        "--samples",
+        "2",
+        "--seeds",
+        "1",
+        "--out",
+        str(tmp_path),
+    ]
     words += [f"--try={name}={text}" for name, text in RANGES.items()]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 130
