@@ -26,8 +26,9 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from pkgutil import resolve_name
 from shutil import copytree
 from textwrap import indent
 from xml.etree import ElementTree
@@ -69,7 +70,10 @@ DRAWINGS = {"architecture.md"}
 
 OPTIONS = {
     "run": ["--headless", "--speed", "max", "--no-rerun"],
-    "tune": ["--samples", "2", "--seeds", "1", "--refine", "0", "--confirm", "0", "--jobs", "1"],
+    "tune": [
+        *("--set", "goal=[2.6, 2.2, 45 deg]", "--samples", "2", "--seeds", "1"),
+        *("--refine", "0", "--confirm", "0", "--jobs", "1"),
+    ],
     "bench missions": [SHORT, "--seeds", "1"],
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
     "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
@@ -101,6 +105,9 @@ TIME_LIMITS = [
 ]
 """Limits of the runs of benches. They end after BRIEF simulated seconds here: a command only has to
 write its table. Outcomes of whole runs are tested in tests/missions/bench."""
+
+RULES = ("missions.bench.course_bench.RULES", "missions.bench.dyna_bench.RULES")
+"""Rules of trials with a time limit of their own."""
 
 BRIEF = 3.0
 
@@ -404,6 +411,8 @@ def test_every_block_of_the_page_works(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for limit in TIME_LIMITS:
         monkeypatch.setattr(limit, BRIEF)
+    for rules in RULES:
+        monkeypatch.setattr(rules, replace(resolve_name(rules), time_limit=BRIEF))
     follower = Follower(page, tmp_path)
     for block in follower.blocks:
         try:
