@@ -153,9 +153,7 @@ class Localiser(Estimator):
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
         self._recovery.parameters = p
         self._markers = MarkerUpdate(self._field, self._filter, p)
-        self._pose_search = PoseSearch(
-            self._field, self._evaluator, self._filter, p, self._trusted
-        )  # fmt: skip
+        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
         self._confidence.configure(p)
         self._estimate = None
         variance = (p.cell_deviation * self._field.resolution) ** 2

@@ -218,7 +218,7 @@ class LocaliserParameters:
         0.6, "rad", above=0.0, help="standard deviation of the rotation by such a push"
     )
     lifted_share: float = parameter(
-        0.05, above=0.0, at_most=1.0,
+        0.3, above=0.0, at_most=1.0,
         help="after a push, probability of a place far from the trusted pose, relative to one at "
         "it; 1: the trusted pose counts for nothing",
     )  # fmt: skip

@@ -15,7 +15,6 @@ from stack.localisation.search.global_match import GlobalMatcher
 from stack.localisation.search.local_match import LocalMatcher, map_search
 from stack.localisation.search.matches import GlobalMatch
 from stack.localisation.search.rivals import weighed
-from stack.localisation.trusted_pose import TrustedPose
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
@@ -73,7 +72,6 @@ class PoseSearch:
         evaluator: of the same map.
         particle_filter: whose modes are added to.
         parameters: of the estimator.
-        trusted: last trusted pose: after a push, places far from it are less probable.
 
     Attributes:
         whole_map: search of the whole map.
@@ -82,10 +80,9 @@ class PoseSearch:
 
     def __init__(
         self, field: SignedDistanceField, evaluator: ScanEvaluator,
-        particle_filter: ParticleFilter, parameters: LocaliserParameters, trusted: TrustedPose,
+        particle_filter: ParticleFilter, parameters: LocaliserParameters,
     ) -> None:  # fmt: skip
         self._evaluator, self._filter, self._parameters = evaluator, particle_filter, parameters
-        self._trusted = trusted
         search = map_search(field, parameters)
         self.whole_map = GlobalMatcher(field, evaluator, parameters, search)
         self.near = LocalMatcher(field, evaluator, parameters, search)
@@ -111,10 +108,8 @@ class PoseSearch:
             found = self.whole_map.candidates(scan)
         else:
             found = self.near.match(here, scan, search.distance, search.angle)
-        far, found = False, found[: p.max_modes]
-        poses = [here, *(match.pose for match in found)]
-        now, *there = self._trusted.log_priors(poses, odometry, p)
-        for match, log_prior in zip(found, there, strict=True):
+        far = False
+        for match in found[: p.max_modes]:
             seen = self._evaluator.view(match.pose, scan)
             if search.is_global:
                 plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
@@ -127,8 +122,7 @@ class PoseSearch:
             at_reference = match.pose.compose(moved.inverse())
             covariance = match.covariance + _LEAST_COVARIANCE
             if not same_place(match.pose, here):
-                farther = min(0.0, log_prior - now)
-                added = self._add(at_reference, covariance, prior + farther)
+                added = self._add(at_reference, covariance, prior)
                 far = far or (added and match.pose.distance_to(here) > _FAR)
             elif seen.fit > view.fit + _BETTER_FIT:
                 trusted = prior <= _MOVED

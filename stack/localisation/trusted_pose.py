@@ -23,10 +23,10 @@ class TrustedPose:
 
     A push moves a robot by decimetres, and wheels or inertial sensor show that it happened. A
     robot that is lifted shows nothing and may be anywhere. So the pose makes other places less
-    probable only after a push that odometry states. As a robot that was lifted may have been pushed
-    too, every place keeps at least `lifted_share` of the probability that it has without the
-    trusted pose. Without such a push, the pose only decides which of equally probable places is
-    the estimate: odometry by wheels alone notices no push.
+    probable only after a push that odometry states. As odometry may take a lift for a push, every
+    place keeps at least `lifted_share` of the probability that it has without the trusted pose.
+    Without such a push, the pose only decides which of equally probable places is the estimate:
+    odometry by wheels alone notices no push.
     """
 
     def __init__(self) -> None:
