@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import jsonschema
@@ -24,12 +25,23 @@ SCHEMA = mission_schema(find_behaviours())
 HEAD = "mission: m\nrobot: scout\nworld: office\n"
 
 
+CHECK = jsonschema.Draft202012Validator(SCHEMA)
+"""That the schemas are schemas is checked with the examples of the documentation."""
+
+
 def validator(schema):
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
 
-CHECK = validator(SCHEMA)
+@cache
+def world_check():
+    return jsonschema.Draft202012Validator(world_schema())
+
+
+@cache
+def robot_check():
+    return jsonschema.Draft202012Validator(robot_schema())
 
 
 def complaints(text):
@@ -50,12 +62,12 @@ def test_every_shipped_mission_is_valid(file):
 
 @pytest.mark.parametrize("file", world_files(), ids=lambda file: file.stem)
 def test_every_shipped_world_is_valid(file):
-    validator(world_schema()).validate(read_file(file).plain())
+    world_check().validate(read_file(file).plain())
 
 
 @pytest.mark.parametrize("file", ROBOTS, ids=lambda file: file.parent.name)
 def test_every_shipped_robot_is_valid(file):
-    validator(robot_schema()).validate(read_file(file).plain())
+    robot_check().validate(read_file(file).plain())
 
 
 @pytest.mark.parametrize(
@@ -263,7 +275,7 @@ MOUNTS = "[{joint: a, at: [0, 0, 0]}, {joint: b, at: [1, 0, 0]}, {joint: c, at: 
 )
 def test_the_schema_of_wheels_goes_by_their_kind(wheels, complaint):
     text = f"robot: r\nfootprint: {{radius: 1}}\nheight: 1\nurdf: r.urdf\nwheels: {wheels}\n"
-    found = validator(robot_schema()).iter_errors(read_text(text, "robot.yaml").plain())
+    found = robot_check().iter_errors(read_text(text, "robot.yaml").plain())
     messages = [error.message for error in found]
     assert not messages if complaint is None else any(complaint in m for m in messages), messages
 
@@ -286,7 +298,7 @@ def test_the_schema_of_robots_has_every_key_of_the_reader(tmp_path):
 )
 def test_typical_mistakes_in_worlds_are_refused(text, complaint):
     node = read_text(f"world: w\n{text}", "world.yaml").plain()
-    found = [error.message for error in validator(world_schema()).iter_errors(node)]
+    found = [error.message for error in world_check().iter_errors(node)]
     assert any(complaint in line for line in found), found
 
 
