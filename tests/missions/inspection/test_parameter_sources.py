@@ -69,7 +69,9 @@ def test_a_list_of_zones_is_shown_by_their_names() -> None:
 
 
 def test_a_run_takes_parameters() -> None:
-    slow = missions.run("01_drive_to_a_point", parameters={"controller.cruise_speed": "0.3"})
-    usual = missions.run("01_drive_to_a_point")
+    near = {"goal": "[2.6, 2.2, 45 deg]"}
+    settings = {"controller.cruise_speed": "0.3"}
+    slow = missions.run("01_drive_to_a_point", arguments=near, parameters=settings)
+    usual = missions.run("01_drive_to_a_point", arguments=near)
     assert slow.status == usual.status == "success"
     assert slow.simulated_seconds > 1.3 * usual.simulated_seconds
