@@ -135,6 +135,16 @@ class Robot(Protocol):
         ...
 
     @property
+    def standing_objects(self) -> tuple[TrackedObject, ...]:
+        """Objects in the newest scan that are not on the map and have not moved; map frame.
+
+        Round things up to the tracker's `largest_radius`, and people who stood already when they
+        were seen first: a scan does not tell which. Who begins to move is one of `tracks` from then
+        on, with the same id. Out of sight, they get another id when they are seen again.
+        """
+        ...
+
+    @property
     def map(self) -> OccupancyGrid:
         """The map so far: drawn by the estimator, the mission's, or what the sensors have seen."""
         ...

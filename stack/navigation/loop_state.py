@@ -39,6 +39,7 @@ class LoopState:
         obstacles: points of all range sensors.
         depth: what the depth cameras have seen.
         tracks: moving objects around the robot at `time`, map frame.
+        standing: objects in the newest scan that are not on the map and have not moved.
         commanded: velocity sent to the body.
     """
 
@@ -48,6 +49,7 @@ class LoopState:
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
     depth: DepthPoints = NO_DEPTH
     tracks: tuple[TrackedObject, ...] = ()
+    standing: tuple[TrackedObject, ...] = ()
     commanded: Twist = STANDSTILL
 
     def newest(self, name: str, kind: type[M]) -> M | None:

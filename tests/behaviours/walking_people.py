@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from math import atan2
+from math import atan2, hypot
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from stack.types import FloatArray, Path, Pose2D, TrackedObject
 
 PERIOD = 0.1
 FORGET = 1.0
+MOVED = 0.3
+THING = 1000
 SPEED = 0.8
 
 Walk = Callable[[float], tuple[float, float]]
@@ -33,15 +35,21 @@ def track(
 class Escort(ScriptedRobot):
     """Sees people unless `hides` says no, as the tracker does: for a second it expects them.
 
+    Who comes into sight again is a standing object until they have moved by MOVED.
+
     Attributes:
         walks: of the people.
         hides: whether the robot at a pose cannot see a position.
+        unmoved: numbers of people who have not moved by MOVED since they came into sight.
+        things: (x, y, radius) of objects that stand.
         corner: a point over which plans lead from smaller x; None: straight.
         way: (time, pose) in each step.
     """
 
     walks: list[Walk] = field(default_factory=list)
     hides: Callable[[Pose2D, tuple[float, float]], bool] = lambda pose, at: False
+    unmoved: set[int] = field(default_factory=set)
+    things: list[tuple[float, float, float]] = field(default_factory=list)
     corner: tuple[float, float] | None = None
     way: list[tuple[float, Pose2D]] = field(default_factory=list)
     driven: Path | None = None
@@ -50,6 +58,7 @@ class Escort(ScriptedRobot):
     def __post_init__(self) -> None:
         self._numbers = list(range(1, len(self.walks) + 1))
         self._seen: dict[int, TrackedObject] = {}
+        self._first: dict[int, tuple[float, float]] = {}
         self._look()
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
@@ -110,15 +119,24 @@ class Escort(ScriptedRobot):
             number = self._numbers[n]
             if not self.hides(self.pose, at):
                 self._seen[number] = track(number, at, velocity, stamp=self.time)
+                first = self._first.setdefault(number, at)
+                if hypot(at[0] - first[0], at[1] - first[1]) >= MOVED:
+                    self.unmoved.discard(number)
             elif number in self._seen and self.time - self._seen[number].stamp > FORGET:
                 del self._seen[number]
                 self._numbers[n] = max(self._numbers) + 1
+                self.unmoved.add(self._numbers[n])
         found = []
         for number, last in self._seen.items():
             age = self.time - last.stamp
             moved = last.at(self.time)
             found.append(track(number, moved.position, moved.velocity, 0.05 + 0.5 * age, self.time))
-        self.tracks = tuple(found)
+        self.tracks = tuple(item for item in found if item.id not in self.unmoved)
+        things = [
+            replace(track(THING + n, (x, y)), radius=radius)
+            for n, (x, y, radius) in enumerate(self.things) if not self.hides(self.pose, (x, y))
+        ]  # fmt: skip
+        self.standing_objects = (*(item for item in found if item.id in self.unmoved), *things)
 
 
 def at_length(points: FloatArray, along: float) -> Pose2D:

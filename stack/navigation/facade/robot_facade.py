@@ -120,6 +120,11 @@ class RobotFacade(PerceptionFacade):
         return self._state.tracks
 
     @property
+    def standing_objects(self) -> tuple[TrackedObject, ...]:
+        """Objects that are not on the map and have not moved, map frame."""
+        return self._state.standing
+
+    @property
     def map(self) -> OccupancyGrid:
         """The map so far."""
         return self._parts.maps.grid

@@ -112,6 +112,20 @@ class Tracker:
         ]  # fmt: skip
         return tuple(item.track(time) for item in self._filters if item.has_moved)
 
+    @property
+    def standing(self) -> tuple[TrackedObject, ...]:
+        """Objects in the newest scan that are not on the map and have not moved, by id.
+
+        They may be things, or people who stood already when they were seen first. Who begins to
+        move becomes a moving object of the same id.
+        """
+        return tuple(
+            item.track(self._time) for item in self._filters
+            if not item.has_moved
+            and item.hits >= self.parameters.confirm
+            and item.seen_at == self._time
+        )  # fmt: skip
+
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
         settings = self.parameters
