@@ -8,7 +8,8 @@ else was seen meanwhile. So is another person beside them.
 
 Who has stopped out of sight has no track when the robot sees them again: tracks are of what moves.
 They are supposed to be the standing object of their size that nobody has seen while they were in
-sight (`KnownThings`), until they move, or somebody walks where they are more likely to be.
+sight (`KnownThings`), until they move, or somebody appears where they are more likely to be. A
+track that jumps may have passed to another object, and is in doubt likewise until it moves.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from math import exp, hypot
 import numpy as np
 
 from behaviours._known_things import KnownThings
-from stack.types import TrackedObject
+from stack.types import StandingObject, TrackedObject
 
 SURE = 0.3
 """Metres; a track whose position is more uncertain is out of sight."""
@@ -41,6 +42,12 @@ WALKING, HURRY = 0.8, 1.3
 
 STANDING_COST = 0.4
 """Metres by which a standing object is less likely the person than somebody who walks."""
+
+JUMP = 0.5
+"""Metres from where the person is expected at which their track may be another object's."""
+
+MOVED = 0.4
+"""Metres by which a track that has jumped moves if it is somebody's."""
 
 MEMORY = 8.0
 """Seconds for which other people are remembered after they were seen."""
@@ -129,14 +136,15 @@ class FollowedPerson:
         radius: of the person, metres.
         visible: whether the person is seen now.
         times_lost: how often the track ended.
-        is_supposed: whether the person is supposed to be an object that has not moved yet.
+        is_supposed: whether the person may be this object, which has not moved yet.
     """
 
     def __init__(self, track: TrackedObject, now: float) -> None:
         self.seen = Seen.of(track, now)
         self.radius, self.visible, self.times_lost = track.radius, True, 0
         self.is_supposed = False
-        self._walk, self._things, self._cost = Seen.of(track, now), KnownThings(), 0.0
+        self._walk, self._things, self._cost = Seen.of(track, now), KnownThings(now), 0.0
+        self._jumped_to: tuple[float, float] | None = None
         self._others: dict[int, Seen] = {}
         self._meeting: _Meeting | None = None
         self._is_tracked, self._tracked_since = True, now
@@ -152,7 +160,7 @@ class FollowedPerson:
 
     def update(
         self, tracks: Sequence[TrackedObject], now: float,
-        standing: Sequence[TrackedObject] = (),
+        standing: Sequence[StandingObject] = (),
     ) -> None:  # fmt: skip
         """Look for the person among the tracks and the standing objects of this moment.
 
@@ -163,20 +171,36 @@ class FollowedPerson:
         """
         by_id = {track.id: track for track in tracks}
         own = by_id.get(self._exchanged(by_id, now))
-        if own is None:
+        if own is not None:
+            self._note_jump(own, now)
+        if own is None or self._jumped_to is not None:
             own = self._found_again(tracks, standing, now)
+        if own is None or own.id != self.seen.id:
+            self._jumped_to = None
         if self._is_tracked and own is None:
             self.times_lost += 1
         if own is not None and not self._is_tracked:
             self._tracked_since, self._meeting = now, None
         self._is_tracked = own is not None
-        self.is_supposed = own is not None and own.id not in by_id
+        self.is_supposed = own is not None and (own.id not in by_id or self._jumped_to is not None)
         self.visible = own is not None and deviation(own) <= SURE
         if own is not None:
             self._take(own, now)
         self._note_others((track for track in tracks if track is not own), now)
         if self.visible and not self.is_supposed:
             self._things.note(standing, self.seen.position)
+
+    def _note_jump(self, own: TrackedObject, now: float) -> None:
+        """Note that the person's track jumps, and that it moves again."""
+        if self._jumped_to is not None:
+            if _apart(own.position, self._jumped_to) >= MOVED:
+                self._jumped_to = None
+            return
+        last = self.seen
+        if own.id == last.id and deviation(own) <= SURE:
+            if _apart(own.position, last.expected(now)) > JUMP:
+                self._jumped_to = own.position
+                self._cost = self._walking_cost(own, self._walk, now)
 
     def _take(self, own: TrackedObject, now: float) -> None:
         """Take over what is seen of the person."""
@@ -245,25 +269,25 @@ class FollowedPerson:
         return other.id
 
     def _found_again(
-        self, tracks: Sequence[TrackedObject], standing: Sequence[TrackedObject], now: float
+        self, tracks: Sequence[TrackedObject], standing: Sequence[StandingObject], now: float
     ) -> TrackedObject | None:
         """Return whose track is the person's if their own has ended; None without one."""
-        last, best, least = self.seen, None, self._reach(now)
-        if self.is_supposed:
-            best = next((item for item in standing if item.id == last.id), None)
-        if best is not None:  # unless somebody walks where the person is more likely to be
+        last, least = self.seen, self._reach(now)
+        best: TrackedObject | None = None
+        if self.is_supposed or self._jumped_to is not None:
+            best = next((item for item in (*tracks, *standing) if item.id == last.id), None)
+        if best is not None:  # unless somebody is where the person is more likely to be
             last, least = self._walk, self._cost
         present = {track.id for track in tracks}
         gone = [other for number, other in self._others.items() if number not in present]
-        costs = [
+        costs: list[tuple[float, TrackedObject]] = [
             (self._walking_cost(track, last, now), track)
-            for track in tracks if track.id not in self._others
+            for track in tracks if track.id not in self._others and track is not best
         ]  # fmt: skip
-        if best is None:
-            costs += [
-                (_standing_cost(item, last, now), item)
-                for item in self._things.people(standing, self.radius)
-            ]
+        costs += [
+            (_standing_cost(item, last, now), item)
+            for item in self._things.people(standing, self.radius) if item is not best
+        ]  # fmt: skip
         for cost, track in costs:
             away = _apart(track.position, last.expected(now))
             if any(_apart(track.position, other.expected(now)) < away for other in gone):
@@ -285,7 +309,7 @@ class FollowedPerson:
         return away + turning * _apart(track.velocity, last.velocity)
 
 
-def _standing_cost(item: TrackedObject, last: Seen, now: float) -> float:
+def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
     """Return how far an object is from the way that the person was expected to go on."""
     (x, y), (u, v) = last.position, last.expected(now)
     u, v = u - x, v - y

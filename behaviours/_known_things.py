@@ -1,7 +1,7 @@
 """Which of the standing objects may be a person who was walking a moment ago.
 
-A standing person and a bin look alike to a lidar. What stood there while the person was in sight is
-another thing, and so is what has another size.
+A standing person and a bin look alike to a lidar. What stood there before the person was followed,
+or while they were in sight elsewhere, is another thing, and so is what has another size.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import hypot
 
-from stack.types import TrackedObject
+from stack.types import StandingObject
 
 SAME_PLACE = 0.4
 """Metres between two views of a thing that stands."""
@@ -23,26 +23,35 @@ walk on, and the person has stopped."""
 
 
 class KnownThings:
-    """Places of objects that stood there while the person was in sight."""
+    """Places of objects that stood there while the person was in sight.
 
-    def __init__(self) -> None:
+    Args:
+        began: seconds, since when the person is followed.
+    """
+
+    def __init__(self, began: float) -> None:
+        self._began = began
         self._places: list[tuple[float, float]] = []
 
-    def note(self, standing: Iterable[TrackedObject], person: tuple[float, float]) -> None:
+    def note(self, standing: Iterable[StandingObject], person: tuple[float, float]) -> None:
         """Remember what stands while the person is in sight at a place, map frame."""
         for item in standing:
             if _apart(item.position, person) > CLOSE and not self._is_known(item):
                 self._places.append(item.position)
 
-    def people(self, standing: Iterable[TrackedObject], radius: float) -> tuple[TrackedObject, ...]:
+    def people(
+        self, standing: Iterable[StandingObject], radius: float
+    ) -> tuple[StandingObject, ...]:
         """Return the unknown objects of the size of a person, who has this radius in metres."""
         return tuple(
             item for item in standing
             if abs(item.radius - radius) <= SAME_SIZE and not self._is_known(item)
         )  # fmt: skip
 
-    def _is_known(self, item: TrackedObject) -> bool:
-        return any(_apart(item.position, place) <= SAME_PLACE for place in self._places)
+    def _is_known(self, item: StandingObject) -> bool:
+        return item.since < self._began or any(
+            _apart(item.position, place) <= SAME_PLACE for place in self._places
+        )
 
 
 def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:

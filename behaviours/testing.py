@@ -45,6 +45,7 @@ from stack.types import (
     PoseEstimate,
     RivalPose,
     Scan,
+    StandingObject,
     TaskStatus,
     TrackedObject,
     Twist,
@@ -133,7 +134,7 @@ class ScriptedRobot:
     cloud: PointCloud | None = None
     sightings: tuple[MarkerSighting, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()
-    standing_objects: tuple[TrackedObject, ...] = ()
+    standing_objects: tuple[StandingObject, ...] = ()
     keyframes: int = 0
     seen_places: tuple[PlaceSighting, ...] = ()
     lines: FloorLines | None = None

@@ -30,6 +30,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    StandingObject,
     TaskStatus,
     TrackedObject,
     Twist,
@@ -135,7 +136,7 @@ class Robot(Protocol):
         ...
 
     @property
-    def standing_objects(self) -> tuple[TrackedObject, ...]:
+    def standing_objects(self) -> tuple[StandingObject, ...]:
         """Objects in the newest scan that are not on the map and have not moved; map frame.
 
         Round things up to the tracker's `largest_radius`, and people who stood already when they

@@ -19,6 +19,7 @@ from stack.types import (
     Pose2D,
     RangeReading,
     Scan,
+    StandingObject,
     TrackedObject,
     Twist,
 )
@@ -49,7 +50,7 @@ class LoopState:
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
     depth: DepthPoints = NO_DEPTH
     tracks: tuple[TrackedObject, ...] = ()
-    standing: tuple[TrackedObject, ...] = ()
+    standing: tuple[StandingObject, ...] = ()
     commanded: Twist = STANDSTILL
 
     def newest(self, name: str, kind: type[M]) -> M | None:

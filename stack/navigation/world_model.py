@@ -24,6 +24,7 @@ from stack.types import (
     RangeReading,
     Scan,
     SeenObjects,
+    StandingObject,
     TrackedObject,
 )
 
@@ -49,7 +50,7 @@ class WorldView:
     tracks: tuple[TrackedObject, ...]
     moving: FloatArray
     speed_limit: float
-    standing: tuple[TrackedObject, ...] = ()
+    standing: tuple[StandingObject, ...] = ()
 
 
 class WorldModel:
@@ -77,7 +78,7 @@ class WorldModel:
         self._speed_limits = speed_limits
         self.cover, self.draw = cover, draw
         self._tracks: tuple[TrackedObject, ...] = ()
-        self._standing: tuple[TrackedObject, ...] = ()
+        self._standing: tuple[StandingObject, ...] = ()
         self._walked_at: dict[int, float] = {}
         self._updated_at = 0.0
         self._depth: FloatArray | None = None  # odom frame, not in the costmaps yet

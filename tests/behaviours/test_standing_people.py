@@ -1,6 +1,5 @@
 """follow_person and people who stand: they have no track, since tracks are of what moves."""
 
-from dataclasses import replace
 from math import hypot, pi
 
 import numpy as np
@@ -11,7 +10,7 @@ from behaviours._followed_person import FollowedPerson
 from behaviours.follow_person import FollowPerson
 from behaviours.testing import tick
 from stack.types import FailureCode, Pose2D
-from tests.behaviours.walking_people import THING, Escort, track
+from tests.behaviours.walking_people import THING, Escort, standing, track
 
 FRONT = 0.22 / np.cos(pi / 16)
 PERSON = 0.2
@@ -29,7 +28,7 @@ def lost_person():
 
 def test_who_stands_on_the_persons_way_is_the_person_and_keeps_the_number():
     person = lost_person()
-    person.update([], 2.1, [track(7, (1.4, 0.3))])
+    person.update([], 2.1, [standing(7, (1.4, 0.3), 1.8)])
     assert (person.seen.id, person.visible, person.is_supposed) == (7, True, True)
     assert (person.stands, person.times_lost) == (True, 1)
     person.update([track(7, (1.5, 0.7), (0.0, 0.8))], 2.7)
@@ -38,19 +37,34 @@ def test_who_stands_on_the_persons_way_is_the_person_and_keeps_the_number():
 
 def test_what_stood_there_while_the_person_was_in_sight_is_not():
     person = FollowedPerson(track(1, (0.0, 0.0), (0.8, 0.0)), 0.0)
-    thing = track(7, (1.4, 0.3))
+    thing = standing(7, (1.4, 0.3), 0.1)
     person.update([track(1, (0.08, 0.0), (0.8, 0.0))], 0.1, [thing])
     # Out of sight for a second, it has another number, and is seen 0.3 m from there.
-    person.update([], 2.0, [track(8, (1.2, 0.5))])
+    person.update([], 2.0, [standing(8, (1.2, 0.5), 1.9)])
     assert not person.visible
+
+
+def test_what_stood_there_before_the_person_was_followed_is_not():
+    person = lost_person()
+    person.update([], 2.1, [standing(7, (1.4, 0.3), -5.0)])
+    assert not person.visible
+
+
+def test_who_stands_where_the_person_is_more_likely_is():
+    person = lost_person()
+    person.update([], 2.1, [standing(7, (1.4, 0.9), 1.8)])  # costs 0.4 + 0.9 m
+    person.update([], 2.2, [standing(7, (1.4, 0.9), 1.8), standing(8, (1.9, 0.2), 2.2)])
+    assert person.seen.id == 8
+    person.update([], 2.3, [standing(7, (1.4, 0.9), 1.8), standing(8, (1.9, 0.2), 2.2)])
+    assert person.seen.id == 8
 
 
 def test_what_has_another_size_is_not():
     person = lost_person()
     for radius in (0.05, 0.32):  # the person's is 0.2, and 0.1 is allowed
-        person.update([], 2.1, [replace(track(7, (1.4, 0.0)), radius=radius)])
+        person.update([], 2.1, [standing(7, (1.4, 0.0), 1.8, radius)])
         assert not person.visible
-    person.update([], 2.1, [replace(track(7, (1.4, 0.0)), radius=0.28)])
+    person.update([], 2.1, [standing(7, (1.4, 0.0), 1.8, 0.28)])
     assert person.visible
 
 
@@ -58,7 +72,7 @@ def test_what_is_far_from_the_persons_way_is_not_yet():
     # reach 0.8 + 0.8 t = cost 0.4 + 2.0 after 2.0 s out of sight
     person = lost_person()
     for n in range(21, 60):
-        person.update([], 0.1 * n, [track(7, (1.4, 2.0))])
+        person.update([], 0.1 * n, [standing(7, (1.4, 2.0), 1.8)])
         if person.visible:
             break
     assert person.seen.stamp == pytest.approx(1.0 + 2.0, abs=0.11)
@@ -68,23 +82,23 @@ def test_who_stands_where_somebody_else_is_expected_is_not():
     person = FollowedPerson(track(1, (0.0, 0.0), (0.8, 0.0)), 0.0)
     other = track(2, (1.6, 1.4), (0.0, -0.8))
     person.update([track(1, (0.08, 0.0), (0.8, 0.0)), other], 0.1)
-    person.update([], 2.0, [track(7, (1.6, 0.4))])  # number 2: expected at (1.6, 0.2)
+    person.update([], 2.0, [standing(7, (1.6, 0.4), 1.8)])  # number 2: expected at (1.6, 0.2)
     assert not person.visible
 
 
 def test_somebody_who_walks_where_the_person_is_more_likely_is():
     person = lost_person()
-    person.update([], 2.1, [track(7, (1.4, 0.7))])  # costs 0.4 + 0.7 m
+    person.update([], 2.1, [standing(7, (1.4, 0.7), 1.8)])  # costs 0.4 + 0.7 m
     assert person.is_supposed
     # expected at 0.8 + 0.8 · 1.5 = 2.0 m: costs 0.9 m and is found
-    person.update([track(8, (2.0, 0.9), (0.8, 0.0))], 2.5, [track(7, (1.4, 0.7))])
+    person.update([track(8, (2.0, 0.9), (0.8, 0.0))], 2.5, [standing(7, (1.4, 0.7), 1.8)])
     assert (person.seen.id, person.is_supposed) == (8, False)
 
 
 def test_somebody_who_walks_where_the_person_is_less_likely_is_not():
     person = lost_person()
-    person.update([], 2.1, [track(7, (1.4, 0.3))])  # costs 0.4 + 0.3 m
-    person.update([track(8, (2.0, 0.9), (0.8, 0.0))], 2.5, [track(7, (1.4, 0.3))])
+    person.update([], 2.1, [standing(7, (1.4, 0.3), 1.8)])  # costs 0.4 + 0.3 m
+    person.update([track(8, (2.0, 0.9), (0.8, 0.0))], 2.5, [standing(7, (1.4, 0.3), 1.8)])
     assert (person.seen.id, person.is_supposed) == (7, True)
 
 
@@ -95,6 +109,40 @@ def test_nobody_walks_farther_than_people_can():
     assert not person.visible
     person.update([track(9, (4.1, 0.0), (0.8, 0.0))], 3.5)
     assert person.visible
+
+
+def jumped():
+    """The person walks east at 0.8 m/s to (0.8, 0) at 1 s; then their track is at (0.9, 0.9)."""
+    person = FollowedPerson(track(1, (0.0, 0.0), (0.8, 0.0)), 0.0)
+    for n in range(1, 11):
+        person.update([track(1, (0.08 * n, 0.0), (0.8, 0.0))], 0.1 * n)
+    person.update([track(1, (0.9, 0.9), (0.0, 0.5))], 1.1)
+    assert (person.seen.id, person.is_supposed) == (1, True)
+    return person
+
+
+def test_a_track_that_jumps_to_a_thing_is_given_up_for_who_stands_on_the_way():
+    person = jumped()
+    person.update([track(1, (0.9, 0.9))], 1.2, [standing(7, (1.1, 0.1), 1.2)])
+    assert (person.seen.id, person.is_supposed) == (7, True)
+    person.update([track(1, (0.9, 0.9))], 1.3, [standing(7, (1.1, 0.1), 1.2)])
+    assert person.seen.id == 7  # number 1 is somebody else now
+
+
+def test_a_track_that_jumps_and_walks_on_is_the_person():
+    person = jumped()
+    for n in range(1, 7):  # 0.4 m at 0.8 m/s: after 5 steps
+        person.update([track(1, (0.9 + 0.08 * n, 0.9), (0.8, 0.0))], 1.1 + 0.1 * n)
+    assert not person.is_supposed
+    person.update([track(1, (1.46, 0.9), (0.8, 0.0))], 1.8, [standing(7, (1.1, 0.1), 1.8)])
+    assert person.seen.id == 1
+
+
+def test_a_step_aside_is_no_jump():
+    person = FollowedPerson(track(1, (0.0, 0.0), (0.8, 0.0)), 0.0)
+    follow_up = track(1, (0.08, 0.45), (0.8, 0.0))  # 0.45 m from the expected place
+    person.update([follow_up], 0.1)
+    assert not person.is_supposed
 
 
 def corner_hides(pose, at):

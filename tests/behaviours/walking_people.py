@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import atan2, hypot
 
 import numpy as np
 
 from behaviours.testing import ScriptedRobot, ScriptedTask
-from stack.types import FloatArray, Path, Pose2D, TrackedObject
+from stack.types import FloatArray, Path, Pose2D, StandingObject, TrackedObject
 
 PERIOD = 0.1
 FORGET = 1.0
@@ -29,6 +29,14 @@ def track(
     """A track with equal deviations in all directions."""
     covariance = np.diag([deviation**2, deviation**2, 0.1, 0.1])
     return TrackedObject(number, stamp, at, velocity, 0.2, covariance)
+
+
+def standing(
+    number: int, at: tuple[float, float], since: float, radius: float = 0.2
+) -> StandingObject:
+    """An object that has not moved."""
+    item = track(number, at)
+    return StandingObject(number, since, at, (0.0, 0.0), radius, item.covariance, since=since)
 
 
 @dataclass
@@ -59,6 +67,7 @@ class Escort(ScriptedRobot):
         self._numbers = list(range(1, len(self.walks) + 1))
         self._seen: dict[int, TrackedObject] = {}
         self._first: dict[int, tuple[float, float]] = {}
+        self._since: dict[int, float] = {}
         self._look()
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
@@ -132,11 +141,15 @@ class Escort(ScriptedRobot):
             moved = last.at(self.time)
             found.append(track(number, moved.position, moved.velocity, 0.05 + 0.5 * age, self.time))
         self.tracks = tuple(item for item in found if item.id not in self.unmoved)
-        things = [
-            replace(track(THING + n, (x, y)), radius=radius)
-            for n, (x, y, radius) in enumerate(self.things) if not self.hides(self.pose, (x, y))
+        in_sight = [(n, *self._first[n], 0.2) for n in self._seen if n in self.unmoved]
+        in_sight += [
+            (THING + n, x, y, radius) for n, (x, y, radius) in enumerate(self.things)
+            if not self.hides(self.pose, (x, y))
         ]  # fmt: skip
-        self.standing_objects = (*(item for item in found if item.id in self.unmoved), *things)
+        self.standing_objects = tuple(
+            standing(n, (x, y), self._since.setdefault(n, self.time), radius)
+            for n, x, y, radius in in_sight
+        )
 
 
 def at_length(points: FloatArray, along: float) -> Pose2D:

@@ -33,6 +33,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    StandingObject,
     TrackedObject,
     Twist,
     wrap_angle,
@@ -120,7 +121,7 @@ class RobotFacade(PerceptionFacade):
         return self._state.tracks
 
     @property
-    def standing_objects(self) -> tuple[TrackedObject, ...]:
+    def standing_objects(self) -> tuple[StandingObject, ...]:
         """Objects that are not on the map and have not moved, map frame."""
         return self._state.standing
 
