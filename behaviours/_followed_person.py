@@ -196,11 +196,10 @@ class FollowedPerson:
             if _apart(own.position, self._jumped_to) >= MOVED:
                 self._jumped_to = None
             return
-        last = self.seen
-        if own.id == last.id and deviation(own) <= SURE:
-            if _apart(own.position, last.expected(now)) > JUMP:
-                self._jumped_to = own.position
-                self._cost = self._walking_cost(own, self._walk, now)
+        away = _apart(own.position, self.seen.expected(now))
+        if own.id == self.seen.id and deviation(own) <= SURE and away > JUMP:
+            self._jumped_to = own.position
+            self._cost = _walking_cost(own, self._walk, now)
 
     def _take(self, own: TrackedObject, now: float) -> None:
         """Take over what is seen of the person."""
@@ -281,7 +280,7 @@ class FollowedPerson:
         present = {track.id for track in tracks}
         gone = [other for number, other in self._others.items() if number not in present]
         costs: list[tuple[float, TrackedObject]] = [
-            (self._walking_cost(track, last, now), track)
+            (_walking_cost(track, last, now), track)
             for track in tracks if track.id not in self._others and track is not best
         ]  # fmt: skip
         costs += [
@@ -301,12 +300,13 @@ class FollowedPerson:
         """Return the highest cost of the person, metres."""
         return min(FIRST_REACH + REACH_SPEED * (now - self.seen.stamp), LONGEST_REACH)
 
-    def _walking_cost(self, track: TrackedObject, last: Seen, now: float) -> float:
-        """Return how far a track is from where the person is expected, and from their velocity."""
-        stood = hypot(*last.velocity) < STANDING
-        turning = 0.0 if stood else TURNING * exp(-(now - last.stamp) / TURNING_TIME)
-        away = _apart(track.position, last.expected(now))
-        return away + turning * _apart(track.velocity, last.velocity)
+
+def _walking_cost(track: TrackedObject, last: Seen, now: float) -> float:
+    """Return how far a track is from where the person is expected, and from their velocity."""
+    stood = hypot(*last.velocity) < STANDING
+    turning = 0.0 if stood else TURNING * exp(-(now - last.stamp) / TURNING_TIME)
+    away = _apart(track.position, last.expected(now))
+    return away + turning * _apart(track.velocity, last.velocity)
 
 
 def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:

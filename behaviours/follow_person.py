@@ -77,9 +77,10 @@ class FollowPerson(RobotBehaviour):
 
     The person is the nearest walking one ahead, or nearest to a place. The robot plans to where the
     person walks and stops at the distance, facing them; it leaves their way when they come towards
-    it (`evasion`). Out of sight, it goes to the place where they were last seen
-    and beyond, and looks round. Succeeds at the first `until_…` that is reached. Fails with
-    PERSON_LOST if the person is not seen for `patience`, and with NO_PROGRESS if it cannot follow.
+    it (`evasion`). Out of sight, it goes to the place where they were last seen and beyond, and
+    looks round; it finds them also if they stand. Succeeds at the first `until_…` that is reached.
+    Fails with PERSON_LOST if the person is not seen for `patience`, and with NO_PROGRESS if it
+    cannot follow.
     """
 
     near: Pose2D | None = port(
@@ -93,8 +94,10 @@ class FollowPerson(RobotBehaviour):
         "top speed; default: the robot's", unit="m/s", default=None, above=0.0, at_most=3.0
     )
     patience: float = port(
-        "time without sight of the person after which it fails", unit="s", default=20.0, above=0.0
-    )
+        "time without sight of the person, or without motion of what may be them, after which it "
+        "fails",
+        unit="s", default=20.0, above=0.0,
+    )  # fmt: skip
     until_stands: float | None = port(
         "end when the person, after a walk, has stood for this time and the robot is there",
         unit="s", default=None, above=0.0,
