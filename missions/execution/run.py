@@ -376,17 +376,38 @@ def execute(  # noqa: PLR0913 - the optional ones by keyword
     with rare_collections():
         run = Run(plan, options, sinks, make_body, interrupted, watch)
         try:
-            while not run.is_over:
-                if run.is_ready():
-                    run.step()
-                else:
-                    run.serve()
-                if interrupted():
-                    run.interrupt()
-            run.finish()
+            run_in_turns([run], interrupted)
         finally:
             run.close()
         return run.report
+
+
+def run_in_turns(runs: Sequence[Run], interrupted: Callable[[], bool] = lambda: False) -> None:
+    """Step runs in turn to their ends; finish and close each as soon as it is over.
+
+    A run that cannot step yet serves its operators meanwhile.
+
+    Args:
+        runs: of one robot, or of several in one world.
+        interrupted: called between steps; True ends all runs as interrupted.
+    """
+    remaining = list(runs)
+    while remaining:
+        for run in tuple(remaining):
+            if not run.is_due:
+                run.serve()
+                continue
+            if run.is_over:
+                run.finish()
+                run.close()
+                remaining.remove(run)
+                continue
+            if run.is_ready():
+                run.step()
+            else:
+                run.serve()
+            if interrupted():
+                run.interrupt()
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from pathlib import Path
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
-from missions.execution.run import Run, RunWatch
+from missions.execution.run import Run, RunWatch, rare_collections, run_in_turns
 from robots.bodies import sharing
 from stack.documents import read_file
 from stack.errors import InputError
@@ -92,34 +92,16 @@ def run_together(
 
     first = entries[0]
     simulation = Simulation(first.plan.world, SimulationSettings(pace=first.options.speed))
-    reports: dict[int, Report] = {}
-    with ExitStack() as cleanup:
+    runs: list[Run] = []
+    with rare_collections(), ExitStack() as cleanup:
         cleanup.callback(simulation.close)
-        runs = []
         for entry in entries:
             make_body = sharing(simulation)
             run = Run(entry.plan, entry.options, entry.sinks, make_body, interrupted, entry.watch)
             cleanup.callback(run.close)
             runs.append(run)
-        while len(reports) < len(runs):
-            for number, run in enumerate(runs):
-                if number in reports:
-                    continue
-                if not run.is_due:
-                    run.serve()
-                    continue
-                if run.is_over:
-                    run.finish()
-                    run.close()
-                    reports[number] = run.report
-                    continue
-                if run.is_ready():
-                    run.step()
-                else:
-                    run.serve()
-                if interrupted():
-                    run.interrupt()
-    return [reports[number] for number in range(len(runs))]
+        run_in_turns(runs, interrupted)
+    return [run.report for run in runs]
 
 
 def _arguments_of(file: Path) -> set[str]:

@@ -203,14 +203,15 @@ def drop_small_groups(cells, ground, smallest):
 @njit(cache=True, nogil=True)
 def hear(
     probability, heard_at, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
-    distance, end, half_angle, fading, thickness, time, top, bottom, left, right,
+    distance, end, half_angle, rim, fading, thickness, time, top, bottom, left, right,
 ):  # fmt: skip
     """Bayesian update of a box of cells from one reading of a range sensor's cone.
 
     The sensor model is that of Nav2's RangeSensorLayer: confidence falls with the square of the
-    bearing and, around the distance `fading`, with the distance. Cells nearer than the reading are
-    probably free, cells within `thickness` of it probably occupied; farther cells do not change.
-    An infinite distance frees the cone up to `end`.
+    bearing, to the share `rim` at the rim of the cone (0 in Nav2), and, around the distance
+    `fading`, with the distance. Cells nearer than the reading are probably free, cells within
+    `thickness` of it probably occupied; farther cells do not change. An infinite distance frees the
+    cone up to `end`.
     """
     ahead_x, ahead_y = np.cos(sensor_heading), np.sin(sensor_heading)
     narrow, least = half_angle < 0.5 * np.pi, np.cos(half_angle) - 1e-6
@@ -230,8 +231,9 @@ def hear(
             bearing = abs((bearing + np.pi) % (2.0 * np.pi) - np.pi)
             if bearing > half_angle or away > end:
                 continue
-            trust = 1.0 - (bearing / half_angle) ** 2
-            trust *= 1.0 - 0.5 * (1.0 + np.tanh(2.0 * (away - fading)))
+            nearness = 1.0 - 0.5 * (1.0 + np.tanh(2.0 * (away - fading)))
+            falloff = (bearing / half_angle) ** 2
+            trust = nearness * (1.0 - (1.0 - rim) * falloff)
             if away < distance - 2.0 * thickness:
                 occupied = 0.5 * (1.0 - trust)
             elif away < distance - thickness:
@@ -383,7 +385,7 @@ OBSTACLES = (
     (paint_marks, (u1[:, ::1], f4[:, ::1], u1[:, ::1], i8, i8, i8, i8)),
 )
 RANGES = (
-    (hear, (f4[:, ::1], f4[:, ::1], *12 * (f8,), i8, i8, i8, i8)),
+    (hear, (f4[:, ::1], f4[:, ::1], *13 * (f8,), i8, i8, i8, i8)),
     (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
 )
 DENOISING = (

@@ -46,6 +46,11 @@ class RangeLayer(Layer):
     Each cell holds the probability that it is occupied, initially 0.5, updated by Bayes' rule with
     the sensor model of Nav2's RangeSensorLayer. Above `mark_above` a cell is lethal, below
     `free_below` it is free. Cells that were not updated for `decay` seconds return to 0.5.
+
+    In Nav2's model the confidence is 0 at the rim of the cone, and small beyond 1.2 m. A robot that
+    passes a wall has it only there, and would leave most of it, and its ends, unmarked. Here the
+    confidence is by default the same in the whole cone (`rim`), also that in free cells, and
+    reaches farther (`fading`). `rim: 0, fading: 1.2 m` is Nav2's model.
     """
 
     @dataclass(frozen=True)
@@ -58,8 +63,12 @@ class RangeLayer(Layer):
         free_below: float = parameter(
             0.2, at_least=0.02, at_most=0.5, help="probability below which a cell is free"
         )
+        rim: float = parameter(
+            1.0, at_least=0.0, at_most=1.0,
+            help="confidence at the rim of the cone, as a share of that on its axis",
+        )  # fmt: skip
         fading: float = parameter(
-            1.2, "m", above=0.0, help="distance around which the confidence in readings falls"
+            1.8, "m", above=0.0, help="distance around which the confidence in readings falls"
         )
         accuracy: float = parameter(
             0.05, above=0.0, at_most=0.5, help="error of a reading, as a share of the distance"
@@ -164,7 +173,7 @@ class RangeLayer(Layer):
         self._kernels.hear(
             self._probability, self._heard_at, *self.frame.origin, self.frame.resolution,
             sensor.x, sensor.y, sensor.heading, distance if returned else inf, end,
-            0.5 * reading.field_of_view, settings.fading, thickness, time, *box,
+            0.5 * reading.field_of_view, settings.rim, settings.fading, thickness, time, *box,
         )  # fmt: skip
         return box
 

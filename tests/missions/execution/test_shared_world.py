@@ -1,5 +1,6 @@
 """Missions that run at once, a robot each, in one world with one clock."""
 
+import gc
 from datetime import datetime
 from pathlib import Path
 from shutil import copytree
@@ -10,7 +11,7 @@ import missions
 from missions.execution.prepare import RunOptions
 from missions.execution.records import run_folders
 from missions.execution.records.run_folders import RUNS, reserved_suffix
-from missions.execution.run import Run
+from missions.execution.run import COLLECT_AFTER, Run
 from missions.execution.shared_world import prepare_together, run_together
 from robots.bodies import sharing
 from stack.errors import InputError
@@ -81,6 +82,20 @@ def test_two_missions_succeed_and_give_the_same_logs_again(files):
     assert [report.seed for report in first] == [3, 4]
     assert [report.log_sha256 for report in first] == [report.log_sha256 for report in again]
     assert [report.collisions for report in first] == [0, 0]
+
+
+def test_the_garbage_collector_is_as_rare_as_with_one_robot_and_restored_afterwards(files):
+    before, seen = gc.get_threshold(), set()
+
+    def interrupted():
+        seen.add(gc.get_threshold()[0])
+        return True
+
+    entries = prepare_together(files(), RunOptions(serve=False))
+    reports = run_together(entries, interrupted)
+    assert [report.status for report in reports] == ["interrupted", "interrupted"]
+    assert seen == {COLLECT_AFTER}
+    assert gc.get_threshold() == before
 
 
 def test_each_run_has_a_folder_and_a_name_of_its_own(files, tmp_path):

@@ -214,7 +214,8 @@ def test_clearing_one_layer():
 
 
 def test_a_sonar_reading_gives_the_probabilities_of_nav2s_sensor_model():
-    costmap = made("static", "range", static=room(100, 120, origin=(-1.0, -2.025)))
+    nav2 = {"use": "range", "rim": 0.0, "fading": "1.2 m"}
+    costmap = made("static", nav2, static=room(100, 120, origin=(-1.0, -2.025)))
     costmap.update(seen(Pose2D(0.0, 0.0), None, 0.0, readings=[sonar(1.0)]))
     # on the axis the first hit gives 0.5 + trust/2 · (1 - J²), J = (1 - 0.975) / 0.05
     trust = 1.0 - 0.5 * (1.0 + tanh(2.0 * (0.975 - 1.2)))
