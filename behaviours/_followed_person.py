@@ -5,17 +5,23 @@ person gets another id. The person is therefore recognised by motion: where thei
 them (constant velocities predict people well for a few seconds: C. Schöller et al., "What the
 constant velocity model can teach us about pedestrian motion prediction", RA-L 2020), and by who
 else was seen meanwhile. So is another person beside them.
+
+Who has stopped out of sight has no track when the robot sees them again: tracks are of what moves.
+They are supposed to be the standing object of their size that nobody has seen while they were in
+sight (`KnownThings`), until they move, or somebody appears where they are more likely to be. A
+track that jumps may have passed to another object, and is in doubt likewise until it moves.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, hypot
 
 import numpy as np
 
-from stack.types import TrackedObject
+from behaviours._known_things import KnownThings
+from stack.types import StandingObject, TrackedObject
 
 SURE = 0.3
 """Metres; a track whose position is more uncertain is out of sight."""
@@ -30,6 +36,18 @@ m/s while out of sight, and its limit."""
 TURNING, TURNING_TIME = 0.8, 5.0
 """Metres per m/s by which a velocity that differs from the person's makes a track less likely, and
 seconds in which that loses weight: people rarely turn round while they are out of sight."""
+
+WALKING, HURRY = 0.8, 1.3
+"""m/s that everybody can walk, and how much faster than before a person may walk out of sight."""
+
+STANDING_COST = 0.4
+"""Metres by which a standing object is less likely the person than somebody who walks."""
+
+JUMP = 0.5
+"""Metres from where the person is expected at which their track may be another object's."""
+
+MOVED = 0.4
+"""Metres by which a track that has jumped moves if it is somebody's."""
 
 MEMORY = 8.0
 """Seconds for which other people are remembered after they were seen."""
@@ -118,11 +136,15 @@ class FollowedPerson:
         radius: of the person, metres.
         visible: whether the person is seen now.
         times_lost: how often the track ended.
+        is_supposed: whether the person may be this object, which has not moved yet.
     """
 
     def __init__(self, track: TrackedObject, now: float) -> None:
         self.seen = Seen.of(track, now)
         self.radius, self.visible, self.times_lost = track.radius, True, 0
+        self.is_supposed = False
+        self._walk, self._things, self._cost = Seen.of(track, now), KnownThings(now), 0.0
+        self._jumped_to: tuple[float, float] | None = None
         self._others: dict[int, Seen] = {}
         self._meeting: _Meeting | None = None
         self._is_tracked, self._tracked_since = True, now
@@ -136,32 +158,58 @@ class FollowedPerson:
         """Return where the person is, or is expected to be; map frame, metres."""
         return self.seen.expected(now)
 
-    def update(self, tracks: Sequence[TrackedObject], now: float) -> None:
-        """Look for the person among the tracks of this moment.
+    def update(
+        self, tracks: Sequence[TrackedObject], now: float,
+        standing: Sequence[StandingObject] = (),
+    ) -> None:  # fmt: skip
+        """Look for the person among the tracks and the standing objects of this moment.
 
         Args:
-            tracks: map frame.
+            tracks: of what moves, map frame.
             now: seconds on the robot's clock.
+            standing: objects that have not moved, map frame.
         """
         by_id = {track.id: track for track in tracks}
         own = by_id.get(self._exchanged(by_id, now))
-        if own is None:
-            own = self._found_again(tracks, now)
+        if own is not None:
+            self._note_jump(own, now)
+        if own is None or self._jumped_to is not None:
+            own = self._found_again(tracks, standing, now)
+        if own is None or own.id != self.seen.id:
+            self._jumped_to = None
         if self._is_tracked and own is None:
             self.times_lost += 1
         if own is not None and not self._is_tracked:
             self._tracked_since, self._meeting = now, None
         self._is_tracked = own is not None
+        self.is_supposed = own is not None and (own.id not in by_id or self._jumped_to is not None)
         self.visible = own is not None and deviation(own) <= SURE
         if own is not None:
-            if own.id in self._others:
-                del self._others[own.id]
-            self.radius = own.radius
-            if self.visible:
-                self.seen.renew(own, now)
-            else:
-                self.seen.id = own.id
+            self._take(own, now)
         self._note_others((track for track in tracks if track is not own), now)
+        if self.visible and not self.is_supposed:
+            self._things.note(standing, self.seen.position)
+
+    def _note_jump(self, own: TrackedObject, now: float) -> None:
+        """Note that the person's track jumps, and that it moves again."""
+        if self._jumped_to is not None:
+            if _apart(own.position, self._jumped_to) >= MOVED:
+                self._jumped_to = None
+            return
+        away = _apart(own.position, self.seen.expected(now))
+        if own.id == self.seen.id and deviation(own) <= SURE and away > JUMP:
+            self._jumped_to = own.position
+            self._cost = _walking_cost(own, self._walk, now)
+
+    def _take(self, own: TrackedObject, now: float) -> None:
+        """Take over what is seen of the person."""
+        self._others.pop(own.id, None)
+        if not self.visible:
+            self.seen.id = own.id
+            return
+        self.seen.renew(own, now)
+        if not self.is_supposed:
+            self.radius, self._walk = own.radius, replace(self.seen)
 
     def _note_others(self, tracks: Iterable[TrackedObject], now: float) -> None:
         """Remember who is seen beside the person; note who meets the person.
@@ -219,24 +267,61 @@ class FollowedPerson:
         self._others[own.id] = Seen.of(own, now)
         return other.id
 
-    def _found_again(self, tracks: Sequence[TrackedObject], now: float) -> TrackedObject | None:
-        """Return the track that is the person's if their own has ended; None without one."""
-        here, hidden = self.expected(now), now - self.seen.stamp
-        reach = min(FIRST_REACH + REACH_SPEED * hidden, LONGEST_REACH)
-        turning = 0.0 if self.stands else TURNING * exp(-hidden / TURNING_TIME)
+    def _found_again(
+        self, tracks: Sequence[TrackedObject], standing: Sequence[StandingObject], now: float
+    ) -> TrackedObject | None:
+        """Return whose track is the person's if their own has ended; None without one."""
+        last, least = self.seen, self._reach(now)
+        best: TrackedObject | None = None
+        if self.is_supposed or self._jumped_to is not None:
+            best = next((item for item in (*tracks, *standing) if item.id == last.id), None)
+        if best is not None:  # unless somebody is where the person is more likely to be
+            last, least = self._walk, self._cost
         present = {track.id for track in tracks}
         gone = [other for number, other in self._others.items() if number not in present]
-        best, least = None, reach
-        for track in tracks:
-            if track.id in self._others:
-                continue
-            away = _apart(track.position, here)
+        costs: list[tuple[float, TrackedObject]] = [
+            (_walking_cost(track, last, now), track)
+            for track in tracks if track.id not in self._others and track is not best
+        ]  # fmt: skip
+        costs += [
+            (_standing_cost(item, last, now), item)
+            for item in self._things.people(standing, self.radius) if item is not best
+        ]  # fmt: skip
+        for cost, track in costs:
+            away = _apart(track.position, last.expected(now))
             if any(_apart(track.position, other.expected(now)) < away for other in gone):
                 continue  # another person who was out of sight
-            cost = away + turning * _apart(track.velocity, self.seen.velocity)
-            if cost <= least:
+            if cost <= least and _is_walkable(track, last, now):
                 best, least = track, cost
+        self._cost = least
         return best
+
+    def _reach(self, now: float) -> float:
+        """Return the highest cost of the person, metres."""
+        return min(FIRST_REACH + REACH_SPEED * (now - self.seen.stamp), LONGEST_REACH)
+
+
+def _walking_cost(track: TrackedObject, last: Seen, now: float) -> float:
+    """Return how far a track is from where the person is expected, and from their velocity."""
+    stood = hypot(*last.velocity) < STANDING
+    turning = 0.0 if stood else TURNING * exp(-(now - last.stamp) / TURNING_TIME)
+    away = _apart(track.position, last.expected(now))
+    return away + turning * _apart(track.velocity, last.velocity)
+
+
+def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
+    """Return how far an object is from the way that the person was expected to go on."""
+    (x, y), (u, v) = last.position, last.expected(now)
+    u, v = u - x, v - y
+    dx, dy = item.position[0] - x, item.position[1] - y
+    share = min(max((dx * u + dy * v) / max(u * u + v * v, 1e-9), 0.0), 1.0)
+    return STANDING_COST + hypot(dx - share * u, dy - share * v)
+
+
+def _is_walkable(track: TrackedObject, last: Seen, now: float) -> bool:
+    """Whether the person can have come there since they were seen."""
+    speed = max(WALKING, HURRY * hypot(*last.velocity))
+    return _apart(track.position, last.position) <= FIRST_REACH + speed * (now - last.stamp)
 
 
 def deviation(track: TrackedObject) -> float:

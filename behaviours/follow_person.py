@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from functools import partial
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
@@ -28,6 +29,13 @@ from stack.types import (
 TIME_TO_LIVE = 0.3
 AHEAD = 0.5 * pi
 """Radians to each side within which a person is ahead."""
+
+BESIDE = 0.2
+"""Metres between the robot and a standing person at the end of a plan, which is then shortened:
+the costmap shows people who stand as obstacles."""
+
+AT_PLACE, LARGEST_PERSON = 0.5, 0.4
+"""Metres from `near` within which an object that stands may be the person, and its radius."""
 
 PLAN_PERIOD, PLAN_TIME = 0.5, 8.0
 """Seconds between two plans, and seconds of failing plans after which the last failure is that of
@@ -69,9 +77,10 @@ class FollowPerson(RobotBehaviour):
 
     The person is the nearest walking one ahead, or nearest to a place. The robot plans to where the
     person walks and stops at the distance, facing them; it leaves their way when they come towards
-    it (`evasion`). Out of sight, it goes to the place where they were last seen
-    and beyond, and looks round. Succeeds at the first `until_…` that is reached. Fails with
-    PERSON_LOST if the person is not seen for `patience`, and with NO_PROGRESS if it cannot follow.
+    it (`evasion`). Out of sight, it goes to the place where they were last seen and beyond, and
+    looks round; it finds them also if they stand. Succeeds at the first `until_…` that is reached.
+    Fails with PERSON_LOST if the person is not seen for `patience`, and with NO_PROGRESS if it
+    cannot follow.
     """
 
     near: Pose2D | None = port(
@@ -85,8 +94,10 @@ class FollowPerson(RobotBehaviour):
         "top speed; default: the robot's", unit="m/s", default=None, above=0.0, at_most=3.0
     )
     patience: float = port(
-        "time without sight of the person after which it fails", unit="s", default=20.0, above=0.0
-    )
+        "time without sight of the person, or without motion of what may be them, after which it "
+        "fails",
+        unit="s", default=20.0, above=0.0,
+    )  # fmt: skip
     until_stands: float | None = port(
         "end when the person, after a walk, has stood for this time and the robot is there",
         unit="s", default=None, above=0.0,
@@ -112,6 +123,7 @@ class FollowPerson(RobotBehaviour):
         self._front = self.robot.footprint.front
         self._trail = OdometryTrail()
         self._unseen, self._stood, self._since_plan = (self.start_timer() for _ in range(3))
+        self._supposed = self.start_timer()
         self._unplanned, self._start = self.start_timer(), self._begin()
         self._watch = StuckWatch(self.start_timer(), self.robot.odometry)
         self._followed_person: FollowedPerson | None = None
@@ -120,6 +132,7 @@ class FollowPerson(RobotBehaviour):
         self._search: Steps | None = None
         self._why: Failure | None = None
         self._walked, self._first = False, self.robot.pose
+        self._beside = 0.0
         self.times_lost, self.travelled = 0, 0.0
 
     def update(self) -> Status:
@@ -132,12 +145,9 @@ class FollowPerson(RobotBehaviour):
         self._report(person)
         if self._is_over(person):
             return Status.SUCCESS
-        if self._unseen.is_over(self.patience):
-            return self.fail(
-                FailureCode.PERSON_LOST,
-                f"the person, last seen at ({self.person.x:.1f}, {self.person.y:.1f}), has been "
-                f"out of sight for {self.patience:g} s",
-            )
+        lost = self._why_lost()
+        if lost is not None:
+            return self.fail(FailureCode.PERSON_LOST, lost)
         if self._unseen.elapsed <= COASTS:
             self._search = None
             self._follow_person(person)
@@ -168,12 +178,14 @@ class FollowPerson(RobotBehaviour):
             person = self._followed_person = FollowedPerson(track, now)
             self._start, self._first = self._begin(), Pose2D(*track.position)
             self._trail = OdometryTrail()
-            for timer in (self._unseen, self._stood, self._unplanned):
+            for timer in (self._unseen, self._supposed, self._stood, self._unplanned):
                 timer.restart()
         else:
-            person.update(tracks, now)
+            person.update(tracks, now, self.robot.standing_objects)
         if person.visible:
             self._unseen.restart()
+        if not person.is_supposed:
+            self._supposed.restart()
         x, y = person.seen.position
         self._walked |= hypot(x - self._first.x, y - self._first.y) >= WALKED
         if not (self._walked and person.stands and person.visible):
@@ -187,11 +199,12 @@ class FollowPerson(RobotBehaviour):
         if near is None:
             near = pose
             seen = [track for track in seen if abs(_bearing(pose, track.position)) <= AHEAD]
-        x, y = near.x, near.y
-        return min(
-            seen, key=lambda track: hypot(track.position[0] - x, track.position[1] - y),
-            default=None,
-        )  # fmt: skip
+        else:
+            seen += [
+                item for item in self.robot.standing_objects
+                if _distance(near, item) <= AT_PLACE and item.radius <= LARGEST_PERSON
+            ]  # fmt: skip
+        return min(seen, key=partial(_distance, near), default=None)
 
     def _wait_for_person(self) -> Status:
         if self._unseen.is_over(self.patience):
@@ -213,6 +226,20 @@ class FollowPerson(RobotBehaviour):
         x, y = person.expected(self.robot.time)
         pose = self.robot.pose
         return hypot(x - pose.x, y - pose.y) - self._front - person.radius
+
+    def _why_lost(self) -> str | None:
+        """Return why the person counts as lost, as a sentence; None while they do not."""
+        where = f"({self.person.x:.1f}, {self.person.y:.1f})"
+        if self._unseen.is_over(self.patience):
+            return (
+                f"the person, last seen at {where}, has been out of sight for {self.patience:g} s"
+            )
+        if self._supposed.is_over(self.patience):
+            return (
+                f"what stands at {where}, where the person may be, has not moved for "
+                f"{self.patience:g} s"
+            )
+        return None
 
     def _is_over(self, person: FollowedPerson) -> bool:
         limits = FollowLimits(
@@ -266,7 +293,12 @@ class FollowPerson(RobotBehaviour):
         """Return where the person is soon, map frame."""
         (x, y), (u, v) = person.expected(self.robot.time), person.seen.velocity
         pose, lead = self.robot.pose, 0.0 if person.stands else LEAD
-        return Pose2D(x + lead * u, y + lead * v, atan2(y - pose.y, x - pose.x))
+        bearing = atan2(y - pose.y, x - pose.x)
+        self._beside = 0.0
+        if person.stands and person.visible:
+            self._beside = self._front + person.radius + BESIDE
+            x, y = x - self._beside * cos(bearing), y - self._beside * sin(bearing)
+        return Pose2D(x + lead * u, y + lead * v, bearing)
 
     def _take_plan(self, person: FollowedPerson) -> None:
         """Drive along a plan that is ready."""
@@ -280,7 +312,7 @@ class FollowPerson(RobotBehaviour):
                 self._why = why
             return
         self._unplanned.restart()
-        keep = self.distance + self._front + person.radius
+        keep = self.distance + self._front + person.radius - self._beside
         path = shortened(query.path, keep, self.speed)
         if path is not None and path.length > SLACK and len(path.points) > 1:
             self._drive = self.robot.follow_path(path)
@@ -347,6 +379,10 @@ class FollowPerson(RobotBehaviour):
         while True:
             self.robot.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
             yield
+
+
+def _distance(place: Pose2D, item: TrackedObject) -> float:
+    return hypot(item.position[0] - place.x, item.position[1] - place.y)
 
 
 def _bearing(pose: Pose2D, at: tuple[float, float]) -> float:

@@ -45,6 +45,7 @@ from stack.types import (
     PoseEstimate,
     RivalPose,
     Scan,
+    StandingObject,
     TaskStatus,
     TrackedObject,
     Twist,
@@ -99,6 +100,7 @@ class ScriptedRobot:
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
         tracks: moving objects.
+        standing_objects: not on the map, and have not moved.
         fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
         rivals: other poses that explain the scans as well, in `estimate`.
@@ -132,6 +134,7 @@ class ScriptedRobot:
     cloud: PointCloud | None = None
     sightings: tuple[MarkerSighting, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()
+    standing_objects: tuple[StandingObject, ...] = ()
     keyframes: int = 0
     seen_places: tuple[PlaceSighting, ...] = ()
     lines: FloorLines | None = None

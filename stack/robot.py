@@ -30,6 +30,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    StandingObject,
     TaskStatus,
     TrackedObject,
     Twist,
@@ -131,6 +132,16 @@ class Robot(Protocol):
         Who has moved and stands still now is one of them. An object that is out of sight is
         expected where its velocity takes it for a second, with a growing covariance; then it is
         forgotten. It gets another id when it is seen again.
+        """
+        ...
+
+    @property
+    def standing_objects(self) -> tuple[StandingObject, ...]:
+        """Objects in the newest scan that are not on the map and have not moved; map frame.
+
+        Round things up to the tracker's `largest_radius`, and people who stood already when they
+        were seen first: a scan does not tell which. Who begins to move is one of `tracks` from then
+        on, with the same id. Out of sight, they get another id when they are seen again.
         """
         ...
 

@@ -19,6 +19,7 @@ from stack.types import (
     Pose2D,
     RangeReading,
     Scan,
+    StandingObject,
     TrackedObject,
     Twist,
 )
@@ -39,6 +40,7 @@ class LoopState:
         obstacles: points of all range sensors.
         depth: what the depth cameras have seen.
         tracks: moving objects around the robot at `time`, map frame.
+        standing: objects in the newest scan that are not on the map and have not moved.
         commanded: velocity sent to the body.
     """
 
@@ -48,6 +50,7 @@ class LoopState:
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
     depth: DepthPoints = NO_DEPTH
     tracks: tuple[TrackedObject, ...] = ()
+    standing: tuple[StandingObject, ...] = ()
     commanded: Twist = STANDSTILL
 
     def newest(self, name: str, kind: type[M]) -> M | None:

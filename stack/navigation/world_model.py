@@ -24,6 +24,7 @@ from stack.types import (
     RangeReading,
     Scan,
     SeenObjects,
+    StandingObject,
     TrackedObject,
 )
 
@@ -41,6 +42,7 @@ class WorldView:
 
     Attributes:
         tracks: moving objects at the time of the step, map frame.
+        standing: objects in the newest scan that are not on the map and have not moved.
         moving: (k, 5) the same in the base frame, as `stack.safety.monitor.moving_discs`.
         speed_limit: at the robot's pose, m/s; inf without one.
     """
@@ -48,6 +50,7 @@ class WorldView:
     tracks: tuple[TrackedObject, ...]
     moving: FloatArray
     speed_limit: float
+    standing: tuple[StandingObject, ...] = ()
 
 
 class WorldModel:
@@ -75,6 +78,7 @@ class WorldModel:
         self._speed_limits = speed_limits
         self.cover, self.draw = cover, draw
         self._tracks: tuple[TrackedObject, ...] = ()
+        self._standing: tuple[StandingObject, ...] = ()
         self._walked_at: dict[int, float] = {}
         self._updated_at = 0.0
         self._depth: FloatArray | None = None  # odom frame, not in the costmaps yet
@@ -116,7 +120,7 @@ class WorldModel:
             self.global_costmap.update(self._without_walkers(update))
         tracks = tuple(track.at(now) for track in self._tracks)
         speed_limit = self._speed_limits.at_pose(pose, self._deceleration)
-        return WorldView(tracks, moving_discs(tracks, pose), speed_limit)
+        return WorldView(tracks, moving_discs(tracks, pose), speed_limit, self._standing)
 
     def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
         """Return the measurements without who walks: they close no way, they cost time.
@@ -156,10 +160,11 @@ class WorldModel:
             replace(track, label=PERSON) if track.id in people else track
             for track in self.tracker.update(posed.pose, posed.scan, now)
         )
+        self._standing = self.tracker.standing
         return self._tracks
 
     def forget_tracks(self) -> None:
         """Remove all tracks, for example after a jump of the pose."""
-        self._tracks = ()
+        self._tracks = self._standing = ()
         if self.tracker is not None:
             self.tracker.clear()

@@ -339,7 +339,7 @@ class Runtime:
         self.distance += state.motion.pose.distance_to(motion.pose)
         state.time, state.motion, state.obstacles = observation.time, motion, obstacles
         state.measurements |= observation.measurements
-        state.tracks = world.tracks
+        state.tracks, state.standing = world.tracks, world.standing
         scorer = self.parts.scorer
         if scorer is not None:
             scorer.score(estimate)

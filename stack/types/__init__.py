@@ -72,6 +72,7 @@ from stack.types.world import (
     PoseCandidate,
     PoseEstimate,
     RivalPose,
+    StandingObject,
     TrackedObject,
     View,
 )
@@ -135,6 +136,7 @@ __all__ = [
     "STANDSTILL",
     "Scan",
     "SeenGround",
+    "StandingObject",
     "TaskStatus",
     "TrackedObject",
     "Twist",

@@ -50,6 +50,17 @@ class TrackedObject:
         return replace(self, stamp=time, position=self.position_after(time - self.stamp))
 
 
+@dataclass(frozen=True, slots=True)
+class StandingObject(TrackedObject):
+    """An object that is not on the map and has not moved: a thing, or a person who stands.
+
+    Attributes:
+        since: seconds; since when something is known to stand at this place, also out of sight.
+    """
+
+    since: float = 0.0
+
+
 MARKER_DICTIONARIES = {
     **{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
     "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from math import atan2
+from math import atan2, hypot
 
 import numpy as np
 
 from behaviours.testing import ScriptedRobot, ScriptedTask
-from stack.types import FloatArray, Path, Pose2D, TrackedObject
+from stack.types import FloatArray, Path, Pose2D, StandingObject, TrackedObject
 
 PERIOD = 0.1
 FORGET = 1.0
+MOVED = 0.3
+THING = 1000
 SPEED = 0.8
 
 Walk = Callable[[float], tuple[float, float]]
@@ -29,19 +31,33 @@ def track(
     return TrackedObject(number, stamp, at, velocity, 0.2, covariance)
 
 
+def standing(
+    number: int, at: tuple[float, float], since: float, radius: float = 0.2
+) -> StandingObject:
+    """An object that has not moved."""
+    item = track(number, at)
+    return StandingObject(number, since, at, (0.0, 0.0), radius, item.covariance, since=since)
+
+
 @dataclass
 class Escort(ScriptedRobot):
     """Sees people unless `hides` says no, as the tracker does: for a second it expects them.
 
+    Who comes into sight again is a standing object until they have moved by MOVED.
+
     Attributes:
         walks: of the people.
         hides: whether the robot at a pose cannot see a position.
+        unmoved: numbers of people who have not moved by MOVED since they came into sight.
+        things: (x, y, radius) of objects that stand.
         corner: a point over which plans lead from smaller x; None: straight.
         way: (time, pose) in each step.
     """
 
     walks: list[Walk] = field(default_factory=list)
     hides: Callable[[Pose2D, tuple[float, float]], bool] = lambda pose, at: False
+    unmoved: set[int] = field(default_factory=set)
+    things: list[tuple[float, float, float]] = field(default_factory=list)
     corner: tuple[float, float] | None = None
     way: list[tuple[float, Pose2D]] = field(default_factory=list)
     driven: Path | None = None
@@ -50,6 +66,8 @@ class Escort(ScriptedRobot):
     def __post_init__(self) -> None:
         self._numbers = list(range(1, len(self.walks) + 1))
         self._seen: dict[int, TrackedObject] = {}
+        self._first: dict[int, tuple[float, float]] = {}
+        self._since: dict[int, float] = {}
         self._look()
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
@@ -110,15 +128,28 @@ class Escort(ScriptedRobot):
             number = self._numbers[n]
             if not self.hides(self.pose, at):
                 self._seen[number] = track(number, at, velocity, stamp=self.time)
+                first = self._first.setdefault(number, at)
+                if hypot(at[0] - first[0], at[1] - first[1]) >= MOVED:
+                    self.unmoved.discard(number)
             elif number in self._seen and self.time - self._seen[number].stamp > FORGET:
                 del self._seen[number]
                 self._numbers[n] = max(self._numbers) + 1
+                self.unmoved.add(self._numbers[n])
         found = []
         for number, last in self._seen.items():
             age = self.time - last.stamp
             moved = last.at(self.time)
             found.append(track(number, moved.position, moved.velocity, 0.05 + 0.5 * age, self.time))
-        self.tracks = tuple(found)
+        self.tracks = tuple(item for item in found if item.id not in self.unmoved)
+        in_sight = [(n, *self._first[n], 0.2) for n in self._seen if n in self.unmoved]
+        in_sight += [
+            (THING + n, x, y, radius) for n, (x, y, radius) in enumerate(self.things)
+            if not self.hides(self.pose, (x, y))
+        ]  # fmt: skip
+        self.standing_objects = tuple(
+            standing(n, (x, y), self._since.setdefault(n, self.time), radius)
+            for n, x, y, radius in in_sight
+        )
 
 
 def at_length(points: FloatArray, along: float) -> Pose2D:

@@ -33,6 +33,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    StandingObject,
     TrackedObject,
     Twist,
     wrap_angle,
@@ -118,6 +119,11 @@ class RobotFacade(PerceptionFacade):
     def tracks(self) -> tuple[TrackedObject, ...]:
         """Moving objects around the robot, map frame."""
         return self._state.tracks
+
+    @property
+    def standing_objects(self) -> tuple[StandingObject, ...]:
+        """Objects that are not on the map and have not moved, map frame."""
+        return self._state.standing
 
     @property
     def map(self) -> OccupancyGrid:

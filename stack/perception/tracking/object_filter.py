@@ -10,7 +10,7 @@ import numpy as np
 
 from stack.perception.tracking.clusters import Disc
 from stack.perception.tracking.view import View
-from stack.types import FloatArray, TrackedObject
+from stack.types import FloatArray, StandingObject, TrackedObject
 
 SAME_SIZE = 0.15
 """Metres by which the radius of a disc may differ from the object's; two that touch are larger."""
@@ -92,4 +92,16 @@ class ObjectFilter:
         x, y, speed_x, speed_y = map(float, self.state)
         return TrackedObject(
             self.id, time, (x, y), (speed_x, speed_y), self.radius, self.covariance.copy()
+        )
+
+    def standing(self, time: float, since: float) -> StandingObject:
+        """Return what has not moved as others see it.
+
+        Args:
+            time: seconds.
+            since: when it was known to stand there first, seconds.
+        """
+        x, y = map(float, self.state[:2])
+        return StandingObject(
+            self.id, time, (x, y), (0.0, 0.0), self.radius, self.covariance.copy(), since=since
         )

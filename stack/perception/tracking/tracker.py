@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, parts_of, spread_of
 from stack.perception.tracking.object_filter import ObjectFilter
 from stack.perception.tracking.parameters import TrackerParameters
+from stack.perception.tracking.standing import StandingPlaces
 from stack.perception.tracking.surface_fit import has_edge, surface_fit
 from stack.perception.tracking.view import View
-from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, TrackedObject
+from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, StandingObject, TrackedObject
 
 HIDDEN_NOISE = 4.0
 """Factor on the position deviation of a partly hidden disc."""
@@ -42,6 +43,9 @@ ABSENT = 2
 
 PARTLY = 2.0
 """Seconds after a scan determined its circle for which a part of its surface shows an object."""
+
+STOOD = 0.2
+"""Metres from the centre of what stands within which a disc is that thing."""
 
 MANOEUVRE = 0.6
 """Metres from its expected place within which a lost object is a disc that nothing has matched."""
@@ -65,8 +69,9 @@ class Tracker:
         """
         self.parameters = parameters
         self._filters: list[ObjectFilter] = []
-        self._next_id, self._time = 1, 0.0
+        self._next_id, self._time, self._before = 1, 0.0, 0.0
         self._views: deque[View] = deque(maxlen=VIEWS)
+        self._places = StandingPlaces()
         self._static: OccupancyGrid | None = None
         self._near_map: NDArray[np.bool_] = np.zeros((0, 0), dtype=np.bool_)
         if static is not None:
@@ -79,9 +84,10 @@ class Tracker:
         self._near_map = _widened(static.occupied, reach)
 
     def clear(self) -> None:
-        """Remove all tracks, for example after a jump of the robot's pose."""
+        """Remove all tracks and places, for example after a jump of the robot's pose."""
         self._filters = []
         self._views.clear()
+        self._places.clear()
 
     def update(self, pose: Pose2D, scan: Scan, time: float) -> tuple[TrackedObject, ...]:
         """Update the tracks with a scan.
@@ -96,7 +102,7 @@ class Tracker:
         """
         for item in self._filters:
             item.predict(max(0.0, time - self._time), self.parameters.acceleration)
-        self._time = time
+        self._before, self._time = self._time, time
         self._views.append(View(pose.compose(scan.mount), scan))
         discs = self.discs(pose, scan)
         taken = self._correct(discs)
@@ -111,7 +117,31 @@ class Tracker:
             item for item in self._filters
             if item.seen_at > oldest - 1e-9 and item.absent < ABSENT
         ]  # fmt: skip
+        self._places.look(self._views[-1])
+        found = [(item.state[0], item.state[1], item.radius) for item in self._standing()]
+        self._places.note(np.array(found).reshape(-1, 3), time)
         return tuple(item.track(time) for item in self._filters if item.has_moved)
+
+    @property
+    def standing(self) -> tuple[StandingObject, ...]:
+        """Objects in the newest scan that are not on the map and have not moved, by id.
+
+        They may be things, or people who stood already when they were seen first. Who begins to
+        move becomes a moving object of the same id.
+        """
+        return tuple(
+            item.standing(self._time, self._places.since(*item.state[:2]))
+            for item in self._standing()
+        )
+
+    def _standing(self) -> list[ObjectFilter]:
+        """Return what stands in the newest scan."""
+        return [
+            item for item in self._filters
+            if not item.has_moved
+            and item.hits >= self.parameters.confirm
+            and item.seen_at == self._time
+        ]  # fmt: skip
 
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
@@ -163,7 +193,7 @@ class Tracker:
         pairs = sorted(
             (self._filters[order].hits < confirm, float(distances[order, index]), index, order)
             for order, index in np.argwhere(distances <= self.parameters.gate).tolist()
-            if not self._filters[order].has_moved or self._filters[order].is_like(discs[index])
+            if self._may_be(self._filters[order], discs[index])
         )
         taken: set[int] = set()
         updated: set[int] = set()
@@ -173,6 +203,17 @@ class Tracker:
                 updated.add(order)
                 self._correct_filter(self._filters[order], discs[index])
         return taken
+
+    def _may_be(self, item: ObjectFilter, disc: Disc) -> bool:
+        """Whether a disc near an object can be it."""
+        if not item.has_moved:
+            return True
+        was_lost = item.seen_at < self._before
+        return item.is_like(disc) and not (was_lost and self._stood_before(disc, item))
+
+    def _stood_before(self, disc: Disc, item: ObjectFilter) -> bool:
+        """Whether a disc is something that has stood since before an object was seen last."""
+        return self._places.since(disc.x, disc.y, STOOD) < item.seen_at
 
     def _lost(self) -> list[ObjectFilter]:
         """Return the moving objects that this scan has not updated."""
@@ -185,7 +226,9 @@ class Tracker:
             near = [
                 (item.away(disc), index)
                 for index, disc in enumerate(discs)
-                if index not in taken | found and item.is_like(disc)
+                if index not in taken | found
+                and item.is_like(disc)
+                and not self._stood_before(disc, item)
             ]
             if near and min(near)[0] <= MANOEUVRE:
                 index = min(near)[1]
@@ -259,7 +302,9 @@ class Tracker:
             item.whole_at = self._time
         item.hits, item.seen_at = item.hits + 1, self._time
         item.seen.append((self._views[-1], disc.run))
-        item.has_moved |= self._moves(item)
+        if not item.has_moved and self._moves(item):
+            item.has_moved = True
+            self._places.forget(*item.began)
 
     def _moves(self, item: ObjectFilter) -> bool:
         x, y, speed_x, speed_y = item.state

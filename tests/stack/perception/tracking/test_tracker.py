@@ -444,3 +444,30 @@ def test_a_visible_part_of_a_circle_gives_its_centre(radius, distance, bearing, 
     # exact points: the measured centre is right in the directions that the arc determines
     assert off @ item @ off <= 1.0
     assert np.sqrt(np.linalg.eigvalsh(noise)[0]) == pytest.approx(0.05, rel=0.1)
+
+
+def test_who_stands_is_a_standing_object_until_they_walk_with_the_same_id():
+    tracker = Tracker(TrackerParameters())
+
+    def leaves(time):
+        return [(2.0 + 0.8 * max(time - 1.0, 0.0), 0.5, 0.2)]
+
+    assert follow(tracker, leaves, 0.2) == () and tracker.standing == ()  # 3 of 4 detections
+    assert follow(tracker, leaves, 1.0) == ()
+    (item,) = tracker.standing
+    assert item.position == pytest.approx((2.0, 0.5), abs=0.02)
+    assert item.radius == pytest.approx(0.2, abs=0.02)
+    (walker,) = follow(tracker, leaves, 3.0)
+    assert walker.id == item.id and tracker.standing == ()
+
+
+def test_standing_objects_are_not_on_the_map_and_in_sight():
+    cells = np.full((120, 400), FREE, dtype=np.int8)
+    cells[68:72, 238:242] = OCCUPIED  # 0.2 m square round (2.0, 0.5)
+    tracker = Tracker(TrackerParameters(), OccupancyGrid(cells, 0.05, (-10.0, -3.0)))
+    follow(tracker, lambda time: [(2.0, 0.5, 0.1), (2.0, -1.0, 0.2)], 1.0)
+    assert [item.position[1] for item in tracker.standing] == [pytest.approx(-1.0, abs=0.02)]
+    # for a second the tracker expects it behind what is closer, but nobody sees it
+    scan = seen(Pose2D(0.0, 0.0), [(1.0, -0.5, 0.3)], 1.1)
+    tracker.update(Pose2D(0.0, 0.0), scan, 1.1)
+    assert tracker.standing == ()
