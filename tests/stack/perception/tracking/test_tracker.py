@@ -452,7 +452,7 @@ def test_who_stands_is_a_standing_object_until_they_walk_with_the_same_id():
     def leaves(time):
         return [(2.0 + 0.8 * max(time - 1.0, 0.0), 0.5, 0.2)]
 
-    assert follow(tracker, leaves, 0.2) == () and tracker.standing == ()  # 3 of 4 detections
+    assert follow(tracker, leaves, 0.1) == () and tracker.standing == ()  # 2 of 3 detections
     assert follow(tracker, leaves, 1.0) == ()
     (item,) = tracker.standing
     assert item.position == pytest.approx((2.0, 0.5), abs=0.02)
