@@ -18,8 +18,9 @@ from math import floor, hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.perception.tracking.arcs import fit_arc
 from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, parts_of, spread_of
-from stack.perception.tracking.object_filter import ObjectFilter
+from stack.perception.tracking.object_filter import SAME_SIZE, ObjectFilter
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.standing import StandingPlaces
 from stack.perception.tracking.surface_fit import has_edge, surface_fit
@@ -46,6 +47,12 @@ PARTLY = 2.0
 
 STOOD = 0.2
 """Metres from the centre of what stands within which a disc is that thing."""
+
+ROUND_DISTANCE = 0.3
+"""Metres by which the centres of two arcs of a round thing never differ."""
+
+STRAIGHT = 0.06
+"""Metres by which the centres of its arcs lie beside a motion at constant velocity."""
 
 MANOEUVRE = 0.6
 """Metres from its expected place within which a lost object is a disc that nothing has matched."""
@@ -314,8 +321,29 @@ class Tracker:
             item.hits >= self.parameters.confirm
             and speed >= self.parameters.moving_speed
             and gone >= self.parameters.moving_distance
-            and self._left_its_ground(item)
+            and (self._left_its_ground(item) or self._is_round(item, gone))
         )
+
+    def _is_round(self, item: ObjectFilter, gone: float) -> bool:
+        """Whether the arcs of a round thing went straight on, farther than its views differ.
+
+        Who comes out from behind something straight towards the sensor hides their old place. A
+        static thing that is taken for another one jumps.
+        """
+        if gone < ROUND_DISTANCE:
+            return False
+        arcs = [fit_arc(view.returns(run)) for view, run in item.seen]
+        found = [arc for arc in arcs if arc is not None]
+        if len(found) < len(arcs) or np.ptp([arc.radius for arc in found]) > SAME_SIZE:
+            return False
+        places = [
+            view.sensor.transform(arc.centre[None])[0]
+            for (view, _), arc in zip(item.seen, found, strict=True)
+        ]
+        times = np.array([view.scan.stamp for view, _ in item.seen])
+        line = np.column_stack((np.ones(len(times)), times - times[0]))
+        error = np.array(places) - line @ np.linalg.lstsq(line, np.array(places), rcond=None)[0]
+        return float(np.hypot(error[:, 0], error[:, 1]).max()) <= STRAIGHT
 
     def _left_its_ground(self, item: ObjectFilter) -> bool:
         """Whether it is where ground was seen free, or its old place is seen free now."""
