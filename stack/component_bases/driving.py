@@ -102,6 +102,14 @@ class Controller(Component, Lifecycle, ABC):
         """The motion planned for the next seconds, map frame, for displays."""
         return None
 
+    @property
+    def keeps_clear(self) -> bool:
+        """Whether the last command begins a plan that keeps clear of everybody who moves.
+
+        Then evasion leaves it alone. False for controllers that do not plan with tracks.
+        """
+        return False
+
 
 @dataclass(frozen=True, slots=True)
 class DriveState:

@@ -142,6 +142,11 @@ class PathFollower(Lifecycle):
         plan = self._driver(self._segment).local_plan
         return plan if plan is None or not self._segment.backward else turned(plan)
 
+    @property
+    def keeps_clear(self) -> bool:
+        """Whether the last command begins a plan that keeps clear of everybody who moves."""
+        return self._segment is not None and self._driver(self._segment).keeps_clear
+
     def _steer(self, segment: PathSegment, state: ControlState) -> Twist:
         if not segment.backward:
             return self._forward.step(state)

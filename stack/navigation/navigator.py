@@ -167,8 +167,12 @@ class Navigator:
         current = self._activities.current
         if isinstance(current, Disambiguation):
             current = current.drive
-        driving = isinstance(current, GoalDrive | PathDrive) and current.path is not None
-        return self._tools.path_follower.local_plan if driving else None
+        return self._tools.path_follower.local_plan if self._follows_path else None
+
+    @property
+    def _follows_path(self) -> bool:
+        current = self._activities.current
+        return isinstance(current, GoalDrive | PathDrive) and current.path is not None
 
     @property
     def counters(self) -> dict[str, float]:
@@ -192,6 +196,9 @@ class Navigator:
             isinstance(current, DriveFor) and current.gives_way
         )
         if when == "never" or (when == "driving" and not drives):
+            return wanted
+        if wanted != STANDSTILL and self._follows_path and self._tools.path_follower.keeps_clear:
+            self.evasion.rest()
             return wanted
         situation = Situation(
             state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles

@@ -122,6 +122,10 @@ class Evasion:
         self._until = situation.time + self.parameters.rest
         return chosen
 
+    def rest(self) -> None:
+        """Leave the wanted velocity alone: its plan keeps clear of everybody."""
+        self.active, self._chosen = False, -1
+
     def _discs(self, situation: Situation) -> FloatArray:
         """(k, 6) people who may come within the horizon, base frame; empty if all stand."""
         p = self.parameters

@@ -11,7 +11,7 @@ from stack.compilation import KernelTypes
 from stack.components import ControlState
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, clearance_to
+from stack.control.mppi.scene import LocalPath, Obstacles, Outline, clearance_to
 from stack.control.path_controller import PathController
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.path_segment import PathSegment
@@ -25,6 +25,9 @@ STALLED, STALLED_TURN = 0.04, 0.1
 
 AT_REST = 0.2
 """Speed in m/s below which a tracked object counts as standing; it may wait for the robot."""
+
+ROOM = 0.1
+"""Metres of clearance to predicted positions of a plan that keeps clear."""
 
 NEAR_PERSON = 3.0
 """Distance in metres to a moving object within which the robot does not stop to turn in place."""
@@ -47,6 +50,7 @@ class Mppi(PathController[MppiParameters]):
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
         self._outline: tuple[float, Outline] | None = None
+        self._keeps_clear = False
         super().__init__(parameters, robot, period)
 
     def configure(self, parameters: MppiParameters) -> None:
@@ -58,7 +62,13 @@ class Mppi(PathController[MppiParameters]):
         self._optimiser.remember(twist)
         super()._commanded(twist)
 
+    @property
+    def keeps_clear(self) -> bool:
+        """Whether the plan of the last command keeps clear of everybody who moves, to its end."""
+        return bool(self.parameters.moving_weight) and self._keeps_clear
+
     def _stand(self) -> None:
+        self._keeps_clear = False
         self._optimiser.reset()
         super()._stand()
 
@@ -81,31 +91,53 @@ class Mppi(PathController[MppiParameters]):
         outline = self._outline_for(costs.resolution)
         optimiser.shift()
         optimiser.improve(state.pose.heading, self._alignment.last, path, around, outline)
+        chosen = self._choice(state)
+        if chosen is None:
+            self._stand()
+            return None
+        return None if self._stalled(state) else self._alignment.ramped(chosen)
+
+    def _choice(self, state: ControlState) -> Twist | None:
+        """The first step of the plan or of the best rollout, slower if needed to be safe.
+
+        One that keeps clear of everybody to its end comes before others.
+        """
+        chosen: Twist | None = None
+        self._keeps_clear = False
         for share in SLOWER:
-            for controls in (optimiser.plan, optimiser.best()):
-                twist = self._if_safe(share * controls, state)
-                if twist is not None:
-                    return None if self._stalled(state) else self._alignment.ramped(twist)
-        self._stand()
-        return None
+            for controls in (self._optimiser.plan, self._optimiser.best()):
+                poses, first = self._optimiser.trajectory(
+                    share * controls, state.pose, self._alignment.last
+                )
+                rooms = self._rooms(poses, state)
+                if not self._is_safe(poses[: self._soon], rooms[:, : self._soon], state):
+                    continue
+                self._keeps_clear = bool((rooms >= ROOM).all())
+                if chosen is None or self._keeps_clear:
+                    chosen, self._local_plan = first, poses
+                if self._keeps_clear:
+                    return chosen
+        return chosen
 
-    def _if_safe(self, controls: Array32, state: ControlState) -> Twist | None:
-        """The first step of a control sequence, if its motion is clear for `time_to_collision`."""
-        poses, first = self._optimiser.trajectory(controls, state.pose, self._alignment.last)
-        soon = poses[: self._soon]
-        if self._swept.clear_poses(state.costs, state.pose, soon[None])[0] < len(soon):
-            return None
-        if state.tracks and self._meets_person(soon, state):
-            return None
-        self._local_plan = poses
-        return first
+    def _is_safe(self, poses: FloatArray, rooms: FloatArray, state: ControlState) -> bool:
+        """Whether poses one time step apart are free, and nobody comes into contact.
 
-    def _meets_person(self, poses: FloatArray, state: ControlState) -> bool:
-        """Whether poses one time step apart collide with an object that keeps its velocity."""
+        Args:
+            poses: (k, 3) map frame.
+            rooms: (m, k) clearances to moving objects; below 0 from the start: no way to avoid it.
+            state: of this step.
+        """
+        if self._swept.clear_poses(state.costs, state.pose, poses[None])[0] < len(poses):
+            return False
+        return not ((rooms[:, 0] >= 0.0) & (rooms.min(axis=1) < 0.0)).any()
+
+    def _rooms(self, poses: FloatArray, state: ControlState) -> FloatArray:
+        """(m, k) clearances at (k, 3) poses one time step apart to objects that keep on moving."""
         p, outline = self.parameters, self._outline_for(state.costs.resolution)
         times = p.time_step * np.arange(1.0, len(poses) + 1.0)
-        rooms = [clearance_to(outline, poses, times, track) for track in state.tracks]
-        return bool(p.moving_weight) and any(room[0] >= 0.0 > room.min() for room in rooms)
+        tracks = state.tracks if p.moving_weight else ()
+        rooms = [clearance_to(outline, poses, times, track) for track in tracks]
+        return np.array(rooms).reshape(len(rooms), len(poses))
 
     @property
     def _soon(self) -> int:

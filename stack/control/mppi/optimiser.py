@@ -19,8 +19,13 @@ HISTORY = 4
 PURSUITS = tuple((speed, ahead) for speed in (1.0, 0.7, 0.4, 0.2) for ahead in (0.6, 0.3, 0.15))
 """Factors on the top speed, and lookahead distances in metres, of the added path pursuits."""
 
-DODGES = tuple((speed, turn) for speed in (1.0, 0.5) for turn in (-1.4, -0.7, 0.7, 1.4))
-"""Factors on the top speed, and angles in radians, of the evasive motions added near people."""
+TURNS = (-2.6, -2.0, -1.4, -0.7, 0.0, 0.7, 1.4, 2.0, 2.6)
+DODGES = (
+    *((speed, turn) for speed in (1.0, 0.5) for turn in TURNS),
+    *((-1.0, turn) for turn in (-1.4, -0.7, 0.0, 0.7, 1.4)),
+)
+"""Factors on the top speed forward or backward, and angles in radians, of the evasive motions added
+near people."""
 
 
 def savitzky_golay(half: int, order: int) -> FloatArray:
@@ -165,7 +170,7 @@ class Optimiser:
         for column, (share, turn) in enumerate(DODGES, first):
             turning = min(self.parameters.steps, round(abs(turn) / (fastest * step)))
             controls[:, :, column] = 0.0
-            controls[0, :, column] = share * self.top_speed
+            controls[0, :, column] = share * (self._bounds[0] if share > 0.0 else self._bounds[1])
             controls[1, :turning, column] = np.copysign(fastest, turn)
 
     def _start(self, heading: float, twist: Twist) -> Array32:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.perception.tracking.arcs import convex_parts, fit_arc
 from stack.types import FloatArray, Pose2D, Scan
 
 NOT_ROUND = 0.12
@@ -27,16 +28,19 @@ class Disc:
         x: of its centre, metres, frame of the pose argument.
         y: likewise.
         radius: metres.
-        is_whole: False if something closer, or the border of the view, hides one of its sides, or
-            if the cluster is not round; then radius and centre are biased.
+        is_circle: False if something closer, or the border of the view, hides one of its sides, or
+            if the cluster is not round, and the visible arc does not determine the circle; then
+            radius and centre are biased.
         run: its beams, (first, last + 1), modulo the number of beams.
+        deviation: of the centre of an arc, metres; 0 if the whole side is visible.
     """
 
     x: float
     y: float
     radius: float
-    is_whole: bool
+    is_circle: bool
     run: tuple[int, int]
+    deviation: float = 0.0
 
 
 def clusters(
@@ -137,9 +141,10 @@ def _shifted(values: NDArray[Any]) -> NDArray[Any]:
     return following
 
 
-def disc_of(
+def disc_of(  # noqa: PLR0913 - of one run
     scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float,
     ignored: NDArray[np.bool_] | None = None,
+    *, is_part: bool = False,
 ) -> Disc | None:  # fmt: skip
     """Fit a circle to a run of beams; None if it covers half a turn or more.
 
@@ -154,6 +159,7 @@ def disc_of(
         jump: metres by which a neighbouring return must be closer to hide a side.
         ignored: (n,) beams that were left out since they end on the map. One that continues the run
             may be a part of the object: then the disc is not whole.
+        is_part: whether the run is a part of a cluster, so that its neighbours may hide a side.
     """
     ranges, n, (first, end) = scan.ranges, scan.ranges.size, run
     bearings = bearings_of(scan, np.arange(first, end))
@@ -183,13 +189,29 @@ def disc_of(
         or (ignored is not None and ignored[beam] and abs(float(ranges[beam]) - edge) < CONTINUES)
         for beam, edge in sides
     ]
+    is_whole = is_round and not (is_part or at_border or any(hidden))
+    arc = None if is_whole else fit_arc(returns_of(scan, run, bearings))
+    if arc is not None:
+        x, y = sensor.transform(arc.centre[None])[0].tolist()
+        return Disc(x, y, arc.radius, True, run, arc.deviation)
     return Disc(
-        sensor.x + distance * cos(heading),
-        sensor.y + distance * sin(heading),
-        distance * sin(half),
-        is_round and not (at_border or any(hidden)),
-        run,
-    )
+        sensor.x + distance * cos(heading), sensor.y + distance * sin(heading),
+        distance * sin(half), is_whole, run,
+    )  # fmt: skip
+
+
+def returns_of(scan: Scan, run: tuple[int, int], bearings: FloatArray) -> FloatArray:
+    """Return (k, 2) the returns of a run of beams with their (k,) bearings, sensor frame."""
+    ranges = scan.ranges[np.arange(*run) % scan.ranges.size].astype(np.float64)
+    found: FloatArray = np.column_stack((np.cos(bearings), np.sin(bearings))) * ranges[:, None]
+    return found
+
+
+def parts_of(scan: Scan, run: tuple[int, int]) -> list[tuple[int, int]]:
+    """Return the runs of a cluster's bodies that touch or stand close together."""
+    first, end = run
+    parts = convex_parts(returns_of(scan, run, bearings_of(scan, np.arange(first, end))))
+    return [(first + begin, first + stop) for begin, stop in parts]
 
 
 def spread_of(scan: Scan, run: tuple[int, int]) -> float:

@@ -31,7 +31,7 @@ class ObjectFilter:
         hits: number of scans that showed it.
         has_moved: whether it is known to move; False while it could be a wall.
         absent: scans in a row that have seen through its place.
-        whole_at: seconds, when a scan showed all of its visible side last.
+        whole_at: seconds, when a scan determined its circle last.
     """
 
     id: int
@@ -47,8 +47,8 @@ class ObjectFilter:
     whole_at: float = 0.0
 
     def is_like(self, disc: Disc) -> bool:
-        """Whether a disc is whole and of this size."""
-        return disc.is_whole and abs(disc.radius - self.radius) <= SAME_SIZE
+        """Whether a disc is a circle of this size."""
+        return disc.is_circle and abs(disc.radius - self.radius) <= SAME_SIZE
 
     def away(self, disc: Disc) -> float:
         """Distance of a disc's centre from the state, metres."""

@@ -11,7 +11,7 @@ from stack.parameters import parameter
 class TrackerParameters:
     """Parameters of the detection and tracking of moving objects."""
 
-    range: float = parameter(8.0, "m", above=0.0, help="largest range of a return")
+    range: float = parameter(12.0, "m", above=0.0, help="largest range of a return")
     jump: float = parameter(
         0.3, "m", above=0.0, help="neighbouring returns farther apart belong to different objects"
     )
@@ -35,7 +35,7 @@ class TrackerParameters:
     first_speed: float = parameter(
         1.0, "m/s", above=0.0, help="standard deviation of the velocity of a new track"
     )
-    confirm: int = parameter(4, at_least=2, help="number of detections that confirm a track")
+    confirm: int = parameter(3, at_least=2, help="number of detections that confirm a track")
     forget: float = parameter(1.0, "s", above=0.0, help="a track not seen for this time is removed")
     moving_speed: float = parameter(
         0.25, "m/s", above=0.0, help="an object counts as moving if it has reached this speed"
@@ -45,5 +45,5 @@ class TrackerParameters:
         help="paths lead past people who have stood for less than this; then they are obstacles",
     )  # fmt: skip
     moving_distance: float = parameter(
-        0.3, "m", at_least=0.0, help="and if it has come this far from its first position"
+        0.15, "m", at_least=0.0, help="and if it has come this far from its first position"
     )

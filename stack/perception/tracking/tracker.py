@@ -3,8 +3,9 @@
 Circles are fitted to clusters of returns that are not on the map. Each is associated with the
 nearest track inside a gate and updates it by a Kalman filter with a constant-velocity model
 (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", 2001,
-sections 5.2 and 6.2). A moving object that is partly hidden, or touches another one, shows no whole
-circle: its returns are fitted to the surface of a circle of the known radius. One whose place is
+sections 5.2 and 6.2). A cluster of two bodies that touch is divided, and the arc of one that is
+partly hidden gives its circle, if it is long enough (arcs.py). The returns of a moving object that
+shows less are fitted to the surface of a circle of the known radius. One whose place is
 seen through is not there any more.
 """
 
@@ -17,8 +18,9 @@ from math import floor, hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, spread_of
-from stack.perception.tracking.object_filter import ObjectFilter
+from stack.perception.tracking.arcs import fit_arc
+from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, parts_of, spread_of
+from stack.perception.tracking.object_filter import SAME_SIZE, ObjectFilter
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.standing import StandingPlaces
 from stack.perception.tracking.surface_fit import has_edge, surface_fit
@@ -41,10 +43,16 @@ ABSENT = 2
 """Scans in a row that see through an object's place after which it is not there."""
 
 PARTLY = 2.0
-"""Seconds after its last whole view for which a part of its surface shows an object."""
+"""Seconds after a scan determined its circle for which a part of its surface shows an object."""
 
 STOOD = 0.2
 """Metres from the centre of what stands within which a disc is that thing."""
+
+ROUND_DISTANCE = 0.3
+"""Metres by which the centres of two arcs of a round thing never differ."""
+
+STRAIGHT = 0.06
+"""Metres by which the centres of its arcs lie beside a motion at constant velocity."""
 
 MANOEUVRE = 0.6
 """Metres from its expected place within which a lost object is a disc that nothing has matched."""
@@ -108,7 +116,7 @@ class Tracker:
         taken |= self._correct_manoeuvring(discs, taken)
         self._correct_by_surface(pose)
         for index, disc in enumerate(discs):
-            if index not in taken and disc.is_whole and not self._is_known(disc):
+            if index not in taken and disc.is_circle and not self._is_known(disc):
                 self._begin(disc)
         self._note_absent()
         oldest = time - self.parameters.forget
@@ -153,13 +161,17 @@ class Tracker:
             ignored = valid & self._on_map(pose, scan, valid)
             valid &= ~ignored
         found = []
-        for run in clusters(ranges, scan.angle_increment, settings.jump, valid):
-            small = spread_of(scan, run) <= 2.0 * settings.largest_radius
-            if run[1] - run[0] < settings.least_beams or not small:
+        for cluster in clusters(ranges, scan.angle_increment, settings.jump, valid):
+            if cluster[1] - cluster[0] < settings.least_beams:
                 continue
-            disc = disc_of(scan, pose, run, settings.jump, ignored)
-            if disc is not None and disc.radius <= settings.largest_radius:
-                found.append(disc)
+            runs = parts_of(scan, cluster)
+            for run in runs:
+                small = spread_of(scan, run) <= 2.0 * settings.largest_radius
+                if run[1] - run[0] < settings.least_beams or not small:
+                    continue
+                disc = disc_of(scan, pose, run, settings.jump, ignored, is_part=len(runs) > 1)
+                if disc is not None and disc.radius <= settings.largest_radius:
+                    found.append(disc)
         return found
 
     def _on_map(self, pose: Pose2D, scan: Scan, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -273,8 +285,8 @@ class Tracker:
 
     def _variance(self, disc: Disc) -> float:
         """Return the variance of a disc's centre along each axis, m²."""
-        factor = 1.0 if disc.is_whole else HIDDEN_NOISE
-        return (factor * self.parameters.position_noise) ** 2
+        factor = 1.0 if disc.is_circle else HIDDEN_NOISE
+        return (factor * self.parameters.position_noise) ** 2 + disc.deviation**2
 
     def _mahalanobis(self, discs: list[Disc]) -> FloatArray:
         """Return (filters, discs) squared Mahalanobis distances d^T S^-1 d, S = H P H^T + R."""
@@ -292,7 +304,7 @@ class Tracker:
     def _correct_filter(self, item: ObjectFilter, disc: Disc) -> None:
         """Correct a filter by a disc."""
         item.correct(np.array([disc.x, disc.y]), self._variance(disc) * np.eye(2))
-        if disc.is_whole:
+        if disc.is_circle:
             item.correct_radius(disc.radius)
             item.whole_at = self._time
         item.hits, item.seen_at = item.hits + 1, self._time
@@ -309,8 +321,29 @@ class Tracker:
             item.hits >= self.parameters.confirm
             and speed >= self.parameters.moving_speed
             and gone >= self.parameters.moving_distance
-            and self._left_its_ground(item)
+            and (self._left_its_ground(item) or self._is_round(item, gone))
         )
+
+    def _is_round(self, item: ObjectFilter, gone: float) -> bool:
+        """Whether the arcs of a round thing went straight on, farther than its views differ.
+
+        Who comes out from behind something straight towards the sensor hides their old place. A
+        static thing that is taken for another one jumps.
+        """
+        if gone < ROUND_DISTANCE:
+            return False
+        arcs = [fit_arc(view.returns(run)) for view, run in item.seen]
+        found = [arc for arc in arcs if arc is not None]
+        if len(found) < len(arcs) or np.ptp([arc.radius for arc in found]) > SAME_SIZE:
+            return False
+        places = [
+            view.sensor.transform(arc.centre[None])[0]
+            for (view, _), arc in zip(item.seen, found, strict=True)
+        ]
+        times = np.array([view.scan.stamp for view, _ in item.seen])
+        line = np.column_stack((np.ones(len(times)), times - times[0]))
+        error = np.array(places) - line @ np.linalg.lstsq(line, np.array(places), rcond=None)[0]
+        return float(np.hypot(error[:, 0], error[:, 1]).max()) <= STRAIGHT
 
     def _left_its_ground(self, item: ObjectFilter) -> bool:
         """Whether it is where ground was seen free, or its old place is seen free now."""

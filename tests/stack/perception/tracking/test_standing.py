@@ -62,7 +62,7 @@ def test_standing_objects_keep_their_time_while_they_are_hidden():
     tracker = Tracker(TrackerParameters())
     assert follow(tracker, lambda time: [BIN], 1.0) == ()
     (item,) = tracker.standing
-    assert item.since == pytest.approx(0.3)  # four detections at 10 Hz
+    assert item.since == pytest.approx(0.2)  # three detections at 10 Hz
     for step in range(30):  # behind something for 3 s; tracks are forgotten after 1 s
         tracker.update(HERE, seen(HERE, [(1.5, 0.5, 0.3)]), 1.1 + 0.1 * step)
     for step in range(5):
