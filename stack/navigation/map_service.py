@@ -145,8 +145,11 @@ class MapService:
         """Return the map of markers of a saved map, if the mission surveys them."""
         if self._survey is None or not self._survey.parameters.survey:
             return {}
-        self.surveyed = self._survey.markers(self._estimator.corrected_pose)
-        text = marker_map_text((*self._markers, *self.surveyed), "saved with the map")
+        mapped = self._estimator.mapped_markers()
+        self.surveyed = self._survey.markers(self._estimator.corrected_pose, mapped)
+        again = {(one.dictionary, one.number) for one in self.surveyed}
+        known = [one for one in self._markers if (one.dictionary, one.number) not in again]
+        text = marker_map_text((*known, *self.surveyed), "saved with the map")
         return {MARKERS_YAML: text.encode()}
 
     def load(self, name: str, pose: Pose2D | None) -> OccupancyGrid:

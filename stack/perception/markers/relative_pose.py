@@ -1,0 +1,223 @@
+"""Pose of an upright marker relative to the base, with the distribution of its errors.
+
+Seen from the front, a square's heading hardly changes its image: the reprojection error is flat
+between the two mirrored solutions, and its curvature at one of them says little about the errors.
+So the likelihood is integrated over the heading: for each heading the best position is found
+(profile likelihood), and mean and covariance are those of the normalised profile. Solutions that a
+barrier separates stay two candidates; those without one are joined, with a covariance that
+contains both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import atan2
+
+import numpy as np
+
+from stack.perception.markers.detector import MarkerDetection
+from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.markers.square_pose import square, square_solutions
+from stack.types import (
+    CameraModel,
+    FloatArray,
+    Image,
+    MarkerObservation,
+    Pose2D,
+    RelativePose,
+    wrap_angle,
+)
+
+_HEADINGS, _WIDEST = 61, 1.45
+"""Headings of a grid; radians between the marker's normal and the line of sight, at most."""
+
+_ROUNDS = 5
+"""Gauss-Newton steps for the position at each heading."""
+
+_BARRIER = 3.0
+"""Negative log-likelihood between two solutions, above the better one, that keeps them apart."""
+
+_NEGLIGIBLE = 10.0
+"""Negative log-likelihood above the best one beyond which a heading is left out."""
+
+_PLANAR = [0, 1, 3]
+"""Columns of x, y and heading among x, y, height, heading."""
+
+_NEAREST = 0.05
+"""Metres in front of the camera; points that are nearer have no image."""
+
+
+def observed_marker(
+    found: MarkerDetection, image: Image, parameters: MarkerParameters
+) -> MarkerObservation | None:
+    """Return a surveyed marker in an image relative to the base; None if it stands not upright."""
+    size = parameters.surveyed_size
+    seen = relative_poses(size, image.camera, found.corners, parameters)
+    if seen is None:
+        return None
+    height, candidates = seen
+    return MarkerObservation(
+        image.stamp, found.dictionary, found.number, size, height, candidates
+    )  # fmt: skip
+
+
+def relative_poses(
+    size: float, camera: CameraModel, pixels: FloatArray, parameters: MarkerParameters
+) -> tuple[float, tuple[RelativePose, ...]] | None:
+    """Return a marker's height and its poses relative to the base, the most probable first.
+
+    Args:
+        size: side of the marker, metres.
+        camera: intrinsics and mount.
+        pixels: (4, 2) its corners, from the image's corner.
+        parameters: noise of the pixels.
+
+    Returns:
+        None if no upright marker in front of the camera explains the corners.
+    """
+    solutions = square_solutions(size, camera, pixels)
+    if not solutions:
+        return None
+    start = (camera.base_from_optical() @ solutions[0].optical_from_marker)[:3, 3]
+    eye = camera.base_from_optical()[:2, 3]
+    towards = atan2(eye[1] - start[1], eye[0] - start[0])
+    view = _View(size, camera, pixels, parameters.pixel_noise)
+    coarse = view.profile(towards + np.linspace(-_WIDEST, _WIDEST, _HEADINGS), start)
+    largest = 2.0 * (parameters.largest_error / parameters.pixel_noise) ** 2
+    if coarse is None or coarse.costs.min() > largest:
+        return None
+    parts = []
+    for low, high in _valleys(coarse.costs):
+        best = low + int(np.argmin(coarse.costs[low : high + 1]))
+        ends = coarse.headings[max(0, low - 1)], coarse.headings[min(_HEADINGS - 1, high + 1)]
+        fine = view.profile(np.linspace(*ends, _HEADINGS), coarse.places[best])
+        if fine is not None:
+            parts.append(_moments(fine, float(coarse.costs.min())))
+    if not parts:
+        return None
+    parts.sort(key=lambda part: -part.weight)
+    total = sum(part.weight for part in parts)
+    candidates = (RelativePose(one.pose, one.covariance, one.weight / total) for one in parts)
+    return parts[0].height, tuple(candidates)
+
+
+@dataclass(frozen=True)
+class _Profile:
+    """The best position for each heading.
+
+    Attributes:
+        headings: (n,) of the marker's normal, base frame.
+        places: (n, 3) x, y and height of its centre, base frame.
+        covariances: (n, 3, 3) of the places at that heading.
+        costs: (n,) negative log-likelihoods.
+    """
+
+    headings: FloatArray
+    places: FloatArray
+    covariances: FloatArray
+    costs: FloatArray
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Mean and covariance of a part of the distribution.
+
+    Attributes:
+        weight: its likelihood.
+        pose: mean, base frame. height: of the marker's centre, metres.
+        covariance: (3, 3) of x, y, heading.
+    """
+
+    weight: float
+    pose: Pose2D
+    height: float
+    covariance: FloatArray
+
+
+class _View:
+    """The corners of a marker in one picture."""
+
+    def __init__(self, size: float, camera: CameraModel, pixels: FloatArray, noise: float) -> None:
+        self._square, self._pixels, self._noise = square(size), pixels, noise
+        transform = np.linalg.inv(camera.base_from_optical())
+        self._rotation, self._shift = transform[:3, :3], transform[:3, 3]
+        self._focal = np.array([camera.fx, camera.fy])
+        self._centre = np.array([camera.cx, camera.cy])
+
+    def profile(self, headings: FloatArray, start: FloatArray) -> _Profile | None:
+        """Return the best position at each heading (n,); None if one is behind the camera."""
+        count = len(headings)
+        c, s = np.cos(headings)[:, None], np.sin(headings)[:, None]
+        right, up = self._square[:, 0], np.broadcast_to(self._square[:, 1], (count, 4))
+        # Seen from the front, the marker's right is to the left of the direction it faces.
+        corners = np.stack([-s * right, c * right, up], axis=2)
+        places = np.tile(start, (count, 1))
+        for _ in range(_ROUNDS):
+            seen = self._linearised(corners + places[:, None, :])
+            if seen is None:
+                return None
+            off, jacobian = seen
+            normal = np.einsum("nka,nkb->nab", jacobian, jacobian)
+            step = np.linalg.solve(normal, np.einsum("nka,nk->na", jacobian, off)[..., None])
+            places = places + step[..., 0]
+        seen = self._linearised(corners + places[:, None, :])
+        if seen is None:
+            return None
+        off, jacobian = seen
+        covariances = np.linalg.inv(np.einsum("nka,nkb->nab", jacobian, jacobian))
+        return _Profile(headings, places, covariances, 0.5 * (off**2).sum(axis=1))
+
+    def _linearised(self, corners: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Return errors (n, 8) and their derivatives (n, 8, 3) by the place, in deviations."""
+        points = corners @ self._rotation.T + self._shift
+        depth = points[..., 2:]
+        if (depth < _NEAREST).any():
+            return None
+        expected = self._focal * points[..., :2] / depth + self._centre
+        slope = self._rotation[:2] - points[..., :2, None] / depth[..., None] * self._rotation[2]
+        jacobian = self._focal[:, None] * slope / depth[..., None] / self._noise
+        off = (self._pixels - expected) / self._noise
+        return off.reshape(-1, 8), jacobian.reshape(-1, 8, 3)
+
+
+def _valleys(costs: FloatArray) -> list[tuple[int, int]]:
+    """Return the first and last index of what is not negligible in each valley of the costs."""
+    inside = costs <= costs.min() + _NEGLIGIBLE
+    lows = [
+        k for k in range(len(costs))
+        if inside[k] and costs[k] == costs[max(0, k - 1) : k + 2].min()
+    ]  # fmt: skip
+    bounds, bottom = [0], lows[0]
+    for low in lows[1:]:
+        ridge = bottom + int(np.argmax(costs[bottom : low + 1]))
+        if costs[ridge] - max(costs[bottom], costs[low]) > _BARRIER:
+            bounds.append(ridge)
+            bottom = low
+        elif costs[low] < costs[bottom]:
+            bottom = low
+    bounds.append(len(costs))
+    parts = [low + np.flatnonzero(inside[low:high]) for low, high in pairwise(bounds)]
+    return [(int(part[0]), int(part[-1])) for part in parts]
+
+
+def _moments(profile: _Profile, least: float) -> _Part:
+    """Return mean and covariance of the distribution that a profile gives.
+
+    At each heading the likelihood is integrated over the position (Laplace's approximation).
+
+    Args:
+        profile: headings at equal distances.
+        least: cost that has the weight 1.
+    """
+    volumes = np.sqrt(np.linalg.det(profile.covariances))
+    weights = np.exp(least - profile.costs) * volumes * (profile.headings[1] - profile.headings[0])
+    shares = weights / weights.sum()
+    rows = np.column_stack([profile.places, profile.headings])
+    mean = shares @ rows
+    off = rows - mean
+    covariance = (off * shares[:, None]).T @ off
+    covariance[:3, :3] += np.einsum("n,nab->ab", shares, profile.covariances)
+    x, y, height, heading = (float(value) for value in mean)
+    planar: FloatArray = covariance[np.ix_(_PLANAR, _PLANAR)]
+    return _Part(float(weights.sum()), Pose2D(x, y, wrap_angle(heading)), height, planar)
