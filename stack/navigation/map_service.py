@@ -145,10 +145,11 @@ class MapService:
         """Return the map of markers of a saved map, if the mission surveys them."""
         if self._survey is None or not self._survey.parameters.survey:
             return {}
-        mapped = self._estimator.mapped_markers()
+        exact = {_key(one) for one in self._markers if not one.position_deviation}
+        mapped = [one for one in self._estimator.mapped_markers() if _key(one) not in exact]
         self.surveyed = self._survey.markers(self._estimator.corrected_pose, mapped)
-        again = {(one.dictionary, one.number) for one in self.surveyed}
-        known = [one for one in self._markers if (one.dictionary, one.number) not in again]
+        again = {_key(one) for one in self.surveyed}
+        known = [one for one in self._markers if _key(one) not in again]
         text = marker_map_text((*known, *self.surveyed), "saved with the map")
         return {MARKERS_YAML: text.encode()}
 
@@ -174,6 +175,10 @@ class MapService:
             raise NavigationError(FailureCode.FAILED, f"cannot load {name!r}: {error}") from None
         self._static = grid
         return grid
+
+
+def _key(marker: Marker) -> tuple[str, int]:
+    return marker.dictionary, marker.number
 
 
 def _from_costs(costmap: CostmapLike) -> OccupancyGrid:

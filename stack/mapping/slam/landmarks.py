@@ -122,10 +122,14 @@ def visits_of(landmark: Landmark) -> list[list[int]]:
     return visits
 
 
-def is_return(landmark: Landmark) -> bool:
-    """Return whether the newest sighting makes a later visit count, so that it closes a loop."""
+def returns_of(landmark: Landmark) -> int:
+    """Return the sightings of the newest visit once it closes a loop; 0 before, and of the first.
+
+    A visit closes a loop with LEAST_RETURN sightings.
+    """
     visits = visits_of(landmark)
-    return len(visits) > 1 and len(visits[-1]) == LEAST_RETURN
+    count = len(visits[-1])
+    return count if len(visits) > 1 and count >= LEAST_RETURN else 0
 
 
 def markers_of(graph: PoseGraph, optimum: Optimum) -> tuple[Marker, ...]:

@@ -22,7 +22,14 @@ from stack.mapping.slam.graph import (
     Sighting,
     carried,
 )
-from stack.mapping.slam.landmarks import FIRST_NODE, Problem, is_return, problem_of, solve
+from stack.mapping.slam.landmarks import (
+    FIRST_NODE,
+    LEAST_RETURN,
+    Problem,
+    problem_of,
+    returns_of,
+    solve,
+)
 from stack.mapping.slam.loops import LoopClosure
 from stack.mapping.slam.matching.alignment import align_step, odometry_information, softened
 from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pair
@@ -155,11 +162,13 @@ class Mapper:
         candidates = tuple(carried(one, motion, covariance) for one in seen.candidates)
         key: LandmarkKey = (seen.dictionary, seen.number)
         sighting = Sighting(candidates, seen.height)
-        if self.graph.add_sighting(key, seen.size, self._last.id, sighting):
-            self._pending += 1
-            if is_return(self.graph.landmarks[key]):
-                self.loop_closures += 1
-                self.needs_optimising = True
+        if not self.graph.add_sighting(key, seen.size, self._last.id, sighting):
+            return
+        self._pending += 1
+        count = returns_of(self.graph.landmarks[key])
+        if count and not count & (count - 1):  # again when twice as much is known
+            self.loop_closures += count == LEAST_RETURN
+            self.needs_optimising = True
 
     def _motion_covariance(self, motion: Pose2D) -> FloatArray:
         """Return the covariance (3, 3) of the motion since a keyframe, by odometry and scans."""

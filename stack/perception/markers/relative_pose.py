@@ -29,10 +29,10 @@ from stack.types import (
     wrap_angle,
 )
 
-_HEADINGS, _WIDEST = 61, 1.45
+_HEADINGS, _WIDEST = 41, 1.45
 """Headings of a grid; radians between the marker's normal and the line of sight, at most."""
 
-_ROUNDS = 5
+_ROUNDS = 3
 """Gauss-Newton steps for the position at each heading."""
 
 _BARRIER = 3.0
@@ -79,18 +79,23 @@ def relative_poses(
     solutions = square_solutions(size, camera, pixels)
     if not solutions:
         return None
-    start = (camera.base_from_optical() @ solutions[0].optical_from_marker)[:3, 3]
-    eye = camera.base_from_optical()[:2, 3]
+    base_from_optical = camera.base_from_optical()
+    placed = [base_from_optical @ solution.optical_from_marker for solution in solutions]
+    start, eye = placed[0][:3, 3], base_from_optical[:2, 3]
     towards = atan2(eye[1] - start[1], eye[0] - start[0])
+    # The solutions of a near marker lie in valleys that are narrower than the grid.
+    turns = [wrap_angle(atan2(one[1, 2], one[0, 2]) - towards) for one in placed]
+    grid = np.linspace(-_WIDEST, _WIDEST, _HEADINGS)
+    offsets = np.unique([*grid, *(turn for turn in turns if abs(turn) < _WIDEST)])
     view = _View(size, camera, pixels, parameters.pixel_noise)
-    coarse = view.profile(towards + np.linspace(-_WIDEST, _WIDEST, _HEADINGS), start)
+    coarse = view.profile(towards + offsets, start)
     largest = 2.0 * (parameters.largest_error / parameters.pixel_noise) ** 2
     if coarse is None or coarse.costs.min() > largest:
         return None
     parts = []
     for low, high in _valleys(coarse.costs):
         best = low + int(np.argmin(coarse.costs[low : high + 1]))
-        ends = coarse.headings[max(0, low - 1)], coarse.headings[min(_HEADINGS - 1, high + 1)]
+        ends = coarse.headings[max(0, low - 1)], coarse.headings[min(len(offsets) - 1, high + 1)]
         fine = view.profile(np.linspace(*ends, _HEADINGS), coarse.places[best])
         if fine is not None:
             parts.append(_moments(fine, float(coarse.costs.min())))
@@ -210,14 +215,15 @@ def _moments(profile: _Profile, least: float) -> _Part:
         profile: headings at equal distances.
         least: cost that has the weight 1.
     """
-    volumes = np.sqrt(np.linalg.det(profile.covariances))
-    weights = np.exp(least - profile.costs) * volumes * (profile.headings[1] - profile.headings[0])
+    step = float(profile.headings[1] - profile.headings[0])
+    weights = np.exp(least - profile.costs) * np.sqrt(np.linalg.det(profile.covariances)) * step
     shares = weights / weights.sum()
     rows = np.column_stack([profile.places, profile.headings])
     mean = shares @ rows
     off = rows - mean
     covariance = (off * shares[:, None]).T @ off
     covariance[:3, :3] += np.einsum("n,nab->ab", shares, profile.covariances)
+    covariance[3, 3] += step**2 / 12.0  # of a heading between two of the grid
     x, y, height, heading = (float(value) for value in mean)
     planar: FloatArray = covariance[np.ix_(_PLANAR, _PLANAR)]
     return _Part(float(weights.sum()), Pose2D(x, y, wrap_angle(heading)), height, planar)
