@@ -212,11 +212,11 @@ class MarkerSighting:
 
 @dataclass(frozen=True, slots=True)
 class RelativePose:
-    """A possible pose of a marker relative to the base, with its error.
+    """A possible pose of one thing in the frame of another one, with its error.
 
     Attributes:
-        pose: of the marker's centre and outward normal, base frame.
-        covariance: (3, 3) of x, y, heading; axes of the base.
+        pose: of a marker's centre and outward normal, base frame; or of the base, map frame.
+        covariance: (3, 3) of x, y, heading; axes of the frame.
         share: its probability among the possible poses, in [0, 1].
     """
 

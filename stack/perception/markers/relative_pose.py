@@ -5,7 +5,8 @@ between the two mirrored solutions, and its curvature at one of them says little
 So the likelihood is integrated over the heading: for each heading the best position is found
 (profile likelihood), and mean and covariance are those of the normalised profile. Solutions that a
 barrier separates stay two candidates; those without one are joined, with a covariance that
-contains both.
+contains both. (Mean and covariance by points along the curve, as the unscented transform does: S.
+Julier, J. Uhlmann, "Unscented Filtering and Nonlinear Estimation", Proceedings of the IEEE, 2004.)
 """
 
 from __future__ import annotations
@@ -16,18 +17,9 @@ from math import atan2
 
 import numpy as np
 
-from stack.perception.markers.detector import MarkerDetection
 from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.square_pose import square, square_solutions
-from stack.types import (
-    CameraModel,
-    FloatArray,
-    Image,
-    MarkerObservation,
-    Pose2D,
-    RelativePose,
-    wrap_angle,
-)
+from stack.types import CameraModel, FloatArray, Marker, Pose2D, RelativePose, wrap_angle
 
 _HEADINGS, _WIDEST = 41, 1.45
 """Headings of a grid; radians between the marker's normal and the line of sight, at most."""
@@ -35,31 +27,14 @@ _HEADINGS, _WIDEST = 41, 1.45
 _ROUNDS = 3
 """Gauss-Newton steps for the position at each heading."""
 
-_BARRIER = 3.0
+_BARRIER = 1.0
 """Negative log-likelihood between two solutions, above the better one, that keeps them apart."""
 
 _NEGLIGIBLE = 10.0
 """Negative log-likelihood above the best one beyond which a heading is left out."""
 
-_PLANAR = [0, 1, 3]
-"""Columns of x, y and heading among x, y, height, heading."""
-
 _NEAREST = 0.05
 """Metres in front of the camera; points that are nearer have no image."""
-
-
-def observed_marker(
-    found: MarkerDetection, image: Image, parameters: MarkerParameters
-) -> MarkerObservation | None:
-    """Return a surveyed marker in an image relative to the base; None if it stands not upright."""
-    size = parameters.surveyed_size
-    seen = relative_poses(size, image.camera, found.corners, parameters)
-    if seen is None:
-        return None
-    height, candidates = seen
-    return MarkerObservation(
-        image.stamp, found.dictionary, found.number, size, height, candidates
-    )  # fmt: skip
 
 
 def relative_poses(
@@ -76,9 +51,53 @@ def relative_poses(
     Returns:
         None if no upright marker in front of the camera explains the corners.
     """
+    parts = _parts(size, camera, pixels, parameters)
+    if not parts:
+        return None
+    height = float(parts[0].shares @ parts[0].profile.places[:, 2])
+    found = [
+        (part, _moments(part, part.profile.places[:, :2], part.profile.headings, part.covariances))
+        for part in parts
+    ]
+    return height, tuple(
+        RelativePose(pose, covariance, part.weight) for part, (pose, covariance) in found
+    )
+
+
+def base_poses(
+    marker: Marker, camera: CameraModel, pixels: FloatArray, parameters: MarkerParameters
+) -> tuple[RelativePose, ...]:
+    """Return the base's poses on the map by one marker, with covariances; the most probable first.
+
+    They lie on an arc around the marker, so mean and covariance are computed from points along it.
+    None if no upright marker explains the corners.
+
+    Args:
+        marker: map frame; the errors of its own pose are not included.
+        camera: intrinsics and mount.
+        pixels: (4, 2) its corners, from the image's corner.
+        parameters: noise of the pixels.
+    """
+    found = []
+    for part in _parts(marker.size, camera, pixels, parameters):
+        headings = marker.heading - part.profile.headings
+        c, s = np.cos(headings), np.sin(headings)
+        turns = np.stack([np.stack([c, -s], axis=1), np.stack([s, c], axis=1)], axis=1)
+        moved = np.einsum("nij,nj->ni", turns, part.profile.places[:, :2])
+        places = np.array(marker.position[:2]) - moved
+        covariances = turns @ part.covariances @ turns.transpose(0, 2, 1)
+        pose, covariance = _moments(part, places, headings, covariances)
+        found.append(RelativePose(pose, covariance, part.weight))
+    return tuple(found)
+
+
+def _parts(
+    size: float, camera: CameraModel, pixels: FloatArray, parameters: MarkerParameters
+) -> list[_Part]:
+    """Return the parts of the distribution that barriers separate, the most probable first."""
     solutions = square_solutions(size, camera, pixels)
     if not solutions:
-        return None
+        return []
     base_from_optical = camera.base_from_optical()
     placed = [base_from_optical @ solution.optical_from_marker for solution in solutions]
     start, eye = placed[0][:3, 3], base_from_optical[:2, 3]
@@ -91,20 +110,18 @@ def relative_poses(
     coarse = view.profile(towards + offsets, start)
     largest = 2.0 * (parameters.largest_error / parameters.pixel_noise) ** 2
     if coarse is None or coarse.costs.min() > largest:
-        return None
-    parts = []
+        return []
+    fine = []
     for low, high in _valleys(coarse.costs):
         best = low + int(np.argmin(coarse.costs[low : high + 1]))
         ends = coarse.headings[max(0, low - 1)], coarse.headings[min(len(offsets) - 1, high + 1)]
-        fine = view.profile(np.linspace(*ends, _HEADINGS), coarse.places[best])
-        if fine is not None:
-            parts.append(_moments(fine, float(coarse.costs.min())))
-    if not parts:
-        return None
-    parts.sort(key=lambda part: -part.weight)
-    total = sum(part.weight for part in parts)
-    candidates = (RelativePose(one.pose, one.covariance, one.weight / total) for one in parts)
-    return parts[0].height, tuple(candidates)
+        profile = view.profile(np.linspace(*ends, _HEADINGS), coarse.places[best])
+        if profile is not None:
+            fine.append((profile, profile.weights(float(coarse.costs.min()))))
+    total = sum(float(weights.sum()) for _, weights in fine)
+    parts = [_Part(profile, weights / weights.sum(), float(weights.sum()) / total)
+             for profile, weights in fine]  # fmt: skip
+    return sorted(parts, key=lambda part: -part.weight)
 
 
 @dataclass(frozen=True)
@@ -123,21 +140,34 @@ class _Profile:
     covariances: FloatArray
     costs: FloatArray
 
+    def weights(self, least: float) -> FloatArray:
+        """Return (n,) likelihoods, relative to that of the cost `least`.
+
+        At each heading the likelihood is integrated over the position (Laplace's approximation).
+        """
+        volumes = np.sqrt(np.linalg.det(self.covariances))
+        found: FloatArray = np.exp(least - self.costs) * volumes
+        return found * (self.headings[1] - self.headings[0])
+
 
 @dataclass(frozen=True)
 class _Part:
-    """Mean and covariance of a part of the distribution.
+    """A part of the distribution.
 
     Attributes:
-        weight: its likelihood.
-        pose: mean, base frame. height: of the marker's centre, metres.
-        covariance: (3, 3) of x, y, heading.
+        profile: headings at equal distances.
+        shares: (n,) of the headings in it; they add up to 1.
+        weight: its share of the whole.
     """
 
+    profile: _Profile
+    shares: FloatArray
     weight: float
-    pose: Pose2D
-    height: float
-    covariance: FloatArray
+
+    @property
+    def covariances(self) -> FloatArray:
+        """(n, 2, 2) of x and y at each heading."""
+        return self.profile.covariances[:, :2, :2]
 
 
 class _View:
@@ -206,24 +236,22 @@ def _valleys(costs: FloatArray) -> list[tuple[int, int]]:
     return [(int(part[0]), int(part[-1])) for part in parts]
 
 
-def _moments(profile: _Profile, least: float) -> _Part:
-    """Return mean and covariance of the distribution that a profile gives.
-
-    At each heading the likelihood is integrated over the position (Laplace's approximation).
+def _moments(
+    part: _Part, places: FloatArray, headings: FloatArray, covariances: FloatArray
+) -> tuple[Pose2D, FloatArray]:
+    """Return mean and covariance (3, 3) of poses with the shares of a part.
 
     Args:
-        profile: headings at equal distances.
-        least: cost that has the weight 1.
+        part: of the distribution.
+        places: (n, 2) at its headings.
+        headings: (n,) radians, at equal distances.
+        covariances: (n, 2, 2) of the places.
     """
-    step = float(profile.headings[1] - profile.headings[0])
-    weights = np.exp(least - profile.costs) * np.sqrt(np.linalg.det(profile.covariances)) * step
-    shares = weights / weights.sum()
-    rows = np.column_stack([profile.places, profile.headings])
-    mean = shares @ rows
+    rows = np.column_stack([places, headings])
+    mean = part.shares @ rows
     off = rows - mean
-    covariance = (off * shares[:, None]).T @ off
-    covariance[:3, :3] += np.einsum("n,nab->ab", shares, profile.covariances)
-    covariance[3, 3] += step**2 / 12.0  # of a heading between two of the grid
-    x, y, height, heading = (float(value) for value in mean)
-    planar: FloatArray = covariance[np.ix_(_PLANAR, _PLANAR)]
-    return _Part(float(weights.sum()), Pose2D(x, y, wrap_angle(heading)), height, planar)
+    covariance: FloatArray = (off * part.shares[:, None]).T @ off
+    covariance[:2, :2] += np.einsum("n,nab->ab", part.shares, covariances)
+    covariance[2, 2] += (headings[1] - headings[0]) ** 2 / 12.0  # between two headings of the grid
+    x, y, heading = (float(value) for value in mean)
+    return Pose2D(x, y, wrap_angle(heading)), covariance

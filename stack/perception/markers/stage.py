@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from stack.frames.buffer import TransformBuffer
-from stack.perception.markers.detector import MarkerDetector
+from stack.perception.markers.detector import MarkerDetection, MarkerDetector
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.markers.relative_pose import observed_marker
+from stack.perception.markers.relative_pose import relative_poses
 from stack.perception.markers.survey import LEAST_SIDE, MarkerSurvey
 from stack.types import (
     Image,
@@ -126,3 +126,17 @@ class MarkerStage:
             return True
         turn = abs(wrap_angle(odometry.heading - before.heading))
         return odometry.distance_to(before) >= p.update_distance or turn >= p.update_angle
+
+
+def observed_marker(
+    found: MarkerDetection, image: Image, parameters: MarkerParameters
+) -> MarkerObservation | None:
+    """Return a surveyed marker in an image relative to the base; None if it stands not upright."""
+    size = parameters.surveyed_size
+    seen = relative_poses(size, image.camera, found.corners, parameters)
+    if seen is None:
+        return None
+    height, candidates = seen
+    return MarkerObservation(
+        image.stamp, found.dictionary, found.number, size, height, candidates
+    )  # fmt: skip

@@ -7,7 +7,7 @@ import numpy as np
 from stack.mapping.slam.mapper import Mapper
 from stack.perception.markers.detector import MarkerDetection
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.markers.relative_pose import observed_marker
+from stack.perception.markers.stage import observed_marker
 from stack.types import FloatArray, Image, Marker, MarkerObservation, Pose2D
 from tests.stack.mapping.slam.rooms import scan_at
 from tests.stack.perception.markers.marker_pictures import CAMERA, optical_from, seen_corners

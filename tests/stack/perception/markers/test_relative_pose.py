@@ -7,7 +7,8 @@ import pytest
 
 from stack.perception.markers.detector import MarkerDetector
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.markers.relative_pose import observed_marker, relative_poses
+from stack.perception.markers.relative_pose import relative_poses
+from stack.perception.markers.stage import observed_marker
 from stack.types import CameraModel, Pose2D, RelativePose, wrap_angle
 from tests.stack.perception.markers.marker_pictures import (
     CAMERA,
