@@ -11,6 +11,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -229,8 +230,9 @@ def _check(arrays: dict[str, Any], header: dict[str, Any]) -> None:
     _check_group(arrays, KEYFRAME_ARRAYS, header["keyframes"])
     _check_group(arrays, EDGE_ARRAYS, header["edges"])
     if "landmark_numbers" in arrays:
-        for group in (LANDMARK_ARRAYS, SIGHTING_ARRAYS, CANDIDATE_ARRAYS):
-            _check_group(arrays, group)
+        _check_group(arrays, LANDMARK_ARRAYS)
+        _check_group(arrays, SIGHTING_ARRAYS)
+        _check_group(arrays, CANDIDATE_ARRAYS)
     beams = arrays["beams"]
     if arrays["ranges"].shape != (beams.sum(),) or (beams < 0).any():
         raise ValueError(f"ranges has the shape {arrays['ranges'].shape}, not ({beams.sum()},)")
@@ -239,7 +241,7 @@ def _check(arrays: dict[str, Any], header: dict[str, Any]) -> None:
 
 
 def _check_group(
-    arrays: dict[str, Any], wanted: dict[str, tuple[int, ...]], count: int | None = None
+    arrays: dict[str, Any], wanted: Mapping[str, tuple[int, ...]], count: int | None = None
 ) -> None:
     """Check arrays with one row for each of `count` things; by default as many as the first has."""
     for name, shape in wanted.items():
@@ -287,8 +289,10 @@ def _add_landmarks(graph: PoseGraph, arrays: dict[str, Any]) -> None:
     names, numbers = arrays["landmark_dictionaries"].tolist(), arrays["landmark_numbers"].tolist()
     keys = list(zip(names, numbers, strict=True))
     for n, key in enumerate(keys):
-        pose = _pose(arrays["landmark_poses"][n].tolist()) if arrays["landmark_placed"][n] else None
-        graph.landmarks[key] = Landmark(float(arrays["landmark_sizes"][n]), {}, pose)
+        placed = _pose(arrays["landmark_poses"][n].tolist())
+        is_placed = bool(arrays["landmark_placed"][n])
+        size = float(arrays["landmark_sizes"][n])
+        graph.landmarks[key] = Landmark(size, {}, placed if is_placed else None)
     for n, landmark in enumerate(arrays["sighting_landmarks"].tolist()):
         key, keyframe = keys[landmark], int(arrays["sighting_keyframes"][n])
         height = float(arrays["sighting_heights"][n])

@@ -130,10 +130,14 @@ class MapService:
         """Save the map, its keyframes and what the estimator adds, for example its pose graph.
 
         Raises:
-            NavigationError: FAILED if it cannot be written.
+            NavigationError: FAILED if it cannot be written or its markers cannot be computed.
         """
         keyframes = {} if self._places is None else self._places.files()
-        own = {**self._estimator.map_files(), **self._marker_map(), **keyframes}
+        try:
+            own = {**self._estimator.map_files(), **self._marker_map(), **keyframes}
+        except InputError as error:
+            sentence = f"the map cannot be saved to {name!r}: {error}"
+            raise NavigationError(FailureCode.FAILED, sentence) from None
         files = folder_contents(self.grid, own)
         try:
             return self._store.save(name, files)

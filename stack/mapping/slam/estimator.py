@@ -17,7 +17,7 @@ from stack.frames.buffer import TransformBuffer
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
-from stack.mapping.slam.landmarks import markers_of
+from stack.mapping.slam.landmarks import markers_of, problem_of
 from stack.mapping.slam.parameters import SlamParameters
 from stack.parameters import suggestion
 from stack.types import (
@@ -199,9 +199,11 @@ class SlamEstimator(Estimator):
 
     def mapped_markers(self) -> tuple[Marker, ...]:
         """Return the landmarks of the graph; their deviations are its marginals."""
-        if not self.mapper.graph.landmarks:
+        p, graph = self.parameters, self.mapper.graph
+        if not graph.landmarks:
             return ()
-        return markers_of(self.mapper.graph, self._worker.solve(self.mapper.problem()))
+        problem = problem_of(graph, p.robust_scale, p.marker_views)
+        return markers_of(graph, self._worker.solve(problem))
 
     def take_map(self) -> OccupancyGrid | None:
         """Return the map when it changed, at most every `map_period` seconds."""

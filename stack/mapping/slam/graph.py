@@ -224,7 +224,7 @@ class PoseGraph:
             if seen is None or edge is None:
                 continue
             back = reversed_edge(edge)
-            motion = np.linalg.inv(back.information)
+            motion: FloatArray = np.linalg.inv(back.information).astype(np.float64)
             moved = tuple(carried(one, back.relative, motion) for one in seen.candidates)
             self.add_sighting(key, landmark.size, edge.target, Sighting(moved, seen.height))
 

@@ -226,7 +226,7 @@ def _joined(candidates: tuple[RelativePose, ...]) -> RelativePose:
 def _information(seen: RelativePose) -> FloatArray:
     """Return the information of a relative pose in the axes of that pose."""
     turn = _turn(-seen.pose.heading)
-    information: FloatArray = np.linalg.inv(turn @ seen.covariance @ turn.T)
+    information: FloatArray = np.linalg.inv(turn @ seen.covariance @ turn.T).astype(np.float64)
     return 0.5 * (information + information.T)
 
 

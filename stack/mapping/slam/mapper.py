@@ -175,7 +175,7 @@ class Mapper:
         information = odometry_information(motion, self.parameters)
         if self.match is not None:
             information = information + softened(self.match.information)
-        covariance: FloatArray = np.linalg.inv(information)
+        covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
         return covariance
 
     @property

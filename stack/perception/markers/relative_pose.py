@@ -146,8 +146,9 @@ class _Profile:
         At each heading the likelihood is integrated over the position (Laplace's approximation).
         """
         volumes = np.sqrt(np.linalg.det(self.covariances))
-        found: FloatArray = np.exp(least - self.costs) * volumes
-        return found * (self.headings[1] - self.headings[0])
+        step = float(self.headings[1] - self.headings[0])
+        found: FloatArray = np.exp(least - self.costs) * volumes * step
+        return found
 
 
 @dataclass(frozen=True)
