@@ -16,7 +16,9 @@ from stack.frames.buffer import TransformBuffer
 from stack.types import (
     FailureCode,
     FloatArray,
+    Marker,
     MarkerFix,
+    MarkerObservation,
     Observation,
     OccupancyGrid,
     Odometry,
@@ -73,6 +75,7 @@ class Estimator(Component, ABC):
         needs_map: whether it works only in missions with a map.
         needs_initial_pose: whether, on a map, the mission must know where the robot starts.
         uses_markers: whether `update_markers` corrects the pose.
+        maps_markers: whether the markers of `observe_markers` are part of its map.
         loads_saved_maps: whether it reads more of a saved map than the grid, e.g. a pose graph; a
             mission with a saved map then begins with `load_map` instead of `start`.
         lidar: name of the lidar whose scans `fit_at` and `localise_globally` expect.
@@ -81,6 +84,7 @@ class Estimator(Component, ABC):
     needs_map: ClassVar[bool] = False
     needs_initial_pose: ClassVar[bool] = False
     uses_markers: ClassVar[bool] = False
+    maps_markers: ClassVar[bool] = False
     loads_saved_maps: ClassVar[bool] = False
 
     @classmethod
@@ -134,6 +138,21 @@ class Estimator(Component, ABC):
             frames: as for `update`.
         """
         return self.estimate
+
+    def observe_markers(self, seen: Sequence[MarkerObservation], frames: TransformBuffer) -> None:
+        """Take the markers of a picture into the map.
+
+        It is called after `update` in the step in which the picture arrives, with
+        `navigation: {markers: {survey: true}}`, for estimators with `maps_markers`.
+
+        Args:
+            seen: the markers to map, relative to the base at the picture's stamp.
+            frames: as for `update`.
+        """
+
+    def mapped_markers(self) -> tuple[Marker, ...]:
+        """Return the markers of the estimator's map, with standard deviations, map frame."""
+        return ()
 
     @property
     @abstractmethod

@@ -1,8 +1,9 @@
 """Files of a pose graph: a folder with graph.json and graph.npz, and g2o.
 
 graph.json has the format version and the numbers of keyframes and edges; graph.npz has the arrays,
-which keep every bit. g2o (R. Kümmerle et al., "g2o: A general framework for graph optimization",
-ICRA 2011) has VERTEX_SE2 and EDGE_SE2 lines and no scans. Code: E403.
+which keep every bit; graphs with markers have arrays of landmarks, sightings and their candidates.
+g2o (R. Kümmerle et al., "g2o: A general framework for graph optimization", ICRA 2011) has
+VERTEX_SE2 and EDGE_SE2 lines of the keyframes, and no scans. Code: E403.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +19,17 @@ import numpy as np
 
 from stack.documents.files import JSON_BYTES, RECORD_BYTES, decoded, read_input
 from stack.errors import Finding, InputError, Mark, ParameterError
-from stack.mapping.slam.graph import EDGE_KINDS, Edge, EdgeKind, Keyframe, PoseGraph
+from stack.mapping.slam.graph import (
+    EDGE_KINDS,
+    Edge,
+    EdgeKind,
+    Keyframe,
+    Landmark,
+    PoseGraph,
+    Sighting,
+)
 from stack.mapping.trajectories import plain_text, tum_text
-from stack.types import FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, RelativePose, Scan
 
 GRAPH = "E403"
 FORMAT = "treepilot pose graph"
@@ -38,6 +48,15 @@ KEYFRAME_ARRAYS = {
 }  # fmt: skip
 EDGE_ARRAYS = {
     "sources": (), "targets": (), "relatives": (3,), "informations": (3, 3), "kinds": (),
+}  # fmt: skip
+LANDMARK_ARRAYS = {
+    "landmark_dictionaries": (), "landmark_numbers": (), "landmark_sizes": (),
+    "landmark_placed": (), "landmark_poses": (3,),
+}  # fmt: skip
+SIGHTING_ARRAYS = {"sighting_landmarks": (), "sighting_keyframes": (), "sighting_heights": ()}
+CANDIDATE_ARRAYS = {
+    "candidate_sightings": (), "candidate_poses": (3,), "candidate_covariances": (3, 3),
+    "candidate_shares": (),
 }  # fmt: skip
 
 
@@ -73,6 +92,7 @@ def graph_contents(graph: PoseGraph, epoch: float = 0.0) -> dict[str, bytes]:
             [edge.information for edge in graph.edges], np.float64
         ).reshape(-1, 3, 3),
         "kinds": np.array([EDGE_KINDS.index(edge.kind) for edge in graph.edges], np.int64),
+        **_landmark_arrays(graph),
     }  # fmt: skip
     packed = io.BytesIO()
     np.savez_compressed(packed, allow_pickle=False, **arrays)
@@ -207,21 +227,77 @@ def _check(arrays: dict[str, Any], header: dict[str, Any]) -> None:
     Raises:
         ValueError: an array is missing, has another shape, or holds numbers that are not finite.
     """
-    for wanted, count in ((KEYFRAME_ARRAYS, header["keyframes"]), (EDGE_ARRAYS, header["edges"])):
-        for name, shape in wanted.items():
-            if name not in arrays:
-                raise ValueError(f"{name} is missing")
-            if arrays[name].shape != (count, *shape):
-                raise ValueError(
-                    f"{name} has the shape {arrays[name].shape}, not {(count, *shape)}"
-                )
-            if not np.isfinite(arrays[name]).all():
-                raise ValueError(f"{name} has numbers that are not finite")
+    _check_group(arrays, KEYFRAME_ARRAYS, header["keyframes"])
+    _check_group(arrays, EDGE_ARRAYS, header["edges"])
+    if "landmark_numbers" in arrays:
+        _check_group(arrays, LANDMARK_ARRAYS)
+        _check_group(arrays, SIGHTING_ARRAYS)
+        _check_group(arrays, CANDIDATE_ARRAYS)
     beams = arrays["beams"]
     if arrays["ranges"].shape != (beams.sum(),) or (beams < 0).any():
         raise ValueError(f"ranges has the shape {arrays['ranges'].shape}, not ({beams.sum()},)")
     if arrays["bearings"].shape != (beams[arrays["deskewed"]].sum(),):
         raise ValueError(f"bearings has the shape {arrays['bearings'].shape}")
+
+
+def _check_group(
+    arrays: dict[str, Any], wanted: Mapping[str, tuple[int, ...]], count: int | None = None
+) -> None:
+    """Check arrays with one row for each of `count` things; by default as many as the first has."""
+    for name, shape in wanted.items():
+        if name not in arrays:
+            raise ValueError(f"{name} is missing")
+        count = len(arrays[name]) if count is None else count
+        if arrays[name].shape != (count, *shape):
+            raise ValueError(f"{name} has the shape {arrays[name].shape}, not {(count, *shape)}")
+        if arrays[name].dtype.kind != "U" and not np.isfinite(arrays[name]).all():
+            raise ValueError(f"{name} has numbers that are not finite")
+
+
+def _landmark_arrays(graph: PoseGraph) -> dict[str, Any]:
+    """Return the arrays of the landmarks; none of a graph without them."""
+    marks = list(graph.landmarks.values())
+    if not marks:
+        return {}
+    seen = [(n, number, one) for n, mark in enumerate(marks)
+            for number, one in mark.sightings.items()]  # fmt: skip
+    rows = [(n, one) for n, (_, _, sighting) in enumerate(seen) for one in sighting.candidates]
+    covariances = np.array([one.covariance for _, one in rows], np.float64)
+    return {
+        "landmark_dictionaries": np.array([dictionary for dictionary, _ in graph.landmarks]),
+        "landmark_numbers": np.array([number for _, number in graph.landmarks], np.int64),
+        "landmark_sizes": np.array([mark.size for mark in marks], np.float64),
+        "landmark_placed": np.array([mark.pose is not None for mark in marks], np.bool_),
+        "landmark_poses": _rows([mark.pose or Pose2D(0.0, 0.0) for mark in marks]),
+        "sighting_landmarks": np.array([n for n, _, _ in seen], np.int64),
+        "sighting_keyframes": np.array([number for _, number, _ in seen], np.int64),
+        "sighting_heights": np.array([one.height for _, _, one in seen], np.float64),
+        "candidate_sightings": np.array([n for n, _ in rows], np.int64),
+        "candidate_poses": _rows([one.pose for _, one in rows]),
+        "candidate_covariances": covariances.reshape(-1, 3, 3),
+        "candidate_shares": np.array([one.share for _, one in rows], np.float64),
+    }
+
+
+def _add_landmarks(graph: PoseGraph, arrays: dict[str, Any]) -> None:
+    """Add the landmarks of the arrays to a graph."""
+    candidates: dict[int, list[RelativePose]] = {}
+    for n, sighting in enumerate(arrays["candidate_sightings"].tolist()):
+        pose, share = _pose(arrays["candidate_poses"][n].tolist()), arrays["candidate_shares"][n]
+        covariance = arrays["candidate_covariances"][n].astype(np.float64)
+        candidates.setdefault(sighting, []).append(RelativePose(pose, covariance, float(share)))
+    names, numbers = arrays["landmark_dictionaries"].tolist(), arrays["landmark_numbers"].tolist()
+    keys = list(zip(names, numbers, strict=True))
+    for n, key in enumerate(keys):
+        placed = _pose(arrays["landmark_poses"][n].tolist())
+        is_placed = bool(arrays["landmark_placed"][n])
+        size = float(arrays["landmark_sizes"][n])
+        graph.landmarks[key] = Landmark(size, {}, placed if is_placed else None)
+    for n, landmark in enumerate(arrays["sighting_landmarks"].tolist()):
+        key, keyframe = keys[landmark], int(arrays["sighting_keyframes"][n])
+        height = float(arrays["sighting_heights"][n])
+        seen = Sighting(tuple(candidates[n]), height)
+        graph.add_sighting(key, graph.landmarks[key].size, keyframe, seen)
 
 
 def _graph(arrays: dict[str, Any], kinds: list[str]) -> PoseGraph:
@@ -260,6 +336,8 @@ def _graph(arrays: dict[str, Any], kinds: list[str]) -> PoseGraph:
                 known[kinds[arrays["kinds"][n]]],
             )
         )
+    if "landmark_numbers" in arrays:
+        _add_landmarks(graph, arrays)
     return graph
 
 

@@ -130,10 +130,14 @@ class MapService:
         """Save the map, its keyframes and what the estimator adds, for example its pose graph.
 
         Raises:
-            NavigationError: FAILED if it cannot be written.
+            NavigationError: FAILED if it cannot be written or its markers cannot be computed.
         """
         keyframes = {} if self._places is None else self._places.files()
-        own = {**self._estimator.map_files(), **self._marker_map(), **keyframes}
+        try:
+            own = {**self._estimator.map_files(), **self._marker_map(), **keyframes}
+        except InputError as error:
+            sentence = f"the map cannot be saved to {name!r}: {error}"
+            raise NavigationError(FailureCode.FAILED, sentence) from None
         files = folder_contents(self.grid, own)
         try:
             return self._store.save(name, files)
@@ -145,8 +149,12 @@ class MapService:
         """Return the map of markers of a saved map, if the mission surveys them."""
         if self._survey is None or not self._survey.parameters.survey:
             return {}
-        self.surveyed = self._survey.markers(self._estimator.corrected_pose)
-        text = marker_map_text((*self._markers, *self.surveyed), "saved with the map")
+        exact = {_key(one) for one in self._markers if not one.position_deviation}
+        mapped = [one for one in self._estimator.mapped_markers() if _key(one) not in exact]
+        self.surveyed = self._survey.markers(self._estimator.corrected_pose, mapped)
+        again = {_key(one) for one in self.surveyed}
+        known = [one for one in self._markers if _key(one) not in again]
+        text = marker_map_text((*known, *self.surveyed), "saved with the map")
         return {MARKERS_YAML: text.encode()}
 
     def load(self, name: str, pose: Pose2D | None) -> OccupancyGrid:
@@ -171,6 +179,10 @@ class MapService:
             raise NavigationError(FailureCode.FAILED, f"cannot load {name!r}: {error}") from None
         self._static = grid
         return grid
+
+
+def _key(marker: Marker) -> tuple[str, int]:
+    return marker.dictionary, marker.number
 
 
 def _from_costs(costmap: CostmapLike) -> OccupancyGrid:

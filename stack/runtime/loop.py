@@ -115,6 +115,8 @@ class Runtime:
                 estimate = p.estimator.update_markers(fix, p.frames)
             p.frames.correct(estimate)
             p.markers.add_views(observation, p.frames, estimate)
+            if p.estimator.maps_markers:
+                p.estimator.observe_markers(p.markers.observed(observation), p.frames)
             if estimate.jumps != before.jumps:
                 p.facade.estimate_jumped(before.pose, estimate.pose)
         with measure("places"):

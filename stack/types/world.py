@@ -222,6 +222,43 @@ class MarkerSighting:
 
 
 @dataclass(frozen=True, slots=True)
+class RelativePose:
+    """A possible pose of one thing in the frame of another one, with its error.
+
+    Attributes:
+        pose: of a marker's centre and outward normal, base frame; or of the base, map frame.
+        covariance: (3, 3) of x, y, heading; axes of the frame.
+        share: its probability among the possible poses, in [0, 1].
+    """
+
+    pose: Pose2D
+    covariance: FloatArray
+    share: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerObservation:
+    """A marker seen in a picture, relative to the base, for maps of markers.
+
+    Attributes:
+        stamp: of the picture, seconds.
+        dictionary: its OpenCV dictionary.
+        number: its id in the dictionary.
+        size: side of its black square, metres.
+        height: of its centre above the floor, metres.
+        candidates: poses that explain its corners, the most probable first; their shares add up
+            to 1.
+    """
+
+    stamp: float
+    dictionary: str
+    number: int
+    size: float
+    height: float
+    candidates: tuple[RelativePose, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class MarkerFix:
     """The base's pose by all known markers in one picture.
 

@@ -30,6 +30,7 @@ from tests.benchmarks import (
     hall,
     mapping,
     marker_corridor,
+    marker_loop,
     marker_survey,
     markers,
     missions,
@@ -47,8 +48,8 @@ from tests.benchmarks.origin import Version, current_version, machine, today
 from tests.benchmarks.table import Rows, show
 
 BENCH = Path("bench")
-HELD_OUT, CORRIDORS, SURVEYS = 9000, 1, 1
-"""First seed of the benches of markers, and their runs: a minute of processor time each."""
+HELD_OUT, CORRIDORS, SURVEYS, LOOPS = 9000, 1, 2, 2
+"""First seed of the benches of markers, and their runs: half a minute of processor time each."""
 
 CONTROLLERS = ("pure_pursuit", "mppi", "dwb")
 
@@ -228,6 +229,11 @@ PERCEPTION = {
         "Surveyed markers of the office",
         lambda given: marker_survey.run(HELD_OUT, SURVEYS),
         setting={**OFF, "first seed": HELD_OUT, "seeds": SURVEYS},
+    ),
+    "marker_loop": Benchmark(
+        "A bare loop that a marker closes",
+        lambda given: marker_loop.run(HELD_OUT, LOOPS),
+        setting={**OFF, "first seed": HELD_OUT, "seeds": LOOPS},
     ),
     "places": Benchmark(
         "Relocalisation by appearance",

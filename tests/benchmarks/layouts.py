@@ -140,6 +140,11 @@ LAYOUTS: dict[str, Layout] = {
         "median error": "{median cm:.1f} cm, {median °:.1f}°",
         "largest": "{largest cm:.1f} cm, {largest °:.1f}°",
         "within 2 deviations": "{within 2 deviations %:.0f} %",
+    }, added={"mean error of the pose": "{pose cm:.1f} cm", "IoU of the walls": "{IoU}"}),
+    "marker_loop": Layout({
+        "markers": "{markers}", "runs": "{runs}", "error at the end": "{at the end cm:.0f} cm",
+        "largest": "{largest cm:.0f} cm", "error of the keyframes": "{keyframes cm:.0f} cm",
+        "IoU of the walls": "{IoU:.2f}",
     }),
     "places": Layout({
         "poses in": "{poses in}", "keyframes": "{keyframes}", "poses": "{poses}",

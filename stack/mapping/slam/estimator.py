@@ -17,11 +17,14 @@ from stack.frames.buffer import TransformBuffer
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
+from stack.mapping.slam.landmarks import markers_of, problem_of
 from stack.mapping.slam.parameters import SlamParameters
 from stack.parameters import suggestion
 from stack.types import (
     FloatArray,
     HealthThresholds,
+    Marker,
+    MarkerObservation,
     Observation,
     OccupancyGrid,
     Pose2D,
@@ -55,6 +58,7 @@ class SlamEstimator(Estimator):
 
     Parameters = SlamParameters
     loads_saved_maps = True
+    maps_markers = True
     starts_mapping: ClassVar[bool] = True
     parameters: SlamParameters
 
@@ -119,7 +123,7 @@ class SlamEstimator(Estimator):
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
         self._consistency = MapConsistency()
         self._health, self._jumps = 1.0, 0
-        self._time = self._corrected_at = 0.0
+        self._time = self._corrected_at = self._scanned_at = 0.0
         self._is_started, self._is_real_time = False, False
         self._map_version, self._map_due = 0, 0.0
         self._shows_map = grid is None
@@ -185,6 +189,21 @@ class SlamEstimator(Estimator):
             self._worker.submit(self.mapper.problem(), self._time + self.parameters.latency)
         self.mapper.draw(self.parameters.keyframes_per_step)
         return self.estimate
+
+    def observe_markers(self, seen: Sequence[MarkerObservation], frames: TransformBuffer) -> None:
+        """Take the markers of a picture into the graph while it grows."""
+        for one in seen:
+            times = sorted((one.stamp, self._scanned_at))
+            if frames.covers(times[0]) and not frames.disturbed_between(*times):
+                self.mapper.add_marker(one, frames.pose_at("odom", one.stamp))
+
+    def mapped_markers(self) -> tuple[Marker, ...]:
+        """Return the landmarks of the graph; their deviations are its marginals."""
+        p, graph = self.parameters, self.mapper.graph
+        if not graph.landmarks:
+            return ()
+        problem = problem_of(graph, p.robust_scale, p.marker_views)
+        return markers_of(graph, self._worker.solve(problem))
 
     def take_map(self) -> OccupancyGrid | None:
         """Return the map when it changed, at most every `map_period` seconds."""
@@ -342,6 +361,7 @@ class SlamEstimator(Estimator):
 
     def _match(self, scan: Scan, odometry: Pose2D) -> None:
         pose = self.mapper.add(scan.stamp, odometry, scan)
+        self._scanned_at = scan.stamp
         moved, self._matched = odometry.relative_to(self._matched), odometry
         self._map_from_odom = pose.compose(odometry.inverse())
         self._corrected_at = max(self._corrected_at, scan.stamp)
@@ -376,11 +396,11 @@ class SlamEstimator(Estimator):
         return np.diag(np.square([position, position, heading]))
 
     def _apply_optimisation(self) -> None:
-        poses = self._worker.result(self._time)
-        if poses is None:
+        optimum = self._worker.result(self._time)
+        if optimum is None:
             return
         before = self.mapper.pose
-        self.mapper.apply(poses)
+        self.mapper.apply(optimum)
         after = self.mapper.pose
         correction = after.compose(before.inverse())
         self._map_from_odom = correction.compose(self._map_from_odom)

@@ -3,7 +3,8 @@
 The frame of the poses is the map frame. An edge from i to j measures the pose of keyframe j in the
 frame of keyframe i. Its error is the estimated relative pose in the frame of the measured one, in
 the order x, y, heading, weighted by the information matrix (R. Kümmerle et al., "g2o: A General
-Framework for Graph Optimization", ICRA 2011).
+Framework for Graph Optimization", ICRA 2011). Fiducial markers that were seen at keyframes are
+landmarks of the graph.
 """
 
 from __future__ import annotations
@@ -15,10 +16,15 @@ from typing import Literal
 import numpy as np
 
 from stack.errors import ParameterError
-from stack.types import FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, RelativePose, Scan
 
-EdgeKind = Literal["odometry", "match", "loop"]
+EdgeKind = Literal["odometry", "match", "loop", "marker"]
 EDGE_KINDS: tuple[EdgeKind, ...] = ("odometry", "match", "loop")
+"""Kinds between keyframes. An edge of kind "marker" leads to a landmark; it follows from the
+sightings and is not stored."""
+
+LandmarkKey = tuple[str, int]
+"""Dictionary and number of a marker."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +58,7 @@ class Edge:
         relative: pose of the target in the frame of the source.
         information: (3, 3) inverse covariance in the order x, y, heading; metres and radians.
         kind: "odometry", "match" (scans of neighbours) or "loop" (scans of an earlier visit); the
-            optimiser may reject loop edges.
+            optimiser may reject loop edges and edges to landmarks ("marker").
     """
 
     source: int
@@ -62,12 +68,54 @@ class Edge:
     kind: EdgeKind
 
 
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A marker seen at a keyframe.
+
+    Attributes:
+        candidates: possible poses of the marker in the frame of the keyframe, with covariances in
+            the axes of that frame; the most probable first.
+        height: of the marker above the floor, metres.
+    """
+
+    candidates: tuple[RelativePose, ...]
+    height: float
+
+    @property
+    def variance(self) -> float:
+        """Variance of the position of the most probable pose, square metres."""
+        return float(np.trace(self.candidates[0].covariance[:2, :2]))
+
+
+@dataclass(slots=True)
+class Landmark:
+    """A fiducial marker as a node of the graph.
+
+    Attributes:
+        size: side of its black square, metres.
+        sightings: by id of the keyframe, one for each.
+        pose: of its centre and outward normal, map frame; None until the optimiser has placed it.
+    """
+
+    size: float
+    sightings: dict[int, Sighting] = field(default_factory=dict)
+    pose: Pose2D | None = None
+
+    @property
+    def height(self) -> float:
+        """Mean height of the sightings, weighted by their information, metres."""
+        weights = [1.0 / sighting.variance for sighting in self.sightings.values()]
+        heights = [sighting.height for sighting in self.sightings.values()]
+        return float(np.average(heights, weights=weights))
+
+
 @dataclass(slots=True)
 class PoseGraph:
-    """Keyframes by id, and edges in the order of their creation."""
+    """Keyframes by id, edges in the order of their creation, and landmarks."""
 
     keyframes: dict[int, Keyframe] = field(default_factory=dict)
     edges: list[Edge] = field(default_factory=list)
+    landmarks: dict[LandmarkKey, Landmark] = field(default_factory=dict)
     _edges_of: dict[int, list[Edge]] = field(default_factory=dict, repr=False)
 
     @property
@@ -117,6 +165,21 @@ class PoseGraph:
         for edge in self._edges_of[keyframe]:
             yield edge.target if edge.source == keyframe else edge.source
 
+    def add_sighting(self, key: LandmarkKey, size: float, keyframe: int, seen: Sighting) -> bool:
+        """Add a marker seen at a keyframe, if it is better than one of the same keyframe.
+
+        Raises:
+            ParameterError: the keyframe is missing.
+        """
+        if keyframe not in self.keyframes:
+            raise ParameterError("sighting", f"there is no keyframe {keyframe}")
+        landmark = self.landmarks.setdefault(key, Landmark(size))
+        known = landmark.sightings.get(keyframe)
+        if known is not None and known.variance <= seen.variance:
+            return False
+        landmark.sightings[keyframe] = seen
+        return True
+
     def set_poses(self, poses: Mapping[int, Pose2D]) -> None:
         """Move keyframes; ids that are not in the graph are ignored."""
         for number, pose in poses.items():
@@ -129,7 +192,7 @@ class PoseGraph:
         Each neighbour gets an edge to the neighbour with the strongest edge, composed of the two
         edges over the removed keyframe with their covariances (a spanning tree of the Markov
         blanket: H. Kretzschmar, C. Stachniss, "Information-theoretic compression of pose graphs",
-        IJRR 2012).
+        IJRR 2012). What was seen of markers moves to that neighbour.
         """
         outgoing = [_outgoing(edge, keyframe) for edge in self._edges_of[keyframe]]
         del self.keyframes[keyframe], self._edges_of[keyframe]
@@ -142,9 +205,10 @@ class PoseGraph:
             known = best.get(edge.target)
             if known is None or _strength(edge) > _strength(known):
                 best[edge.target] = edge
-        if not best:
+        root = max(best.values(), key=_strength, default=None)
+        self._move_sightings(keyframe, root)
+        if root is None:
             return
-        root = max(best.values(), key=_strength)
         joined = {
             e.source + e.target - root.target
             for e in self._edges_of[root.target]
@@ -152,6 +216,33 @@ class PoseGraph:
         for number in sorted(best):
             if number != root.target and number not in joined:
                 self.add_edge(_composed(root, best[number]))
+
+    def _move_sightings(self, keyframe: int, edge: Edge | None) -> None:
+        """Move the sightings of a removed keyframe along an edge from it; drop them without one."""
+        for key, landmark in self.landmarks.items():
+            seen = landmark.sightings.pop(keyframe, None)
+            if seen is None or edge is None:
+                continue
+            back = reversed_edge(edge)
+            motion: FloatArray = np.linalg.inv(back.information).astype(np.float64)
+            moved = tuple(carried(one, back.relative, motion) for one in seen.candidates)
+            self.add_sighting(key, landmark.size, edge.target, Sighting(moved, seen.height))
+
+
+def carried(seen: RelativePose, motion: Pose2D, covariance: FloatArray) -> RelativePose:
+    """Return the pose of a marker relative to an earlier pose of the base.
+
+    Args:
+        seen: relative to the later pose of the base.
+        motion: the later pose in the frame of the earlier one.
+        covariance: (3, 3) of the motion, axes of the later pose.
+    """
+    pose = motion.compose(seen.pose)
+    lever = np.array([[1.0, 0.0, -seen.pose.y], [0.0, 1.0, seen.pose.x], [0.0, 0.0, 1.0]])
+    total = seen.covariance + lever @ covariance @ lever.T
+    c, s = float(np.cos(motion.heading)), float(np.sin(motion.heading))
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return RelativePose(pose, turn @ total @ turn.T, seen.share)
 
 
 def reversed_edge(edge: Edge) -> Edge:

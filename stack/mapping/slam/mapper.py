@@ -2,53 +2,54 @@
 
 Each scan is aligned to the surroundings of the last keyframe in the graph. After some motion it
 becomes a keyframe, with edges to its neighbours. Earlier visits of a place are found by
-`loops.LoopClosure`; after a loop closure the graph is optimised. With `is_mapping` off the graph
-stays as it is, and scans are only matched with the nearest keyframes.
+`loops.LoopClosure`; after a loop closure the graph is optimised. Markers that pictures show are
+landmarks of the graph, and a marker that is seen again closes a loop. With `is_mapping` off the
+graph stays as it is, and scans are only matched with the nearest keyframes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import hypot
+from dataclasses import dataclass
 
 import numpy as np
 
-from stack.mapping.slam.graph import Edge, EdgeKind, Keyframe, PoseGraph
+from stack.mapping.slam.graph import (
+    Edge,
+    EdgeKind,
+    Keyframe,
+    LandmarkKey,
+    PoseGraph,
+    Sighting,
+    carried,
+)
+from stack.mapping.slam.landmarks import (
+    FIRST_NODE,
+    LEAST_RETURN,
+    Problem,
+    problem_of,
+    returns_of,
+    solve,
+)
 from stack.mapping.slam.loops import LoopClosure
+from stack.mapping.slam.matching.alignment import align_step, odometry_information, softened
 from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pair
 from stack.mapping.slam.matching.scans import PreparedScan, prepare
 from stack.mapping.slam.neighbourhood import Neighbourhood
-from stack.mapping.slam.optimiser import optimise
+from stack.mapping.slam.optimiser import Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
 from stack.mapping.slam.upkeep import MapUpkeep
-from stack.mapping.slam.worker import Problem, problem_of
-from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, wrap_angle
-
-GOOD_OVERLAP = 0.75
-"""Below this, an alignment from the predicted pose is compared with a search."""
-
-POOR_OVERLAP, WIDE_WINDOW = 0.6, (1.0, 1.4)
-"""Below this a scan is searched in a window of metres and radians: odometry was lost for a while,
-as after a gap in the measurements or a slip."""
-
-LARGE_STEP, LARGE_TURN = 0.4, 0.5
-"""Metres and radians between two scans above which the scan is also searched near the last pose:
-odometry that stood still for some scans reports all of their motion at once."""
-
-LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.5, 0.12
-"""Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
-door most of a scan is new, and what remains gives the heading better than odometry does."""
+from stack.types import (
+    FloatArray,
+    MarkerObservation,
+    OccupancyGrid,
+    Pose2D,
+    Scan,
+    wrap_angle,
+)
 
 CHAIN_LENGTH = 3.0
 """Metres driven since the newest keyframe up to which odometry connects the next one with it."""
-
-WEAK_HEADING = 0.2
-"""Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
-always; a stronger pull by odometry that turns too little adds up to metres."""
-
-EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
-"""Covariance added to that of a match: errors that its points share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +147,37 @@ class Mapper:
             self.optimise()
         return self._pose
 
+    def add_marker(self, seen: MarkerObservation, odometry_pose: Pose2D) -> None:
+        """Take a marker into the graph, as seen from the keyframe that scans are matched with.
+
+        Args:
+            seen: the marker in a picture taken at about the time of the last scan.
+            odometry_pose: of the base at the picture, odom frame.
+        """
+        if not self.is_mapping or self._last is None or not self._is_confirmed:
+            return
+        motion = self._pose.relative_to(self._last.pose)
+        motion = motion.compose(odometry_pose.relative_to(self._odometry))
+        covariance = self._motion_covariance(motion)
+        candidates = tuple(carried(one, motion, covariance) for one in seen.candidates)
+        key: LandmarkKey = (seen.dictionary, seen.number)
+        sighting = Sighting(candidates, seen.height)
+        if not self.graph.add_sighting(key, seen.size, self._last.id, sighting):
+            return
+        self._pending += 1
+        count = returns_of(self.graph.landmarks[key])
+        if count and not count & (count - 1):  # again when twice as much is known
+            self.loop_closures += count == LEAST_RETURN
+            self.needs_optimising = True
+
+    def _motion_covariance(self, motion: Pose2D) -> FloatArray:
+        """Return the covariance (3, 3) of the motion since a keyframe, by odometry and scans."""
+        information = odometry_information(motion, self.parameters)
+        if self.match is not None:
+            information = information + softened(self.match.information)
+        covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
+        return covariance
+
     @property
     def pose(self) -> Pose2D:
         """Pose of the base at the newest scan, map frame."""
@@ -186,14 +218,17 @@ class Mapper:
     def problem(self) -> Problem:
         """Return what the optimiser needs; `needs_optimising` is False until the next change."""
         self.needs_optimising, self._pending = False, 0
-        return problem_of(self.graph, self.parameters.robust_scale)
+        return problem_of(self.graph, self.parameters.robust_scale, self.parameters.marker_views)
 
     def optimise(self) -> None:
         """Optimise the graph; poses, map and trajectory follow."""
-        self.apply(optimise(*self.problem()))
+        self.apply(solve(self.problem()))
 
-    def apply(self, poses: dict[int, Pose2D]) -> None:
+    def apply(self, optimum: Optimum) -> None:
         """Move keyframes to optimised poses; those added since move with the newest of them."""
+        poses = optimum.poses
+        for node, landmark in enumerate(self.graph.landmarks.values(), FIRST_NODE):
+            landmark.pose = poses.get(node, landmark.pose)
         known = [number for number in self.graph.keyframes if number in poses]
         if known:
             newest = known[-1]
@@ -247,40 +282,9 @@ class Mapper:
 
     def _matched(self, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
         """Return the pose of a scan; that of odometry if it does not match."""
-        assert self._last is not None
         moved = odometry.relative_to(self._odometry)
-        expected = self._pose.compose(moved)
-        position, heading = self._odometry_deviation(moved)
-        prior = np.diag([position**-2, position**-2, WEAK_HEADING**-2])
-        local = self._local_map()
-        deviation = self.parameters.residual_deviation
-        found = local.align(scan, expected, deviation, (expected, prior))
-        likely = (position, heading)
-        searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
-        if hypot(moved.x, moved.y) > LARGE_STEP or abs(moved.heading) > LARGE_TURN:
-            searches.append((self._pose, (LARGE_STEP, LARGE_TURN), 1.0))
-        searches.append((expected, WIDE_WINDOW, POOR_OVERLAP))
-        for centre, window, good in searches:
-            if found.overlap >= good:
-                continue
-            searched = local.search(scan, centre, window, deviations=likely)
-            if searched is not None:
-                other = local.align(scan, searched[0], deviation)
-                if other.overlap > found.overlap + 0.05:
-                    found = other
-        turned = abs(wrap_angle(found.pose.heading - expected.heading))
-        confirms = found.pose.distance_to(expected) <= 2.5 * position and turned <= 2.5 * heading
-        accepted = found.overlap > (CONFIRMED_OVERLAP if confirms else LEAST_OVERLAP)
-        self.match = found if accepted else replace(found, information=np.zeros((3, 3)))
-        return found.pose if accepted else expected
-
-    def _odometry_deviation(self, moved: Pose2D) -> tuple[float, float]:
-        p = self.parameters
-        distance, turned = hypot(moved.x, moved.y), abs(moved.heading)
-        return (
-            0.01 + p.odometry_distance_error * distance,
-            0.01 + p.odometry_angle_error * (turned + 0.3 * distance),
-        )
+        pose, self.match = align_step(self._local_map(), scan, self._pose, moved, self.parameters)
+        return pose
 
     def _local_map(self) -> LocalMap:
         if self._local is None:
@@ -356,8 +360,7 @@ class Mapper:
         if self._chain is not None:
             before = self._chain[0]
             moved = new.odometry.relative_to(before.odometry)
-            position, heading = self._odometry_deviation(moved)
-            information = np.diag([position**-2, position**-2, heading**-2])
+            information = odometry_information(moved, self.parameters)
             self.graph.add_edge(Edge(before.id, new.id, moved, information, "odometry"))
         p = self.parameters
         near = self.neighbourhood.around(last.id, new.pose, p.neighbour_edges, p.reference_distance)
@@ -386,9 +389,3 @@ class Mapper:
         if abs(wrap_angle(found.pose.heading - start.heading)) > 0.15:
             return None
         return Edge(source, target, found.pose, softened(found.information), kind)
-
-
-def softened(information: FloatArray) -> FloatArray:
-    """Return the information after adding EDGE_FLOOR to the covariance; it may be singular."""
-    softer: FloatArray = information @ np.linalg.inv(np.eye(3) + EDGE_FLOOR @ information)
-    return 0.5 * (softer + softer.T)

@@ -3,7 +3,8 @@
 Parts of the second map are searched on the whole first map. Each match implies where the second
 map lies in the first one; the parts that agree vote for it. A placement is accepted if the walls of
 neither map lie in the free space of the other one. The graphs are then joined by matches of their
-keyframes and optimised together. Within each map the edges stay as they are.
+keyframes and by the markers that both have seen, and optimised together. Within each map the edges
+stay as they are.
 """
 
 from __future__ import annotations
@@ -250,6 +251,10 @@ def _joined(first: PoseGraph, second: PoseGraph, placement: Pose2D) -> tuple[Pos
         )
     for edge in second.edges:
         graph.add_edge(replace(edge, source=numbers[edge.source], target=numbers[edge.target]))
+    for one, ids_of in ((first, {n: n for n in first.keyframes}), (second, numbers)):
+        for key, landmark in one.landmarks.items():
+            for number, seen in landmark.sightings.items():
+                graph.add_sighting(key, landmark.size, ids_of[number], seen)
     return graph, list(numbers.values())
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from stack.errors import InputError
-from stack.mapping.slam.graph import Edge
+from stack.mapping.slam.graph import Edge, EdgeKind
 from stack.types import FloatArray, Pose2D
 
 FIXED_DEVIATION = 1e-6
@@ -22,33 +23,52 @@ before the first optimisation: with the final scale at once it would be rejected
 (graduated non-convexity: H. Yang et al., RA-L 2020)."""
 
 
+ROBUST: tuple[EdgeKind, ...] = ("loop", "marker")
+"""Kinds of edges that may be false."""
+
+
+@dataclass(frozen=True, slots=True)
+class Optimum:
+    """Result of an optimisation.
+
+    Attributes:
+        poses: by id of the node.
+        covariances: (3, 3) of x, y, heading of the wanted nodes, each in the axes of its own pose.
+    """
+
+    poses: dict[int, Pose2D]
+    covariances: dict[int, FloatArray] = field(default_factory=dict)
+
+
 def optimise(
     poses: Mapping[int, Pose2D],
-    edges: Iterable[Edge],
+    edges: Sequence[Edge],
     robust_scale: float,
-) -> dict[int, Pose2D]:
+    wanted: Sequence[int] = (),
+) -> Optimum:
     """Return the poses with the least squared errors of the edges.
 
-    Loop edges are weighted by dynamic covariance scaling (P. Agarwal et al., "Robust map
-    optimization using dynamic covariance scaling", ICRA 2013), so that false ones lose their
-    weight. Levenberg-Marquardt from the poses given, with a decreasing scale. The first keyframe
-    of each connected part of the graph does not move.
+    Edges of the kinds ROBUST are weighted by dynamic covariance scaling (P. Agarwal et al., "Robust
+    map optimization using dynamic covariance scaling", ICRA 2013), so that false ones lose their
+    weight. Levenberg-Marquardt from the poses given, with a decreasing scale. The first node of
+    each connected part of the graph does not move. Covariances are the marginals of the graph that
+    is linearised at the optimum with these weights.
 
     Args:
-        poses: initial guess, by id of the keyframe.
+        poses: initial guess, by id of the node.
         edges: between them.
         robust_scale: Φ of dynamic covariance scaling.
+        wanted: nodes whose covariances are wanted.
 
     Raises:
         InputError: gtsam is not installed.
     """
     if len(poses) < 2:
-        return dict(poses)
+        return Optimum(dict(poses))
     gtsam = _gtsam()
     values = gtsam.Values()
     for number, pose in poses.items():
         values.insert(number, gtsam.Pose2(pose.x, pose.y, pose.heading))
-    edges = list(edges)
     tight = gtsam.noiseModel.Isotropic.Sigma(3, FIXED_DEVIATION)
     priors = [
         gtsam.PriorFactorPose2(anchor, values.atPose2(anchor), tight)
@@ -58,20 +78,27 @@ def optimise(
     settings = gtsam.LevenbergMarquardtParams()
     settings.setMaxIterations(ITERATIONS)
     settings.setRelativeErrorTol(1e-5)
+    graph = gtsam.NonlinearFactorGraph()
     for scale in SCALES:
         robust = gtsam.noiseModel.mEstimator.DCS.Create(robust_scale * scale)
         graph = gtsam.NonlinearFactorGraph()
         for prior in priors:
             graph.add(prior)
-        for keys, relative, noise, is_loop in factors:
-            model = gtsam.noiseModel.Robust.Create(robust, noise) if is_loop else noise
+        for keys, relative, noise, is_robust in factors:
+            model = gtsam.noiseModel.Robust.Create(robust, noise) if is_robust else noise
             graph.add(gtsam.BetweenFactorPose2(*keys, relative, model))
         values = gtsam.LevenbergMarquardtOptimizer(graph, values, settings).optimize()
     found = {}
     for number in poses:
         pose = values.atPose2(number)
         found[number] = Pose2D(pose.x(), pose.y(), pose.theta())
-    return found
+    if not wanted:
+        return Optimum(found)
+    marginals = gtsam.Marginals(graph, values)
+    return Optimum(found, {
+        number: np.asarray(marginals.marginalCovariance(number), np.float64)
+        for number in wanted
+    })  # fmt: skip
 
 
 def _anchors(poses: Mapping[int, Pose2D], edges: Iterable[Edge]) -> list[int]:
@@ -91,10 +118,10 @@ def _anchors(poses: Mapping[int, Pose2D], edges: Iterable[Edge]) -> list[int]:
 
 
 def _factor(gtsam: Any, edge: Edge) -> tuple[tuple[int, int], Any, Any, bool]:
-    """Return the keys, measurement, noise model and whether it is a loop, of an edge."""
+    """Return the keys, measurement, noise model and whether it is robust, of an edge."""
     noise = gtsam.noiseModel.Gaussian.Information(_regular(edge.information))
     relative = gtsam.Pose2(edge.relative.x, edge.relative.y, edge.relative.heading)
-    return (edge.source, edge.target), relative, noise, edge.kind == "loop"
+    return (edge.source, edge.target), relative, noise, edge.kind in ROBUST
 
 
 def _regular(information: FloatArray) -> FloatArray:

@@ -106,6 +106,10 @@ class MapperParameters:
         help="scans at different poses that must contradict a beam of a keyframe before the map "
         "forgets it",
     )  # fmt: skip
+    marker_views: int = parameter(
+        3, at_least=1, at_most=100,
+        help="keyframes from which a marker must have been seen before it is part of the graph",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

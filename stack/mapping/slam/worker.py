@@ -15,18 +15,8 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 
 from stack.errors import BodyError, InputError
-from stack.mapping.slam.graph import Edge, PoseGraph
-from stack.mapping.slam.optimiser import optimise
-from stack.types import Pose2D
-
-Problem = tuple[dict[int, Pose2D], list[Edge], float]
-"""Arguments of `optimise`: poses, edges, robust scale."""
-
-
-def problem_of(graph: PoseGraph, robust_scale: float) -> Problem:
-    """Return a copy of a graph's poses and edges."""
-    poses = {number: keyframe.pose for number, keyframe in graph.keyframes.items()}
-    return poses, list(graph.edges), robust_scale
+from stack.mapping.slam.landmarks import Problem, solve
+from stack.mapping.slam.optimiser import Optimum
 
 
 class OptimiserWorker:
@@ -44,6 +34,7 @@ class OptimiserWorker:
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
         self._due: float | None = None
+        self._early: Optimum | None = None
 
     @property
     def is_busy(self) -> bool:
@@ -59,8 +50,8 @@ class OptimiserWorker:
             raise self._lost() from error
         self._due = due
 
-    def result(self, time: float) -> dict[int, Pose2D] | None:
-        """Return the optimised poses once they are due; None before.
+    def result(self, time: float) -> Optimum | None:
+        """Return the optimised graph once it is due; None before.
 
         Raises:
             InputError: gtsam is not installed.
@@ -69,16 +60,28 @@ class OptimiserWorker:
         if self._due is None or self._pipe is None or time < self._due - 1e-9:
             return None
         try:
-            if not (self.waits or self._pipe.poll()):
+            if self._early is None and not (self.waits or self._pipe.poll()):
                 return None
-            answer = self._pipe.recv()
-        except (EOFError, OSError) as error:
+        except OSError as error:
             raise self._lost() from error
-        self._due = None
-        if isinstance(answer, str):
-            raise InputError(answer)
-        poses: dict[int, Pose2D] = answer
-        return poses
+        found, self._due, self._early = self._early or self._receive(self._pipe), None, None
+        return found
+
+    def solve(self, problem: Problem) -> Optimum:
+        """Optimise another graph at once and wait for it; a submitted one stays due at its time.
+
+        Raises:
+            InputError: gtsam is not installed.
+            BodyError: the process ended.
+        """
+        pipe = self._pipe or self._start()
+        if self._due is not None and self._early is None:
+            self._early = self._receive(pipe)
+        try:
+            pipe.send(problem)
+        except OSError as error:
+            raise self._lost() from error
+        return self._receive(pipe)
 
     def close(self) -> None:
         """Close the pipe and end the process. Safe to call twice."""
@@ -87,7 +90,16 @@ class OptimiserWorker:
         if self._process is not None:
             self._process.kill()
             self._process.wait()
-        self._pipe = self._process = self._due = None
+        self._pipe = self._process = self._due = self._early = None
+
+    def _receive(self, pipe: Connection) -> Optimum:
+        try:
+            answer: Optimum | str = pipe.recv()
+        except (EOFError, OSError) as error:
+            raise self._lost() from error
+        if isinstance(answer, str):
+            raise InputError(answer)
+        return answer
 
     def _start(self) -> Connection:
         ours, theirs = Pipe()
@@ -117,9 +129,9 @@ def main(descriptor: int) -> None:
     with Connection(descriptor) as pipe:
         try:
             while True:
-                poses, edges, robust_scale = pipe.recv()
+                problem: Problem = pipe.recv()
                 try:
-                    pipe.send(optimise(poses, edges, robust_scale))
+                    pipe.send(solve(problem))
                 except InputError as error:
                     pipe.send(str(error))
         except (EOFError, ConnectionResetError, BrokenPipeError):

@@ -18,7 +18,7 @@ from stack.parameters import suggestion
 from stack.perception.markers.edges import refine_corners
 from stack.perception.markers.joint_pose import joint_fix
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.markers.square_pose import base_candidates
+from stack.perception.markers.square_pose import base_candidates, mean_side
 from stack.types import CameraModel, FloatArray, Image, Marker, MarkerFix, MarkerSighting
 
 
@@ -36,6 +36,11 @@ class MarkerDetection:
     dictionary: str
     number: int
     corners: FloatArray
+
+    @property
+    def side(self) -> float:
+        """Mean length of the marker's sides, pixels."""
+        return mean_side(self.corners)
 
 
 class MarkerDetector:
@@ -95,6 +100,15 @@ class MarkerDetector:
             found
             for found in self.detections(image)
             if (found.dictionary, found.number) not in self._known
+        )
+
+    def uncertain(self, image: Image) -> tuple[MarkerDetection, ...]:
+        """Return the markers that the map does not have, or only with a standard deviation."""
+        return tuple(
+            found
+            for found in self.detections(image)
+            if (marker := self._known.get((found.dictionary, found.number))) is None
+            or marker.position_deviation > 0.0
         )
 
     def _known_in(self, image: Image) -> tuple[MarkerSighting, ...]:

@@ -1,10 +1,10 @@
 """One base pose from all markers in a picture.
 
 The corners of all markers are fitted together, so that a board of several markers counts as one
-large target. A marker that is not where the map says does not fit together with the others and is
-left out: of all starts, the pose with the smallest truncated reprojection errors wins (MSAC,
-P. Torr, A. Zisserman, "MLESAC", Computer Vision and Image Understanding 78, 2000, with every
-solution of a single marker as a start).
+large target. One marker alone has the distribution of `relative_pose`. A marker that is not where
+the map says does not fit together with the others and is left out: of all starts, the pose with the
+smallest truncated reprojection errors wins (MSAC, P. Torr, A. Zisserman, "MLESAC", Computer Vision
+and Image Understanding 78, 2000, with every solution of a single marker as a start).
 """
 
 from __future__ import annotations
@@ -16,12 +16,22 @@ import numpy as np
 
 from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.planar_pose import FloorFit, align_on_floor, project
+from stack.perception.markers.relative_pose import base_poses
 from stack.perception.markers.square_pose import (
     SAME_POSE,
     candidates_of,
     corners_in_map,
 )
-from stack.types import CameraModel, FloatArray, Image, Marker, MarkerFix, MarkerSighting, Pose2D
+from stack.types import (
+    CameraModel,
+    FloatArray,
+    Image,
+    Marker,
+    MarkerFix,
+    MarkerSighting,
+    Pose2D,
+    PoseCandidate,
+)
 
 _STARTS = 4
 """Markers, the nearest ones, whose solutions are starts."""
@@ -62,7 +72,29 @@ def joint_fix(
     least = max(fits[0].error, parameters.pixel_noise)
     fits = [fit for fit in fits if fit.error <= _WORSE * least]
     explained = tuple(markers[i] for i in chosen)
-    return MarkerFix(image.stamp, explained, candidates_of(fits, parameters))
+    candidates: tuple[PoseCandidate, ...] = ()
+    if len(chosen) == 1:
+        candidates = _by_one(image.camera, explained[0], pixels[chosen[0]], fits, parameters)
+    return MarkerFix(image.stamp, explained, candidates or candidates_of(fits, parameters))
+
+
+def _by_one(
+    camera: CameraModel, marker: Marker, pixels: FloatArray, fits: Sequence[FloorFit],
+    parameters: MarkerParameters,
+) -> tuple[PoseCandidate, ...]:  # fmt: skip
+    """Return the base's poses by one marker; none if no upright marker explains its corners."""
+    on_map = np.square([marker.position_deviation] * 2 + [marker.heading_deviation])
+    p = parameters
+    common = np.diag(np.square([p.position_noise, p.position_noise, p.heading_noise]))
+    found = []
+    for one in base_poses(marker, camera, pixels, parameters):
+        off = np.subtract(marker.position[:2], (one.pose.x, one.pose.y))
+        # An error of the marker's position moves the base; turned, the base goes round the marker.
+        lever = np.array([[1.0, 0.0, off[1]], [0.0, 1.0, -off[0]], [0.0, 0.0, 1.0]])
+        covariance = one.covariance + (lever * on_map) @ lever.T + common
+        error = min(fits, key=lambda fit: fit.pose.distance_to(one.pose)).error
+        found.append(PoseCandidate(one.pose, error, covariance, one.share))
+    return tuple(found)
 
 
 @dataclass(frozen=True)

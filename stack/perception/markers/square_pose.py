@@ -81,6 +81,12 @@ def square(size: float) -> FloatArray:
     return np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
 
 
+def mean_side(corners: FloatArray) -> float:
+    """Return the mean length of the sides of a square's corners (4, 2), pixels."""
+    sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    return float(sides.mean())
+
+
 def map_from_marker(marker: Marker) -> FloatArray:
     """Return the (4, 4) transform from a marker's frame (x right, y up, z out) to the map frame."""
     c, s = cos(marker.heading), sin(marker.heading)

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from stack.frames.buffer import TransformBuffer
-from stack.perception.markers.detector import MarkerDetector
+from stack.perception.markers.detector import MarkerDetection, MarkerDetector
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.markers.survey import MarkerSurvey
-from stack.types import Image, MarkerFix, Observation, Pose2D, PoseEstimate, wrap_angle
+from stack.perception.markers.relative_pose import relative_poses
+from stack.perception.markers.survey import LEAST_SIDE, MarkerSurvey
+from stack.types import (
+    Image,
+    MarkerFix,
+    MarkerObservation,
+    Observation,
+    Pose2D,
+    PoseEstimate,
+    wrap_angle,
+)
 
 _ROUNDING = 1e-9
 
@@ -92,6 +101,22 @@ class MarkerStage:
         for found in self._detector.unknown(image):
             self.survey.add(found, image, pose, estimate.covariance, odometry)
 
+    def observed(self, observation: Observation) -> tuple[MarkerObservation, ...]:
+        """Return the markers to survey in a new picture, relative to the base; none without one.
+
+        These are the unknown ones, and those that an earlier survey has put on the map. Markers
+        that appear too small are left out: their corners are biased.
+        """
+        image = self._picture(observation)
+        if image is None or self._detector is None or not self.parameters.survey:
+            return ()
+        return tuple(
+            seen
+            for found in self._detector.uncertain(image)
+            if found.dictionary == self.parameters.surveyed_dictionary and found.side >= LEAST_SIDE
+            and (seen := observed_marker(found, image, self.parameters)) is not None
+        )  # fmt: skip
+
     def _picture(self, observation: Observation) -> Image | None:
         return next(iter(observation.of(Image).values()), None) if self.is_on else None
 
@@ -101,3 +126,17 @@ class MarkerStage:
             return True
         turn = abs(wrap_angle(odometry.heading - before.heading))
         return odometry.distance_to(before) >= p.update_distance or turn >= p.update_angle
+
+
+def observed_marker(
+    found: MarkerDetection, image: Image, parameters: MarkerParameters
+) -> MarkerObservation | None:
+    """Return a surveyed marker in an image relative to the base; None if it stands not upright."""
+    size = parameters.surveyed_size
+    seen = relative_poses(size, image.camera, found.corners, parameters)
+    if seen is None:
+        return None
+    height, candidates = seen
+    return MarkerObservation(
+        image.stamp, found.dictionary, found.number, size, height, candidates
+    )  # fmt: skip

@@ -10,15 +10,15 @@ do not average out, and are added to the covariance as a whole.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import atan2, cos, sin
+from math import atan2, cos, hypot, sin
 
 import numpy as np
 
 from stack.perception.markers.detector import MarkerDetection
 from stack.perception.markers.parameters import MarkerParameters
-from stack.perception.markers.square_pose import corners_in_map, square_solutions
+from stack.perception.markers.square_pose import corners_in_map, mean_side, square_solutions
 from stack.types import CameraModel, FloatArray, Image, Marker, Pose2D, wrap_angle
 
 _SPACING, _TURN = 0.15, 0.15
@@ -27,7 +27,7 @@ _SPACING, _TURN = 0.15, 0.15
 _MOST_VIEWS = 80
 """Views of a marker that are kept; then those in which it is smallest are dropped."""
 
-_LEAST_SIDE = 14.0
+LEAST_SIDE = 14.0
 """Pixels; smaller markers are left out: their corners are biased."""
 
 _INDEPENDENT = 10.0
@@ -70,8 +70,7 @@ class MarkerView:
     @property
     def side(self) -> float:
         """Mean length of the marker's sides, pixels."""
-        sides = np.linalg.norm(np.roll(self.corners, -1, axis=0) - self.corners, axis=1)
-        return float(sides.mean())
+        return mean_side(self.corners)
 
 
 class MarkerSurvey:
@@ -106,26 +105,37 @@ class MarkerSurvey:
             return
         view = MarkerView(image.stamp, base, odometry, covariance, image.camera, found.corners)
         kept = self.views.setdefault((found.dictionary, found.number), [])
-        if view.side < _LEAST_SIDE or any(_is_same_place(view.base, one.base) for one in kept):
+        if view.side < LEAST_SIDE or any(_is_same_place(view.base, one.base) for one in kept):
             return
         kept.append(view)
         if len(kept) > _MOST_VIEWS:
             kept.remove(min(kept, key=lambda one: one.side))
 
-    def markers(self, corrected: Corrected) -> tuple[Marker, ...]:
+    def markers(self, corrected: Corrected, mapped: Sequence[Marker] = ()) -> tuple[Marker, ...]:
         """Return the markers that have enough views, with standard deviations, in order.
 
         Args:
             corrected: returns the base's pose at a stamp and odometry pose as it is known now, or
                 None if it is still the one that the view has.
+            mapped: markers that the estimator has measured. They are returned with the errors that
+                all pictures share, instead of what their views give.
         """
-        found = []
+        found: list[Marker | None] = [self._with_shared_errors(marker) for marker in mapped]
+        known = {(marker.dictionary, marker.number) for marker in mapped}
         for key, views in sorted(self.views.items()):
-            if len(views) >= self.parameters.least_views:
+            if key not in known and len(views) >= self.parameters.least_views:
                 poses = [corrected(view.stamp, view.odometry) or view.base for view in views]
                 placed = [replace(view, base=pose) for view, pose in zip(views, poses, strict=True)]
                 found.append(surveyed(key, placed, self.parameters))
-        return tuple(marker for marker in found if marker is not None)
+        surveyed_ones = [marker for marker in found if marker is not None]
+        return tuple(sorted(surveyed_ones, key=lambda one: (one.dictionary, one.number)))
+
+    def _with_shared_errors(self, marker: Marker) -> Marker:
+        p = self.parameters
+        return replace(
+            marker, position_deviation=hypot(marker.position_deviation, p.position_noise),
+            heading_deviation=hypot(marker.heading_deviation, p.heading_noise),
+        )  # fmt: skip
 
 
 def surveyed(

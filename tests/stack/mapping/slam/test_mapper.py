@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from stack.mapping.slam.mapper import Mapper
+from stack.mapping.slam.optimiser import Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.types import Pose2D
 from tests.stack.mapping.slam.drives import line
@@ -79,7 +80,7 @@ def test_the_map_has_the_walls_of_the_world_and_free_space_between(mapped):
 def test_drawing_in_pieces_gives_the_same_map_as_at_once(mapped):
     mapper = mapped[0]
     at_once = mapper.grid()
-    mapper.apply({n: k.pose for n, k in mapper.graph.keyframes.items()})
+    mapper.apply(Optimum({n: k.pose for n, k in mapper.graph.keyframes.items()}))
     before, pieces = mapper.map_version, 0
     while mapper.map_version == before:
         assert (mapper.shown_grid().cells == at_once.cells).all()  # the old map is shown until then

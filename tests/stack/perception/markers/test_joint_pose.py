@@ -96,16 +96,29 @@ def test_turning_the_marker_is_driving_round_it():
     assert added[0, 0] < 1e-3
 
 
-def test_a_frontal_marker_far_away_has_two_candidates_with_shares():
+def test_an_ambiguous_marker_far_away_has_two_candidates_with_shares():
     generator = np.random.default_rng(5)
     counts = []
-    for bearing in (-0.3, -0.2, 0.2, 0.3):
-        image = rendered(facing(2.5, bearing, 0.0), [WALL_MARKER], CAMERA, generator)
+    for bearing in (-0.6, -0.45, 0.45, 0.6):
+        image = rendered(facing(2.4, bearing, 0.0), [WALL_MARKER], CAMERA, generator)
         fix = MarkerDetector([WALL_MARKER]).fix(image)
         counts.append(len(fix.candidates))
         assert sum(one.share for one in fix.candidates) == pytest.approx(1.0)
         assert fix.candidates[0].share >= fix.candidates[-1].share
     assert 2 in counts
+
+
+def test_a_frontal_marker_far_away_has_one_wide_candidate():
+    """Stairs of a pixel at 2.5 m: turned by some degrees, so up to 40 cm aside; all contained."""
+    generator = np.random.default_rng(7)
+    for bearing in (-0.1, 0.0, 0.05, 0.1):
+        pose = facing(2.5, bearing, 0.0)
+        image = rendered(pose, [WALL_MARKER], CAMERA, generator, aliased=True)
+        (one,) = MarkerDetector([WALL_MARKER]).fix(image).candidates
+        off = offset(one.pose, pose)
+        assert off @ np.linalg.solve(one.covariance, off) <= CHI_SQUARE
+        across, along = np.sqrt(one.covariance[1, 1]), np.sqrt(one.covariance[0, 0])
+        assert 0.2 < across < 0.8 and along < 0.15
 
 
 def test_markers_beyond_the_farthest_distance_give_no_pose():

@@ -1,0 +1,92 @@
+"""Alignment of a scan with the keyframes around it, from the pose that odometry predicts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import hypot
+
+import numpy as np
+
+from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
+from stack.mapping.slam.matching.scans import PreparedScan
+from stack.mapping.slam.parameters import MapperParameters
+from stack.types import FloatArray, Pose2D, wrap_angle
+
+GOOD_OVERLAP = 0.75
+"""Below this, an alignment from the predicted pose is compared with a search."""
+
+POOR_OVERLAP, WIDE_WINDOW = 0.6, (1.0, 1.4)
+"""Below this a scan is searched in a window of metres and radians: odometry was lost for a while,
+as after a gap in the measurements or a slip."""
+
+LARGE_STEP, LARGE_TURN = 0.4, 0.5
+"""Metres and radians between two scans above which the scan is also searched near the last pose:
+odometry that stood still for some scans reports all of their motion at once."""
+
+LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.5, 0.12
+"""Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
+door most of a scan is new, and what remains gives the heading better than odometry does."""
+
+WEAK_HEADING = 0.2
+"""Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
+always; a stronger pull by odometry that turns too little adds up to metres."""
+
+EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
+"""Covariance added to that of a match: errors that its points share."""
+
+
+def align_step(
+    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D, parameters: MapperParameters
+) -> tuple[Pose2D, ScanMatch]:
+    """Return the pose of a scan and its match; the pose of odometry if it does not match.
+
+    Args:
+        local: surroundings, map frame.
+        scan: base frame.
+        pose: of the base at the scan before, map frame.
+        moved: the motion since then by odometry, frame of that pose.
+        parameters: errors of odometry and scans. A match that is not accepted has no information.
+    """
+    expected, deviation = pose.compose(moved), parameters.residual_deviation
+    position, heading = odometry_deviation(moved, parameters)
+    prior = np.diag([position**-2, position**-2, WEAK_HEADING**-2])
+    found = local.align(scan, expected, deviation, (expected, prior))
+    likely = (position, heading)
+    searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
+    if hypot(moved.x, moved.y) > LARGE_STEP or abs(moved.heading) > LARGE_TURN:
+        searches.append((pose, (LARGE_STEP, LARGE_TURN), 1.0))
+    searches.append((expected, WIDE_WINDOW, POOR_OVERLAP))
+    for centre, window, good in searches:
+        if found.overlap >= good:
+            continue
+        searched = local.search(scan, centre, window, deviations=likely)
+        if searched is not None:
+            other = local.align(scan, searched[0], deviation)
+            if other.overlap > found.overlap + 0.05:
+                found = other
+    turned = abs(wrap_angle(found.pose.heading - expected.heading))
+    confirms = found.pose.distance_to(expected) <= 2.5 * position and turned <= 2.5 * heading
+    if found.overlap > (CONFIRMED_OVERLAP if confirms else LEAST_OVERLAP):
+        return found.pose, found
+    return expected, replace(found, information=np.zeros((3, 3)))
+
+
+def odometry_deviation(moved: Pose2D, parameters: MapperParameters) -> tuple[float, float]:
+    """Return the standard deviations of position (m) and heading (rad) of a motion by odometry."""
+    distance, turned = hypot(moved.x, moved.y), abs(moved.heading)
+    return (
+        0.01 + parameters.odometry_distance_error * distance,
+        0.01 + parameters.odometry_angle_error * (turned + 0.3 * distance),
+    )
+
+
+def odometry_information(moved: Pose2D, parameters: MapperParameters) -> FloatArray:
+    """Return the information (3, 3) of a motion by odometry."""
+    position, heading = odometry_deviation(moved, parameters)
+    return np.diag([position**-2, position**-2, heading**-2])
+
+
+def softened(information: FloatArray) -> FloatArray:
+    """Return the information after adding EDGE_FLOOR to the covariance; it may be singular."""
+    softer: FloatArray = information @ np.linalg.inv(np.eye(3) + EDGE_FLOOR @ information)
+    return 0.5 * (softer + softer.T)
