@@ -29,6 +29,7 @@ class ControlState:
             without a scan.
         at_goal: whether the goal's position is reached and only its heading is left, by the
             controller's `stop_criterion`.
+        blind_behind: whether no sensor covers the ground behind; the robot then backs up slowly.
     """
 
     time: float
@@ -38,6 +39,7 @@ class ControlState:
     tracks: tuple[TrackedObject, ...] = ()
     points: FloatArray | None = None
     at_goal: bool = False
+    blind_behind: bool = False
 
 
 @dataclass(frozen=True, slots=True)

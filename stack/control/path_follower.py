@@ -156,6 +156,7 @@ class PathFollower(Lifecycle):
             pose=Pose2D(pose.x, pose.y, wrap_angle(pose.heading + pi)),
             twist=Twist(-twist.linear, twist.angular, -twist.lateral),
             points=None if state.points is None else -state.points,
+            blind_behind=False,  # that is where it comes from
         )
         twist = self._driver(segment).step(reversed_state)
         return Twist(-twist.linear, twist.angular, -twist.lateral)

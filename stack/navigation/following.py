@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import degrees, hypot, inf
+from math import degrees, hypot, inf, pi
 
 import numpy as np
 
@@ -219,6 +219,7 @@ class Follower:
             state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
             state.tracks,
             state.obstacles.points,
+            blind_behind=state.obstacles.is_blind(pi),
         )  # fmt: skip
         try:
             twist = self._tools.path_follower.step(control_state)

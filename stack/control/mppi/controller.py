@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, hypot
+from math import ceil, hypot, inf
 from typing import ClassVar
 
 import numpy as np
@@ -89,6 +89,7 @@ class Mppi(PathController[MppiParameters]):
         body = self._swept.body(costs.resolution)
         around = Obstacles.of(costs, state.pose, body, state.tracks if p.moving_weight else ())
         outline = self._outline_for(costs.resolution)
+        optimiser.limit_reverse(p.blind_speed if state.blind_behind else inf)
         optimiser.shift()
         optimiser.improve(state.pose.heading, self._alignment.last, path, around, outline)
         chosen = self._choice(state)

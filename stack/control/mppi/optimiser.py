@@ -61,6 +61,7 @@ class Optimiser:
         self._rollouts = Rollouts(self._axes, p.steps, p.batch)
         self._single = Rollouts(self._axes, p.steps, 1)
         self._bounds = bounds(p, robot)
+        self._reverse_speed = float(self._bounds[1])
         self._filter = savitzky_golay(HISTORY, 2)
         self._past = np.zeros((self._axes, HISTORY))
         self.plan: Array32 = np.zeros((self._axes, p.steps), np.float32)
@@ -69,6 +70,10 @@ class Optimiser:
     def top_speed(self) -> float:
         """Top forward speed, m/s."""
         return float(self._bounds[0])
+
+    def limit_reverse(self, speed: float) -> None:
+        """Limit the speed backward in m/s from now on, at most to the robot's and parameter's."""
+        self._bounds[1] = min(self._reverse_speed, speed)
 
     def reset(self) -> None:
         """Reset the plan to standstill."""

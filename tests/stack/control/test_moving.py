@@ -57,6 +57,47 @@ def test_with_tracks_it_keeps_clear_of_people_who_do_not_yield(walk):
     assert time < 14.0
 
 
+def planned(person, *, blind_behind=False, **parameters):
+    """The follower and its command after a second of planning at standstill in an open room."""
+    world = ToyWorld(room(10, 6), robot(), Pose2D(5.0, 3.0), [])
+    driver, costs = controller("mppi", world, **parameters), ToyCostmap(world)
+    driver.set_path(polyline((5, 3), (8, 3)))
+    costs.update()
+    for _ in range(20):
+        state = ControlState(
+            0.0, world.pose, STANDSTILL, costs.grid, (person,), blind_behind=blind_behind
+        )
+        try:
+            twist = driver.command(state)
+        except NavigationError:
+            twist = STANDSTILL
+    return driver.follower, twist
+
+
+def test_a_plan_keeps_clear_of_who_passes_by_and_not_of_who_is_too_fast_to_leave():
+    """At 3 m/s from 1.2 m away: 0.2 s until the contact, in which it drives 2 cm at 1 m/s²."""
+    follower, twist = planned(track((5.0, 5.4), (-0.5, 0.0)))
+    assert follower.keeps_clear and twist != STANDSTILL
+    follower, _ = planned(track((6.2, 3.0), (-3.0, 0.0)))
+    assert not follower.keeps_clear
+
+
+def test_without_tracks_in_its_costs_no_plan_is_said_to_keep_clear():
+    follower, _ = planned(track((5.0, 5.4), (-0.5, 0.0)), moving_weight=0.0)
+    assert not follower.keeps_clear
+
+
+@pytest.mark.parametrize("blind, fastest", [(False, 0.2), (True, 0.1)])
+def test_it_plans_to_back_up_slowly_where_nothing_is_seen_behind(blind, fastest):
+    passer = track((5.0, 5.4), (-0.5, 0.0))
+    follower, _ = planned(passer, blind_behind=blind, reverse_speed=0.2, blind_speed=0.1)
+    optimiser = follower._forward._optimiser
+    back = np.zeros_like(optimiser.plan)
+    back[0] = -1.0
+    poses, _ = optimiser.trajectory(back, Pose2D(0.0, 0.0), STANDSTILL)
+    assert (poses[-2, 0] - poses[-1, 0]) / 0.05 == pytest.approx(fastest, rel=1e-3)
+
+
 def near(poses, tracks, **parameters):
     """Rollouts (one) that have looked around on an empty floor."""
     rollouts = placed(poses)

@@ -262,3 +262,4 @@ def test_the_lifecycle_of_a_controller_is_optional():
         call(1.0)
     least.configure("others")
     assert least.parameters == "others" and least.local_plan is None and not least.needs_tracks
+    assert not least.keeps_clear
