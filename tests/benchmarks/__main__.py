@@ -152,7 +152,7 @@ DRIVING = {
     "dyna": Benchmark(
         "Across a field of moving cylinders",
         lambda given: driving.dyna_table(given.worlds, CONTROLLERS, given.table("dyna")),
-        ("worlds",), {**OFF, "trials": 1},
+        ("worlds",), {**OFF, "trials": driving.DYNA_TRIALS},
     ),
     "flats": Benchmark(
         "Random flats with people",

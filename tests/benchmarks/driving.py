@@ -57,9 +57,12 @@ def course_table(trials: int, options: TableOptions) -> Rows:
     ]
 
 
+DYNA_TRIALS = 3
+
+
 def dyna_table(worlds: int, controllers: Sequence[str], options: TableOptions) -> Rows:
     """A row for each controller."""
-    entries = dyna_entries(dyna_setups(controllers), worlds, 1, options.out / "worlds")
+    entries = dyna_entries(dyna_setups(controllers), worlds, DYNA_TRIALS, options.out / "worlds")
     return _by_controller(_driven(entries, options))
 
 

@@ -4,7 +4,7 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from stack.planning.curves import kernels
@@ -68,6 +68,8 @@ def test_no_path_over_a_third_pose_is_shorter(goal, way_point, both_ways):
     dx, dy = goal[0] - way_point[0], goal[1] - way_point[1]
     c, s = cos(way_point[2]), sin(way_point[2])
     rest = c * dx + s * dy, c * dy - s * dx, goal[2] - way_point[2]
+    # who ends a rounding error behind the start, forward only, has to drive a whole circle
+    assume(all(max(map(abs, pose)) > 1e-6 for pose in (goal, way_point, rest)))
     detour = length(both_ways, *way_point) + length(both_ways, *rest)
     assert length(both_ways, *goal) <= detour + 1e-6
 
