@@ -21,6 +21,9 @@ __all__ = ["TableOptions", "fill_table", "line_of"]
 
 PICTURES = "failures"
 
+LONGEST_NAME = 160
+"""Characters of the name of a picture."""
+
 
 def fill_table(
     entries: Sequence[Entry], options: TableOptions, log: Callable[[str], None]
@@ -90,13 +93,27 @@ def _crashed(entry: Entry, sentence: str) -> TrialRow:
     )  # fmt: skip
 
 
+def picture_name(key: Sequence[object]) -> str:
+    """Return the name of the picture of a run, without its ending.
+
+    File systems allow 255 bytes: a longer name, of a setup with many parameters, is shortened in
+    the middle, and a digest tells it from others.
+    """
+    name = re.sub(r"[^\w.=-]+", "-", " ".join(map(str, key)), flags=re.ASCII)
+    if len(name) <= LONGEST_NAME:
+        return name
+    digest = hashlib.sha256(name.encode()).hexdigest()[:8]
+    half = LONGEST_NAME // 2
+    return f"{name[:half]}-{digest}-{name[-half:]}"
+
+
 def _run_and_draw(entry: Entry, out: Path) -> TrialRow:
     trial = run_trial(entry)
     if not trial.run.success:
         folder = out / PICTURES
         folder.mkdir(exist_ok=True)
         plan, _ = entry.setup.plan(entry.case, entry.trial)
-        name = re.sub(r"[^\w.=-]+", "-", " ".join(map(str, entry.key)))
+        name = picture_name(entry.key)
         draw_trial(folder / f"{name}.png", plan, trial)
         if trial.verdict is not None:
             draw_verdict(folder / f"{name}-oracle.png", trial.verdict, (trial.goal,))

@@ -12,6 +12,7 @@ from missions.bench.dyna_bench import RULES, dyna_entries, report
 from missions.bench.dyna_worlds import GOAL, HIGHEST, LOWEST, START, dyna_text
 from missions.bench.layout import Layout, write_world
 from missions.bench.runs import Entry, Setup
+from missions.bench.table import picture_name
 from missions.bench.trial import run_trial
 from missions.execution.resources import MISSIONS
 from missions.run_options import RunOptions
@@ -111,3 +112,12 @@ def test_fewer_worlds_are_spread_evenly(tmp_path):
     assert [entry.case.name for entry in entries] == ["0", "10", "19"]
     with pytest.raises(InputError, match="expected 1 to 20"):
         dyna_entries([setup], 21, 1, tmp_path)
+
+
+def test_the_picture_of_a_setup_with_many_parameters_has_a_name_that_a_file_can_have():
+    """A file name has 255 bytes at most; the setup of mppi once had 276."""
+    many = "dyna jackal mppi " + " ".join(f"controller.parameter_{n}=1.0" for n in range(12))
+    names = {picture_name((many + end, world, 0)) for end in ("", " x=1") for world in ("3", "4")}
+    assert len(names) == 4
+    assert all(len(f"{name}-oracle.png".encode()) < 255 for name in names)
+    assert picture_name(("dyna mppi", "4", 0)) == "dyna-mppi-4-0"
