@@ -41,7 +41,7 @@ WALKING, HURRY = 0.8, 1.3
 """m/s that everybody can walk, and how much faster than before a person may walk out of sight."""
 
 STANDING_COST = 0.4
-"""Metres by which a standing object is less likely the person than somebody who walks."""
+"""Metres by which a standing object is less likely the person than a walking person."""
 
 JUMP = 0.5
 """Metres from where the person is expected at which their track may be another object's."""

@@ -94,8 +94,8 @@ class FollowPerson(RobotBehaviour):
         "top speed; default: the robot's", unit="m/s", default=None, above=0.0, at_most=3.0
     )
     patience: float = port(
-        "time without sight of the person, or without motion of what may be them, after which it "
-        "fails",
+        "time without sight of the person, or without motion of the object taken for them, after "
+        "which it fails",
         unit="s", default=20.0, above=0.0,
     )  # fmt: skip
     until_stands: float | None = port(

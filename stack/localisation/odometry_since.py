@@ -129,7 +129,7 @@ class OdometrySince:
         return self._still_scans <= (1 if settled else _STILL_UPDATES)
 
     def take(self) -> MotionSince:
-        """Return the motion for a measurement update, and begin anew."""
+        """Return the motion for a measurement update, and start again."""
         motion = MotionSince(self.moved, self.stated.covariance, self.stated.disturbed)
         self._begin()
         return motion
