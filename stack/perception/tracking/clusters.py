@@ -162,7 +162,8 @@ def disc_of(  # noqa: PLR0913 - of one run
         is_part: whether the run is a part of a cluster, so that its neighbours may hide a side.
     """
     ranges, n, (first, end) = scan.ranges, scan.ranges.size, run
-    bearings = bearings_of(scan, np.arange(first, end))
+    beams = np.arange(first, end)
+    bearings = bearings_of(scan, beams)
     # the outer halves of the first and the last beam belong to the run
     spacing = abs(bearings[-1] - bearings[0]) / (end - first - 1) if end - first > 1 else 0.0
     half = 0.5 * (end - first) * (spacing or abs(scan.angle_increment))
@@ -190,7 +191,7 @@ def disc_of(  # noqa: PLR0913 - of one run
         for beam, edge in sides
     ]
     is_whole = is_round and not (is_part or at_border or any(hidden))
-    arc = None if is_whole else fit_arc(returns_of(scan, run, bearings))
+    arc = None if is_whole else fit_arc(returns_of(scan, beams, bearings))
     if arc is not None:
         x, y = sensor.transform(arc.centre[None])[0].tolist()
         return Disc(x, y, arc.radius, True, run, arc.deviation)
@@ -200,9 +201,15 @@ def disc_of(  # noqa: PLR0913 - of one run
     )  # fmt: skip
 
 
-def returns_of(scan: Scan, run: tuple[int, int], bearings: FloatArray) -> FloatArray:
-    """Return (k, 2) the returns of a run of beams with their (k,) bearings, sensor frame."""
-    ranges = scan.ranges[np.arange(*run) % scan.ranges.size].astype(np.float64)
+def returns_of(scan: Scan, beams: NDArray[np.intp], bearings: FloatArray) -> FloatArray:
+    """Return (k, 2) where beams end, sensor frame.
+
+    Args:
+        scan: of the beams.
+        beams: (k,) that have returned; those from n on are of the next turn.
+        bearings: (k,) of the beams.
+    """
+    ranges = scan.ranges[beams % scan.ranges.size].astype(np.float64)
     found: FloatArray = np.column_stack((np.cos(bearings), np.sin(bearings))) * ranges[:, None]
     return found
 
@@ -210,7 +217,8 @@ def returns_of(scan: Scan, run: tuple[int, int], bearings: FloatArray) -> FloatA
 def parts_of(scan: Scan, run: tuple[int, int]) -> list[tuple[int, int]]:
     """Return the runs of a cluster's bodies that touch or stand close together."""
     first, end = run
-    parts = convex_parts(returns_of(scan, run, bearings_of(scan, np.arange(first, end))))
+    beams = np.arange(first, end)
+    parts = convex_parts(returns_of(scan, beams, bearings_of(scan, beams)))
     return [(first + begin, first + stop) for begin, stop in parts]
 
 

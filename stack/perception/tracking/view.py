@@ -8,7 +8,7 @@ from math import ceil, hypot, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.tracking.clusters import beams_towards, bearings_of
+from stack.perception.tracking.clusters import beams_towards, bearings_of, returns_of
 from stack.types import FloatArray, Pose2D, Scan
 
 BESIDE = 0.05
@@ -33,10 +33,8 @@ class View:
     def returns(self, run: tuple[int, int]) -> FloatArray:
         """Return (n, 2) the returns of a run of beams, sensor frame."""
         beams = np.arange(*run)
-        ranges = self.scan.ranges[beams % self.scan.ranges.size].astype(np.float64)
-        angles = bearings_of(self.scan, beams)
-        found: FloatArray = np.column_stack((np.cos(angles), np.sin(angles))) * ranges[:, None]
-        return found[np.isfinite(ranges)]
+        beams = beams[np.isfinite(self.scan.ranges[beams % self.scan.ranges.size])]
+        return returns_of(self.scan, beams, bearings_of(self.scan, beams))
 
     def ends(self, beams: NDArray[np.intp]) -> FloatArray:
         """Return (n, 2) where beams end that have returned, map frame."""
