@@ -56,17 +56,27 @@ DEATHS = {
 
 def begin(folder: Path, fault: str, *words: str) -> subprocess.Popen[str]:
     """Start the mission in a folder of its own; return once the faulty node was ticked."""
-    (folder / "plugins").mkdir()
-    mark = folder / "ticked"
-    (folder / "plugins" / "faulty.py").write_text(PLUGIN.format(mark=str(mark), fault=fault))
+    process = start(folder, fault, *words)
+    ticked(folder, process)
+    return process
+
+
+def start(folder: Path, fault: str, *words: str) -> subprocess.Popen[str]:
+    (folder / "plugins").mkdir(parents=True)
+    (folder / "plugins" / "faulty.py").write_text(
+        PLUGIN.format(mark=str(folder / "ticked"), fault=fault)
+    )
     (folder / "faulty.yaml").write_text(MISSION)
-    process = subprocess.Popen(
+    return subprocess.Popen(
         [sys.executable, "-m", "missions.cli.app", "run", str(folder / "faulty.yaml"),
          "--headless", "--no-rerun", "--out", str(folder / "out"), *words],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    until(lambda: mark.exists() or process.poll() is not None)
-    return process
+
+
+def ticked(folder: Path, process: subprocess.Popen[str]) -> None:
+    """Wait until the faulty node was ticked."""
+    until(lambda: (folder / "ticked").exists() or process.poll() is not None)
 
 
 def report_of(folder: Path) -> dict[str, object]:
@@ -74,17 +84,21 @@ def report_of(folder: Path) -> dict[str, object]:
 
 
 @pytest.mark.parametrize("fault", HANGS.values(), ids=HANGS)
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_a_run_whose_node_never_returns(tmp_path, fault, number):
-    process = begin(tmp_path, fault)
-    process.send_signal(number)
-    _, errors = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 3, errors
-    report = report_of(tmp_path)
-    assert report["status"] == "error"
-    assert "did not end within 2 s" in report["reason"]
-    assert "culprit (faulty, faulty.yaml:5) had not returned" in report["reason"]
-    assert "faulty.py" in errors  # the stacks of the threads
+def test_a_signal_ends_a_run_whose_node_never_returns(tmp_path, fault):
+    """Both runs at once: each is killed only after 2 s."""
+    signals = {"interrupt": signal.SIGINT, "terminate": signal.SIGTERM}
+    runs = {tmp_path / name: start(tmp_path / name, fault) for name in signals}
+    for folder, process in runs.items():
+        ticked(folder, process)
+        process.send_signal(signals[folder.name])
+    for folder, process in runs.items():
+        _, errors = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 3, errors
+        report = report_of(folder)
+        assert report["status"] == "error"
+        assert "did not end within 2 s" in report["reason"]
+        assert "culprit (faulty, faulty.yaml:5) had not returned" in report["reason"]
+        assert "faulty.py" in errors  # the stacks of the threads
 
 
 @pytest.mark.parametrize(("fault", "cause"), DEATHS.values(), ids=DEATHS)
