@@ -35,6 +35,9 @@ SLOW = "pytest.mark.slow"
 CHUNK = 25
 """Tests of a quick file that one process gets at a time."""
 
+MANY = 1000
+"""Tests of a run that is worth a compilation of kernels in advance."""
+
 
 @cache
 def text_of(file: Path) -> str:
@@ -80,12 +83,30 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     return Scheduler(config, log)
 
 
-def pytest_collection_finish() -> None:
+def pytest_collection_finish(session: pytest.Session) -> None:
     """Leave the collected tests out of garbage collection: they live until the end.
 
     Some 6000 test items and their modules would be searched again and again; without them the
     tests need about 8 % less processor time. They make few cycles, so searches are also rarer.
     """
+    worker, count = (os.environ.get(f"PYTEST_XDIST_WORKER{end}", "") for end in ("", "_COUNT"))
+    if worker and len(session.items) >= MANY:
+        compile_share(int(worker.removeprefix("gw")), int(count))
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)
+
+
+def compile_share(number: int, count: int) -> None:
+    """Compile one of `count` shares of the kernels that most missions call, if not in the cache.
+
+    In a new checkout all processes would begin with a mission and compile the same kernels.
+    """
+    from missions.execution.prepare import RunOptions, prepare
+    from missions.execution.warm_up import kernels_of
+    from stack.compilation import compile_kernel, missing
+
+    parts = kernels_of(prepare("02_office_patrol", RunOptions())).values()
+    kernels = tuple(dict.fromkeys(kernel for part in parts for kernel in part))
+    for kernel, types in missing(kernels[number::count]):
+        compile_kernel(kernel, types)
