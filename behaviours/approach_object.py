@@ -7,8 +7,8 @@ from math import atan2, cos, hypot, pi, sin
 
 from py_trees.common import Status
 
-from behaviours._motion_watch import STUCK_TIME, StuckWatch
-from behaviours._object_watch import SAME_PLACE, ObjectWatch, SeenObject, Wanted
+from behaviours._motion.motion_watch import STUCK_TIME, StuckWatch
+from behaviours._sensing.object_watch import SAME_PLACE, ObjectWatch, SeenObject, Wanted
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import (
     OBJECT_COLOURS,

@@ -23,9 +23,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
-from behaviours import _plain_leaf, _plugin_folder
-from behaviours._plugin_folder import import_quietly
-from behaviours._port_types import check_ports
+from behaviours._plugins import plain_leaf, plugin_folder
+from behaviours._plugins.plugin_folder import import_quietly
+from behaviours._plugins.port_types import check_ports
 from behaviours.base import RobotBehaviour
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
@@ -156,12 +156,12 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
     for search.plugin, plugin in enumerate(plugins):
-        if _plugin_folder.is_path(plugin):
+        if plugin_folder.is_path(plugin):
             path = (folder or Path()) / Path(plugin).expanduser()
             search.add_path(path)
         else:
             search.attempt(plugin, partial(search.add_dotted, plugin))
-    dotted = [plugin for plugin in plugins if not _plugin_folder.is_path(plugin)]
+    dotted = [plugin for plugin in plugins if not plugin_folder.is_path(plugin)]
     return Catalogue(search.kinds, tuple(search.problems), (*OWN_MODULES, *dotted))
 
 
@@ -183,10 +183,10 @@ def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterat
         folder: as in `find_behaviours`.
     """
     for plugin in plugins:
-        if _plugin_folder.is_path(plugin):
+        if plugin_folder.is_path(plugin):
             path = (folder or Path()) / Path(plugin).expanduser()
-            loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
-            files = _plugin_folder.plugin_files(path) if path.exists() else []
+            loader = plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
+            files = plugin_folder.plugin_files(path) if path.exists() else []
             loads = [partial(loader.load, file) for file in files]
         else:
             loads = [partial(import_quietly, plugin)]
@@ -205,7 +205,7 @@ def plugin_sources(plugins: Sequence[str], folder: Path | None = None) -> list[P
     paths = [
         (folder or Path()) / Path(plugin).expanduser()
         for plugin in plugins
-        if _plugin_folder.is_path(plugin)
+        if plugin_folder.is_path(plugin)
     ]
     return [
         file for path in paths for file in (sorted(path.glob("*.py")) if path.is_dir() else [path])
@@ -233,7 +233,7 @@ def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour
     values = {port: _value(kind.ports[port], raw) for port, raw in ports.items()}
     if issubclass(kind.cls, RobotBehaviour):
         return kind.cls(name=name, **values)
-    return _plain_leaf.build(kind.cls, name, values)
+    return plain_leaf.build(kind.cls, name, values)
 
 
 def _value(declared: Declaration, raw: Any) -> Any:
@@ -269,21 +269,21 @@ class _Search:
         try:
             action()
         except (Exception, SystemExit) as error:
-            self.report(label, _plugin_folder.sentence_for(error))
+            self.report(label, plugin_folder.sentence_for(error))
 
     def add_path(self, path: Path) -> None:
         if not path.exists():
             what = "file" if path.suffix == ".py" else "folder"
             self.report(str(path), f"there is no such plugin {what}")
             return
-        files = _plugin_folder.plugin_files(path)
+        files = plugin_folder.plugin_files(path)
         if not files:
             self.report(str(path), "this folder contains no plugin file (*.py)")
-        loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
+        loader = plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
         for file in files:
             self.attempt(str(file), partial(self._add_file, loader, file))
 
-    def _add_file(self, loader: _plugin_folder.FolderLoader, file: Path) -> None:
+    def _add_file(self, loader: plugin_folder.FolderLoader, file: Path) -> None:
         self.add_module(loader.load(file), str(file))
 
     def add_dotted(self, name: str) -> None:
@@ -343,7 +343,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
             ports, outputs = cls.ports(), cls.outputs()
             check_ports(ports)
         else:
-            ports, outputs = _plain_leaf.ports(cls), {}
+            ports, outputs = plain_leaf.ports(cls), {}
     except (ParameterError, TypeError, NameError) as error:
         raise _Unusable(str(error)) from error
     doc = inspect.cleandoc(cls.__doc__ or "")
@@ -379,7 +379,7 @@ def _class_named(dotted: str, modules: Sequence[str]) -> type:
     except AttributeError:
         raise _Unusable(f"the module {module} has no {attribute!r}") from None
     except (Exception, SystemExit) as error:
-        raise _Unusable(_plugin_folder.sentence_for(error)) from error
+        raise _Unusable(plugin_folder.sentence_for(error)) from error
     return found
 
 

@@ -7,7 +7,7 @@ from collections.abc import Generator
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
 from stack.types import FailureCode, Path, Pose2D

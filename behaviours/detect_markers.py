@@ -6,7 +6,7 @@ from math import degrees
 
 from py_trees.common import Status
 
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
 from stack.types import FailureCode, Image, MarkerSighting, Pose2D, wrap_angle

@@ -7,8 +7,8 @@ from math import atan, atan2, cos, hypot, pi, sin
 
 from py_trees.common import Status
 
-from behaviours._dock_fit import DockFitter
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._motion.odometry_trail import OdometryTrail
+from behaviours._sensing.dock_fit import DockFitter
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import (
     STANDSTILL,

@@ -8,7 +8,7 @@ from math import hypot
 
 from py_trees.common import Status
 
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import Frontier, Pose2D
 

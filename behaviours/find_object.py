@@ -7,8 +7,8 @@ from math import atan2, hypot, pi
 
 from py_trees.common import Status
 
-from behaviours._object_watch import ObjectWatch, SeenObject, Wanted
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._motion.odometry_trail import OdometryTrail
+from behaviours._sensing.object_watch import ObjectWatch, SeenObject, Wanted
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
 from stack.types import (

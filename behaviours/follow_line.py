@@ -9,10 +9,10 @@ from typing import cast
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._line_steering import KEPT, CentreLine, Sweep, approach, extended, steer
-from behaviours._line_trace import LineEnd, LineTrace, Sector, trace_line
-from behaviours._motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._line.steering import KEPT, CentreLine, Sweep, approach, extended, steer
+from behaviours._line.trace import LineEnd, LineTrace, Sector, trace_line
+from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
+from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import (
     LINE_COLOURS,

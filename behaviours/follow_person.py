@@ -9,10 +9,10 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._followed_person import COASTS, SURE, FollowedPerson, deviation
-from behaviours._motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
-from behaviours._odometry_trail import OdometryTrail
-from behaviours._paths import shortened
+from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
+from behaviours._motion.odometry_trail import OdometryTrail
+from behaviours._motion.paths import shortened
+from behaviours._people.followed_person import COASTS, SURE, FollowedPerson, deviation
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
 from stack.types import (

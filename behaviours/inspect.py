@@ -7,7 +7,7 @@ from math import hypot
 
 from py_trees.common import Status
 
-from behaviours._pictures import PictureQuality, picture_name, quality_of
+from behaviours._sensing.pictures import PictureQuality, picture_name, quality_of
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import JsonValue
 from stack.types import STANDSTILL, FailureCode, Image, Pose2D

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import FailureCode, Pose2D
 

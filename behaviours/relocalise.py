@@ -8,10 +8,10 @@ from math import degrees, pi, radians
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._marker_pose import Hypothesis, hypotheses, merged
-from behaviours._odometry_trail import OdometryTrail
-from behaviours._place_pose import place_hypothesis
-from behaviours._wall_geometry import room_ahead
+from behaviours._motion.odometry_trail import OdometryTrail
+from behaviours._sensing.marker_pose import Hypothesis, hypotheses, merged
+from behaviours._sensing.place_pose import place_hypothesis
+from behaviours._sensing.wall_geometry import room_ahead
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
 from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle

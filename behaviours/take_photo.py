@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from behaviours._pictures import picture_name
+from behaviours._sensing.pictures import picture_name
 from behaviours.base import RobotBehaviour, output, port
 from stack.types import FailureCode
 

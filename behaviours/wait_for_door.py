@@ -6,7 +6,7 @@ from math import cos, sin
 
 from py_trees.common import Status
 
-from behaviours._doorway import Doorway
+from behaviours._sensing.doorway import Doorway
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import STANDSTILL, FailureCode, Pose2D
 

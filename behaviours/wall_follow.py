@@ -8,9 +8,9 @@ from math import atan2, copysign, cos, hypot, pi, sin, sqrt
 import numpy as np
 from py_trees.common import Status
 
-from behaviours import _wall_geometry as geometry
-from behaviours._motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
-from behaviours._odometry_trail import OdometryTrail
+from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
+from behaviours._motion.odometry_trail import OdometryTrail
+from behaviours._sensing import wall_geometry as geometry
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist, wrap_angle
 

@@ -237,6 +237,19 @@ def test_a_package_with_one_broken_module(tmp_path, monkeypatch):
     )
 
 
+def test_private_files_and_folders_of_a_package_are_not_searched(tmp_path, monkeypatch):
+    package = tmp_path / "signals_with_helpers"
+    (package / "_parts").mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    (package / "honk.py").write_text(GOOD.format(name="Honk"))
+    (package / "_private.py").write_text(GOOD.format(name="Whisper"))
+    (package / "_parts" / "__init__.py").write_text(GOOD.format(name="Hum"))
+    (package / "_parts" / "click.py").write_text(GOOD.format(name="Click"))
+    monkeypatch.syspath_prepend(tmp_path)
+    found = set(find_behaviours(["signals_with_helpers"]).names())
+    assert found - set(find_behaviours().names()) == {"honk"}
+
+
 def test_a_plain_py_trees_leaf_by_its_dotted_name():
     catalogue = find_behaviours()
     kind = catalogue.get("py_trees.behaviours.TickCounter")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._dock_fit import DockFitter
+from behaviours._sensing.dock_fit import DockFitter
 from behaviours.dock import Dock, steered
 from behaviours.testing import ScriptedTask, tick
 from behaviours.undock import Undock

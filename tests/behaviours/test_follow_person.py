@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._followed_person import FollowedPerson
-from behaviours._paths import shortened
+from behaviours._motion.paths import shortened
+from behaviours._people.followed_person import FollowedPerson
 from behaviours.follow_person import FollowPerson
 from behaviours.testing import halt, pause, tick
 from stack.types import FailureCode, Path, Pose2D, Scan, TaskStatus

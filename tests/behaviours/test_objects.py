@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._object_watch import ObjectWatch, Wanted
+from behaviours._sensing.object_watch import ObjectWatch, Wanted
 from behaviours.approach_object import ApproachObject
 from behaviours.find_object import FindObject
 from behaviours.testing import ScriptedRobot, tick

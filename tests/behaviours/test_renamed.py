@@ -4,7 +4,7 @@ import importlib
 
 import pytest
 
-from behaviours._renamed import MODULES, NAMES
+from behaviours._plugins.renamed import MODULES, NAMES
 from behaviours.catalogue import find_behaviours
 from missions.inspection.check import check_files
 from stack.parameters import RENAMED, suggestion

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._doorway import Doorway
+from behaviours._sensing.doorway import Doorway
 from behaviours.testing import tick
 from behaviours.wait_for_door import WaitForDoor
 from stack.types import FailureCode, Pose2D

@@ -22,8 +22,8 @@ from statistics import median
 
 import numpy as np
 
-from behaviours._marker_pose import Hypothesis, merged
-from behaviours._place_pose import place_hypothesis
+from behaviours._sensing.marker_pose import Hypothesis, merged
+from behaviours._sensing.place_pose import place_hypothesis
 from behaviours.relocalise import STEP_RANGE, STEP_SHARE, Relocalise
 from missions.bench.localisation.report import wilson
 from missions.bench.perception.place_offices import PosterOffice

@@ -16,7 +16,10 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 
-from behaviours._renamed import hint_for
+from behaviours._plugins.renamed import hint_for
+
+OUR_CODE = Path(__file__).parents[1]
+"""The package of the built-in behaviours; errors in plugins are reported with lines of plugins."""
 
 
 def is_path(plugin: str) -> bool:
@@ -78,7 +81,7 @@ def sentence_for(error: BaseException) -> str:
         for frame in frames
         if not frame.filename.startswith("<")
         and "importlib" not in frame.filename
-        and Path(frame.filename).parent != Path(__file__).parent
+        and not Path(frame.filename).is_relative_to(OUR_CODE)
     ]
     line = f"line {own[-1]}: " if own else ""
     if isinstance(error.__cause__, TypeError):  # Python 3.11 wraps what __set_name__ raises

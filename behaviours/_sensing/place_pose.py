@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import radians
 
-from behaviours._marker_pose import Fit, Hypothesis
+from behaviours._sensing.marker_pose import Fit, Hypothesis
 from stack.types import PlaceSighting, Pose2D
 
 RIVAL_SHARE = 0.67

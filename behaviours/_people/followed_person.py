@@ -20,7 +20,7 @@ from math import exp, hypot
 
 import numpy as np
 
-from behaviours._known_things import KnownThings
+from behaviours._people.known_things import KnownThings
 from stack.types import StandingObject, TrackedObject
 
 SURE = 0.3

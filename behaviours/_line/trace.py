@@ -16,7 +16,7 @@ from math import cos, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviours._line_strand import Strand, beginning, beyond, heading_of, is_mark, middles
+from behaviours._line.strand import Strand, beginning, beyond, heading_of, is_mark, middles
 from stack.types import FloatArray, FloorLines, wrap_angle
 
 Cells = NDArray[np.int64]
