@@ -157,8 +157,7 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
     for search.plugin, plugin in enumerate(plugins):
         if plugin_folder.is_path(plugin):
-            path = (folder or Path()) / Path(plugin).expanduser()
-            search.add_path(path)
+            search.add_path(plugin_folder.path_of(plugin, folder))
         else:
             search.attempt(plugin, partial(search.add_dotted, plugin))
     dotted = [plugin for plugin in plugins if not plugin_folder.is_path(plugin)]
@@ -170,7 +169,10 @@ def _built_in() -> Catalogue:
     """Search this package once: unlike plugins, it does not change while the process runs."""
     search = _Search()
     search.add_dotted("behaviours")
-    return Catalogue(search.kinds, tuple(search.problems))
+    for package in _public_modules("behaviours"):
+        if package.ispkg:
+            search.add_dotted(package.name)
+    return Catalogue(dict(sorted(search.kinds.items())), tuple(search.problems))
 
 
 def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterator[ModuleType]:
@@ -184,7 +186,7 @@ def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterat
     """
     for plugin in plugins:
         if plugin_folder.is_path(plugin):
-            path = (folder or Path()) / Path(plugin).expanduser()
+            path = plugin_folder.path_of(plugin, folder)
             loader = plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
             files = plugin_folder.plugin_files(path) if path.exists() else []
             loads = [partial(loader.load, file) for file in files]
@@ -202,11 +204,7 @@ def plugin_sources(plugins: Sequence[str], folder: Path | None = None) -> list[P
         plugins: as in `find_behaviours`.
         folder: as in `find_behaviours`.
     """
-    paths = [
-        (folder or Path()) / Path(plugin).expanduser()
-        for plugin in plugins
-        if plugin_folder.is_path(plugin)
-    ]
+    paths = [plugin_folder.path_of(name, folder) for name in plugins if plugin_folder.is_path(name)]
     return [
         file for path in paths for file in (sorted(path.glob("*.py")) if path.is_dir() else [path])
     ]
@@ -385,10 +383,16 @@ def _class_named(dotted: str, modules: Sequence[str]) -> type:
 
 def _module_names(name: str) -> list[str]:
     """Return the module; for a package, also its public modules."""
-    package = import_quietly(name)
-    inside = pkgutil.iter_modules(getattr(package, "__path__", ()), f"{name}.")
-    names = sorted(info.name for info in inside)
-    return [name, *(n for n in names if not n.rpartition(".")[2].startswith(("_", "test_")))]
+    return [name, *sorted(module.name for module in _public_modules(name))]
+
+
+def _public_modules(name: str) -> list[pkgutil.ModuleInfo]:
+    """Return the modules and packages directly in a package; private ones and tests excluded."""
+    spec = import_quietly(name).__spec__
+    places = (spec and spec.submodule_search_locations) or ()
+    hidden = ("_", "test_")
+    found = pkgutil.iter_modules(places, f"{name}.")
+    return [module for module in found if not module.name.rpartition(".")[2].startswith(hidden)]
 
 
 def _entry_label(entry: EntryPoint) -> str:

@@ -220,8 +220,8 @@ def test_heavy_libraries_are_imported_in_one_place(library):
 
 
 def test_no_folder_is_crowded():
-    """At most 20 loose modules in a folder; behaviours has one behaviour in each file."""
-    folders = {file.parent for top in TOP if top != "behaviours" for file in files_of(top)}
+    """At most 20 loose modules in a folder."""
+    folders = {file.parent for top in TOP for file in files_of(top)}
     crowded = {
         str(folder.relative_to(ROOT)): count
         for folder in folders

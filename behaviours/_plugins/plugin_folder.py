@@ -27,6 +27,11 @@ def is_path(plugin: str) -> bool:
     return plugin.startswith((".", "~")) or "/" in plugin or plugin.endswith(".py")
 
 
+def path_of(plugin: str, folder: Path | None) -> Path:
+    """Return the path of a plugin; a relative one begins in the folder, default: the current."""
+    return (folder or Path()) / Path(plugin).expanduser()
+
+
 def plugin_files(path: Path) -> list[Path]:
     """Return the files that may define behaviours, sorted; tests and private files excluded."""
     if path.is_file():

@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from behaviours._sensing.marker_pose import Hypothesis
 from behaviours._sensing.place_pose import place_hypothesis, refined
-from behaviours.relocalise import Relocalise
+from behaviours.localisation.relocalise import Relocalise
 from behaviours.testing import tick
 from stack.types import PlaceSighting, Pose2D, wrap_angle
 

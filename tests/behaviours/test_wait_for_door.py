@@ -7,8 +7,8 @@ import pytest
 from py_trees.common import Status
 
 from behaviours._sensing.doorway import Doorway
+from behaviours.perception.wait_for_door import WaitForDoor
 from behaviours.testing import tick
-from behaviours.wait_for_door import WaitForDoor
 from stack.types import FailureCode, Pose2D
 from tests.behaviours.kinematic_robot import KinematicRobot, segments_of
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from behaviours._sensing.marker_pose import Hypothesis, merged
 from behaviours._sensing.place_pose import place_hypothesis
-from behaviours.relocalise import STEP_RANGE, STEP_SHARE, Relocalise
+from behaviours.localisation.relocalise import STEP_RANGE, STEP_SHARE, Relocalise
 from missions.bench.localisation.report import wilson
 from missions.bench.perception.place_offices import PosterOffice
 from missions.execution.component_choices import chosen
