@@ -63,7 +63,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "simple_progress": "stack.control.checkers:SimpleProgressChecker",
     },
     "localisation": {
-        "mcl": "stack.localisation.localiser:Localiser",
+        "mcl": "stack.localisation.mcl.localiser:Localiser",
         "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
         "slam": "stack.mapping.slam.estimator:SlamEstimator",
         "pose_graph": "stack.mapping.slam.estimator:PoseGraphLocaliser",

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.localisation.confidence import MANY_LONG
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator, ScanView
-from stack.localisation.modes import Mode, same_place
+from stack.localisation.mcl.confidence import MANY_LONG
+from stack.localisation.mcl.recovery import Search
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particle_filter import ParticleFilter
-from stack.localisation.recovery import Search
+from stack.localisation.particle_filter.filter import ParticleFilter
+from stack.localisation.particle_filter.modes import Mode, same_place
 from stack.localisation.search.global_match import GlobalMatcher
 from stack.localisation.search.local_match import LocalMatcher, map_search
 from stack.localisation.search.matches import GlobalMatch

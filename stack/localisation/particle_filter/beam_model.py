@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.modes import Mode
 from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.particle_filter.modes import Mode
 from stack.localisation.search.matches import beam_points, returned_beams
 from stack.types import FloatArray, Pose2D, Scan
 

@@ -6,14 +6,14 @@ from math import pi
 
 import numpy as np
 
-from stack.localisation.beam_model import weighted
 from stack.localisation.distance_field import SignedDistanceField, as_row
 from stack.localisation.marker_mixture import Mixture, components_of
-from stack.localisation.modes import Mode
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particle_filter import ParticleFilter
-from stack.localisation.particles import ParticleSet
-from stack.localisation.uncertainty import stretch, widened
+from stack.localisation.particle_filter.beam_model import weighted
+from stack.localisation.particle_filter.filter import ParticleFilter
+from stack.localisation.particle_filter.modes import Mode
+from stack.localisation.particle_filter.particles import ParticleSet
+from stack.localisation.particle_filter.uncertainty import stretch, widened
 from stack.types import FloatArray, MarkerFix, Pose2D
 
 _FEWEST = 30.0

@@ -1,8 +1,9 @@
 """Monte-Carlo localisation: the robot's pose on a known map by a particle filter.
 
 Unlike AMCL, the filter injects no random particles. Places that explain the scans equally well are
-modes of the filter, each with particles of its own (modes.py). After a push or a kidnap the pose
-follows odometry, its health drops, and searches of the map find the new pose (recovery.py).
+modes of the filter, each with particles of its own (particle_filter/modes.py). After a push or a
+kidnap the pose follows odometry, its health drops, and searches of the map find the new pose
+(recovery.py).
 """
 
 from __future__ import annotations
@@ -17,22 +18,22 @@ from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.confidence import Confidence
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibrate
 from stack.localisation.health_model import HealthFeatures, health
-from stack.localisation.marker_update import MarkerUpdate
-from stack.localisation.modes import Mode
-from stack.localisation.motion_models import motion_model
-from stack.localisation.odometry_since import OdometrySince
+from stack.localisation.mcl.confidence import Confidence
+from stack.localisation.mcl.pose_search import PoseSearch, prior_of
+from stack.localisation.mcl.recovery import RecoverySchedule
+from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particle_filter import ParticleFilter
-from stack.localisation.particles import move
-from stack.localisation.pose_search import PoseSearch, prior_of
-from stack.localisation.recovery import RecoverySchedule
+from stack.localisation.particle_filter.filter import ParticleFilter
+from stack.localisation.particle_filter.marker_update import MarkerUpdate
+from stack.localisation.particle_filter.modes import Mode
+from stack.localisation.particle_filter.motion_models import motion_model
+from stack.localisation.particle_filter.odometry_since import OdometrySince
+from stack.localisation.particle_filter.particles import move
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.localisation.search.rivals import Resolution, resolve
-from stack.localisation.trusted_pose import TrustedPose
 from stack.localisation.views.view_planner import ViewPlanner
 from stack.parameters import suggestion
 from stack.streams import stream

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from stack.localisation.health import FitScale, RecentViews, ScanView
 from stack.localisation.health_model import HealthFeatures
-from stack.localisation.modes import ModeSet
 from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.particle_filter.modes import ModeSet
 
 _CONVINCING = 0.5
 """Fit that confirms a pose, between that of most true poses (0) and of the usual ones (1)."""

@@ -14,8 +14,8 @@ from math import log, pi, sqrt
 
 import numpy as np
 
-from stack.localisation.particles import ParticleSet, summarise
-from stack.localisation.uncertainty import LeastCovariance
+from stack.localisation.particle_filter.particles import ParticleSet, summarise
+from stack.localisation.particle_filter.uncertainty import LeastCovariance
 from stack.types import FloatArray, Pose2D, RivalPose, wrap_angle
 
 SAME_DISTANCE, SAME_ANGLE = 0.25, pi / 12

@@ -11,15 +11,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from stack.localisation.beam_model import BeamModel, weighted
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.modes import Mode, ModeSet
-from stack.localisation.motion_models import MotionModel, disturb
-from stack.localisation.odometry_since import MotionSince
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particles import ParticleSet, kld_bound, move
-from stack.localisation.uncertainty import LeastCovariance, observable, stretch, widened
+from stack.localisation.particle_filter.beam_model import BeamModel, weighted
+from stack.localisation.particle_filter.modes import Mode, ModeSet
+from stack.localisation.particle_filter.motion_models import MotionModel, disturb
+from stack.localisation.particle_filter.odometry_since import MotionSince
+from stack.localisation.particle_filter.particles import ParticleSet, kld_bound, move
+from stack.localisation.particle_filter.uncertainty import (
+    LeastCovariance,
+    observable,
+    stretch,
+    widened,
+)
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 _POINT_VARIANCE = 0.05**2
