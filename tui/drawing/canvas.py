@@ -22,7 +22,7 @@ from stack.types import (
     OccupancyGrid,
     Pose2D,
 )
-from tui import palette
+from tui.drawing import palette
 
 QUADRANTS = np.array([ord(glyph) for glyph in " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"], dtype=np.uint32)
 BRAILLE = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint32)

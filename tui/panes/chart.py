@@ -10,9 +10,9 @@ from rich.segment import Segment
 from textual.strip import Strip
 
 from stack.types import FloatArray
-from tui import palette
-from tui.canvas import BRAILLE
-from tui.strips import Lines, style, to_strips
+from tui.drawing import palette
+from tui.drawing.canvas import BRAILLE
+from tui.drawing.strips import Lines, style, to_strips
 
 SPAN = 60.0
 """Width of the chart in seconds of the robot's clock."""

@@ -8,8 +8,19 @@ from rich.markup import escape
 from rich.text import Text
 
 from stack.telemetry.records import Snapshot
-from tui.palette import BAD, BUSY, DIM, FAINT, GOOD, PARTICLE, TEXT, WARN, css, health_colour
-from tui.strips import TextLines, one_line
+from tui.drawing.palette import (
+    BAD,
+    BUSY,
+    DIM,
+    FAINT,
+    GOOD,
+    PARTICLE,
+    TEXT,
+    WARN,
+    css,
+    health_colour,
+)
+from tui.drawing.strips import TextLines, one_line
 
 BAR, LABEL = 10, 9
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")

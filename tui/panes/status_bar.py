@@ -5,10 +5,10 @@ from __future__ import annotations
 from rich.text import Text
 
 from stack.telemetry.records import RunInfo, Snapshot, TreeRow
-from tui.header import header
+from tui.drawing.palette import BAD, BUSY, DIM, GOOD, PANEL, TEXT, TONES, WARN, css, health_colour
+from tui.drawing.strips import TextLines, one_line
 from tui.link import STALE_AFTER, Link
-from tui.palette import BAD, BUSY, DIM, GOOD, PANEL, TEXT, TONES, WARN, css, health_colour
-from tui.strips import TextLines, one_line
+from tui.panes.header import header
 
 
 class StatusBar(TextLines):

@@ -17,7 +17,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from stack.types.printable import printable
-from tui.palette import BACKDROP, css
+from tui.drawing.palette import BACKDROP, css
 
 
 class Lines(Widget):

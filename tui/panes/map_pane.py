@@ -12,9 +12,9 @@ from stack.telemetry.beams import LONG, MATCHED, SHORT, beam_classes
 from stack.telemetry.outlines import uncertainty_ellipse
 from stack.telemetry.records import Layer, RunInfo, Snapshot
 from stack.types import CostGrid, OccupancyGrid, Scan
-from tui import palette
-from tui.canvas import Canvas, View, arrow, circle, scale_bar
-from tui.strips import Lines, ink, one_line, paper, to_strips
+from tui.drawing import palette
+from tui.drawing.canvas import Canvas, View, arrow, circle, scale_bar
+from tui.drawing.strips import Lines, ink, one_line, paper, to_strips
 
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25

@@ -8,9 +8,9 @@ from rich.text import Text
 from textual.widgets import Static
 
 from stack.telemetry.records import MissionState, Snapshot
+from tui.drawing.palette import BUSY, TEXT, TONES, css
+from tui.drawing.strips import one_line
 from tui.link import Link
-from tui.palette import BUSY, TEXT, TONES, css
-from tui.strips import one_line
 
 MARGIN = 6
 """Columns of padding in the banner."""

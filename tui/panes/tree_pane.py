@@ -13,10 +13,10 @@ from textual.message import Message
 from textual.strip import Strip
 
 from stack.telemetry.records import Debugging, Snapshot, TreeRow
-from tui import palette
+from tui.drawing import palette
+from tui.drawing.strips import Lines, ink, one_line, paper
 from tui.keys import TREE_KEYS
 from tui.screens import Question
-from tui.strips import Lines, ink, one_line, paper
 
 DETAIL_LINES, DETAIL_FROM = 3, 11
 """Lines for the selected node, and the smallest height of a pane that shows them."""

@@ -8,8 +8,8 @@ from rich.text import Text
 from textual.widgets import RichLog
 
 from stack.telemetry.records import ROUTINE, Event
-from tui.palette import BAD, DIM, GOOD, TEXT, WARN, css
-from tui.strips import one_line
+from tui.drawing.palette import BAD, DIM, GOOD, TEXT, WARN, css
+from tui.drawing.strips import one_line
 
 LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
 RANK = {"info": 0, "warning": 1, "error": 2}
