@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
 from pathlib import Path
 from typing import ClassVar
 
@@ -370,7 +369,9 @@ class SlamEstimator(Estimator):
             return
         self._weigh(pose, scan)
         if not match.information.any():  # nothing to match with: odometry alone
-            self._covariance = self._covariance + self._odometry_errors(moved)
+            position, heading = self.parameters.odometry_deviation(moved)
+            errors = np.diag(np.square([position, position, heading]))
+            self._covariance = self._covariance + errors
             return
         least = np.eye(3) / UNKNOWN_VARIANCE
         local = np.linalg.inv(match.information + least) + np.diag([1e-5, 1e-5, 1e-6])
@@ -387,13 +388,6 @@ class SlamEstimator(Estimator):
         if share is not None:
             fit = min(1.0, max(0.0, (share - LEAST_SHARE) / (FULL_SHARE - LEAST_SHARE)))
             self._health += self.parameters.health_gain * (fit - self._health)
-
-    def _odometry_errors(self, moved: Pose2D) -> FloatArray:
-        """Return the covariance (3, 3) of the errors of a motion, alike in x and y."""
-        p, distance = self.parameters, hypot(moved.x, moved.y)
-        position = p.odometry_distance_error * distance
-        heading = p.odometry_angle_error * (abs(moved.heading) + 0.3 * distance)
-        return np.diag(np.square([position, position, heading]))
 
     def _apply_optimisation(self) -> None:
         optimum = self._worker.result(self._time)
