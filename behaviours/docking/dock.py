@@ -7,9 +7,10 @@ from math import atan, atan2, cos, hypot, pi, sin
 
 from py_trees.common import Status
 
+from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._sensing.dock_fit import DockFitter
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
     STANDSTILL,
     ContactZone,
@@ -21,7 +22,6 @@ from stack.types import (
     wrap_angle,
 )
 
-TIME_TO_LIVE = 0.3
 LEAST_FITS, PATIENCE = 4, 3.0
 """Scans in which the dock must be found before the robot drives to it; seconds for them."""
 
@@ -58,7 +58,7 @@ class _Phase(Enum):
     BACKING = "backing off"
 
 
-class Dock(RobotBehaviour):
+class Dock(DrivingBehaviour):
     """Drive to a charging dock until the battery charges.
 
     Drives to a place in front of the dock, measures the dock by its shape in the lidar's scans,
@@ -111,12 +111,6 @@ class Dock(RobotBehaviour):
         if self._phase is _Phase.APPROACH:
             return self._approach()
         return self._confirm()
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _enter(self, phase: _Phase) -> None:
         self._phase = phase

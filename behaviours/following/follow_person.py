@@ -9,6 +9,7 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 from py_trees.common import Status
 
+from behaviours._motion.driving import TIME_TO_LIVE
 from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._motion.paths import shortened
@@ -26,7 +27,6 @@ from stack.types import (
     wrap_angle,
 )
 
-TIME_TO_LIVE = 0.3
 AHEAD = 0.5 * pi
 """Radians to each side within which a person is ahead."""
 

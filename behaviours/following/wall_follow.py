@@ -8,13 +8,13 @@ from math import atan2, copysign, cos, hypot, pi, sin, sqrt
 import numpy as np
 from py_trees.common import Status
 
+from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour
 from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._sensing import wall_geometry as geometry
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist, wrap_angle
 
-TIME_TO_LIVE = 0.3
 LOOKAHEAD = 0.45
 """Metres along the curve; 1.3 s at 0.35 m/s, well above the delay of scan and actuators (0.2 s)."""
 STRAIGHT = 0.17
@@ -43,7 +43,7 @@ class _Record:
         return sqrt(self.squares / self.count) if self.count else 0.0
 
 
-class WallFollow(RobotBehaviour):
+class WallFollow(DrivingBehaviour):
     """Drive along a wall at a set distance, around corners and past doorways.
 
     Approaches the wall first if necessary. Succeeds at the first `until_…` that is reached; without
@@ -108,12 +108,6 @@ class WallFollow(RobotBehaviour):
         self._since_seen.restart()
         self.robot.drive_for(self._command(points), TIME_TO_LIVE)
         return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _points(self) -> FloatArray | None:
         """Return the newest scan's points, (n, 2) metres, in the current base frame."""

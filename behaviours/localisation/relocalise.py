@@ -8,15 +8,15 @@ from math import degrees, pi, radians
 import numpy as np
 from py_trees.common import Status
 
+from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour, Steps
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._sensing.marker_pose import Hypothesis, hypotheses, merged
 from behaviours._sensing.place_pose import place_hypothesis
 from behaviours._sensing.wall_geometry import room_ahead
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.robot import Task
 from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle
 
-TIME_TO_LIVE = 0.3
 FIRST_PICTURE, NEXT_PICTURE = 2.0, 1.0
 """Seconds to wait for a picture from a camera that was off, and from one that is on."""
 CONFIRM_AFTER, CONFIRM_WITHIN = 1.0, 2.0
@@ -29,11 +29,10 @@ DEVIATION = 0.1
 FINE_TIME = 1.0
 MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
 
-Steps = Generator[None, None, bool]
 """A procedure over several ticks: yields once per tick, returns whether it succeeded."""
 
 
-class Relocalise(RobotBehaviour):
+class Relocalise(DrivingBehaviour):
     """Find the robot's pose again: by the camera while turning in place, then by the lidar.
 
     A picture with a known marker gives the pose by the marker; one without is compared with the
@@ -78,20 +77,7 @@ class Relocalise(RobotBehaviour):
         self._trail.record(self.robot.time, self.robot.odometry)
         if self._uses_camera():
             self.robot.image()  # a request keeps the camera on between two stops
-        try:
-            next(self._steps)
-        except StopIteration as ended:
-            if ended.value:
-                return Status.SUCCESS
-            assert self.failure is not None, "the lidar search failed last and set a reason"
-            return self.fail(self.failure.code, self.failure.sentence)
-        return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        return self.advance(self._steps)
 
     def _search(self) -> Steps:
         """Search by camera, then by lidar; if nothing fits, move and search by lidar again."""

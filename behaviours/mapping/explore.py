@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass
 from math import hypot
 
 from py_trees.common import Status
 
+from behaviours._motion.driving import Steps
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import Frontier, Pose2D
@@ -27,8 +27,6 @@ ATTEMPTS = 3
 """Drives to views of one place that fail or show nothing new before it is forgotten."""
 DRIVES = 4
 """Drives to one place before it is forgotten, also those that ended early."""
-
-Steps = Generator[None, None, bool]
 
 
 @dataclass

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from behaviours.base import RobotBehaviour, port
-from stack.types import STANDSTILL, Twist
-
-TIME_TO_LIVE = 0.3
-"""Seconds that a command is valid: three ticks, so that a late tick does not stop the robot."""
+from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour
+from behaviours.base import port
+from stack.types import Twist
 
 
-class DriveFor(RobotBehaviour):
+class DriveFor(DrivingBehaviour):
     """Drive at a velocity for a time; the safety stage may slow the robot down."""
 
     time: float = port("duration", unit="s", above=0.0)
@@ -32,9 +30,3 @@ class DriveFor(RobotBehaviour):
         self.robot.drive_for(Twist(self.linear, self.angular), min(left, TIME_TO_LIVE))
         self.feedback_message = f"{left:.1f} s left"
         return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot if this node was running; another node may drive it otherwise."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-
 import numpy as np
 from py_trees.common import Status
 
+from behaviours._motion.driving import Steps
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
@@ -14,8 +13,6 @@ from stack.types import FailureCode, Path, Pose2D
 
 SPACING = 0.1
 """Metres between two poses of a lane."""
-
-Steps = Generator[None, None, bool]
 
 
 class Coverage(RobotBehaviour):

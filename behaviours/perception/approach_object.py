@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from math import atan2, cos, hypot, pi, sin
 
 from py_trees.common import Status
 
+from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour, Steps
 from behaviours._motion.motion_watch import STUCK_TIME, StuckWatch
 from behaviours._sensing.object_watch import SAME_PLACE, ObjectWatch, SeenObject, Wanted
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
     OBJECT_COLOURS,
     STANDSTILL,
@@ -20,7 +20,6 @@ from stack.types import (
     wrap_angle,
 )
 
-TIME_TO_LIVE = 0.3
 PATIENCE = 3.5
 """Seconds for the first detection; a silent camera is noticed before."""
 
@@ -42,10 +41,8 @@ SLOWER, SLOWEST = 0.8, 0.03
 CLOSE_ENOUGH, POINTED = 0.01, 0.05
 """Metres and radians."""
 
-Steps = Generator[None, None, bool]
 
-
-class ApproachObject(RobotBehaviour):
+class ApproachObject(DrivingBehaviour):
     """Drive up to an object of a colour or label until the front is at a distance from it.
 
     Drives in front of the object by navigation, round it if there is no room on this side, then
@@ -88,20 +85,7 @@ class ApproachObject(RobotBehaviour):
         self._look(self._watch.update())
         if self._watch.is_blind:
             return self.fail(FailureCode.NO_IMAGE, self._wanted.silence)
-        try:
-            next(self._steps)
-        except StopIteration as ended:
-            if ended.value:
-                return Status.SUCCESS
-            assert self.failure is not None, "a failed approach has a reason"
-            return self.fail(self.failure.code, self.failure.sentence)
-        return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        return self.advance(self._steps)
 
     def _look(self, seen: list[SeenObject]) -> None:
         """Take the object that is nearest to the target; the first one is nearest to the robot."""

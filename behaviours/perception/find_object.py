@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from math import atan2, hypot, pi
 
 from py_trees.common import Status
 
+from behaviours._motion.driving import DrivingBehaviour, Steps
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._sensing.object_watch import ObjectWatch, SeenObject, Wanted
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.robot import Task
 from stack.types import (
     OBJECT_COLOURS,
-    STANDSTILL,
     FailureCode,
     Frontier,
     Pose2D,
@@ -29,12 +28,8 @@ LOOK_AGAIN = 3
 GAIN_EXPONENT, DETOUR = 0.5, 2.0
 """Of the area in view, which is divided by the way and these metres."""
 
-TIME_TO_LIVE = 0.3
 
-Steps = Generator[None, None, bool]
-
-
-class FindObject(RobotBehaviour):
+class FindObject(DrivingBehaviour):
     """Search the map for an object on the floor, of a colour or of a label of the object detector.
 
     Turns round once; then drives to places from which most of the unsearched floor is in view, and
@@ -92,12 +87,6 @@ class FindObject(RobotBehaviour):
             assert self.failure is not None, "the search ends with a reason"
             return self.fail(self.failure.code, self.failure.sentence)
         return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _report(self, found: SeenObject) -> Status:
         here = self.robot.pose

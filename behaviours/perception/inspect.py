@@ -7,20 +7,17 @@ from math import hypot
 
 from py_trees.common import Status
 
+from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour, Steps
 from behaviours._sensing.pictures import PictureQuality, picture_name, quality_of
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.robot import JsonValue
 from stack.types import STANDSTILL, FailureCode, Image, Pose2D
-
-TIME_TO_LIVE = 0.3
 
 STILL_SPEED, STILL_TURN, SETTLE = 0.01, 0.01, 0.3
 """m/s and rad/s below which the robot stands, and seconds for which it must."""
 
-Steps = Generator[None, None, bool]
 
-
-class Inspect(RobotBehaviour):
+class Inspect(DrivingBehaviour):
     """Take a sharp, well exposed picture and save it with the robot's pose.
 
     Drives to `at` first, if it is set. Stands still, judges a new picture, and takes it again if it
@@ -62,20 +59,7 @@ class Inspect(RobotBehaviour):
 
     def update(self) -> Status:
         """Go on to the next tick."""
-        try:
-            next(self._steps)
-        except StopIteration as ended:
-            if ended.value:
-                return Status.SUCCESS
-            assert self.failure is not None, "a failed inspection has a reason"
-            return self.fail(self.failure.code, self.failure.sentence)
-        return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        return self.advance(self._steps)
 
     def _inspect(self) -> Steps:
         if self.at is not None:

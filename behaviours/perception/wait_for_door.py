@@ -6,17 +6,16 @@ from math import cos, sin
 
 from py_trees.common import Status
 
+from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour
 from behaviours._sensing.doorway import Doorway
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import STANDSTILL, FailureCode, Pose2D
-
-TIME_TO_LIVE = 0.3
 
 ROOM = 0.05
 """Metres on each side of the robot that a way must have in addition."""
 
 
-class WaitForDoor(RobotBehaviour):
+class WaitForDoor(DrivingBehaviour):
     """Wait until the way through a door is free, as the lidar sees it.
 
     With `distance`, the robot first drives to that distance in front of the door, facing it;
@@ -77,12 +76,6 @@ class WaitForDoor(RobotBehaviour):
             )
         self.feedback_message = f"{self._state}, {self._waiting.left(self.patience):.0f} s left"
         return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _look(self) -> None:
         scan = self.robot.scan
