@@ -30,7 +30,7 @@ from missions.bench.perception.place_offices import PosterOffice
 from missions.execution.component_choices import chosen
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS, load_map, load_robot
-from missions.execution.run import execute
+from missions.execution.running import execute
 from stack.components import Estimator
 from stack.perception.places.keyframe_files import read_keyframes
 from stack.perception.places.parameters import PlaceParameters
