@@ -67,7 +67,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "mcl": "stack.localisation.mcl.localiser:Localiser",
         "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
         "slam": "stack.mapping.slam.estimator:SlamEstimator",
-        "pose_graph": "stack.mapping.slam.estimator:PoseGraphLocaliser",
+        "pose_graph": "stack.mapping.slam.pose_graph_localiser:PoseGraphLocaliser",
     },
     "odometry": {
         "ekf": "stack.localisation.fusion.ekf:EkfOdometry",

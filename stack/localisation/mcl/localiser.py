@@ -34,7 +34,7 @@ from stack.localisation.particle_filter.odometry_since import OdometrySince
 from stack.localisation.particle_filter.particles import move
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.localisation.search.rivals import Resolution, resolve
-from stack.localisation.views.view_planner import ViewPlanner
+from stack.localisation.views.view_planner import CLEARANCE, ViewPlanner
 from stack.parameters import suggestion
 from stack.streams import stream
 from stack.types import (
@@ -54,9 +54,6 @@ _NO_FIT = 0.5
 
 _UNTESTED_HEALTH = 0.8
 """Health of a pose that was set and that no scan has tested."""
-
-_CLEARANCE = 0.05
-"""Metres between the robot's inscribed circle and surfaces on the way to a view."""
 
 _MATCH_DEVIATION = 0.05
 """Metres; standard deviation of a pose that is compared with a scan."""
@@ -322,7 +319,7 @@ class Localiser(Estimator):
         estimate = self.estimate
         if not estimate.ambiguous:
             return None
-        clearance = self._robot.footprint.inscribed_radius + _CLEARANCE
+        clearance = self._robot.footprint.inscribed_radius + CLEARANCE
         planner = ViewPlanner(self._field, clearance, self.parameters)
         shares = [rival.share for rival in estimate.rivals]
         poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
