@@ -18,7 +18,7 @@ TOP = ("missions", "behaviours", "stack", "tui", "robots")
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle",
-    "stack.compilation",
+    "stack.compilation", "stack.child_process",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -34,6 +34,7 @@ MAY_IMPORT = {
     "stack.parameters": {"stack.types", "stack.errors"},
     "stack.lifecycle": set(),
     "stack.compilation": set(),
+    "stack.child_process": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},
