@@ -23,9 +23,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
-from behaviours import _plain_leaf, _plugin_folder
-from behaviours._plugin_folder import import_quietly
-from behaviours._port_types import check_ports
+from behaviours._plugins import plain_leaf, plugin_folder
+from behaviours._plugins.plugin_folder import import_quietly
+from behaviours._plugins.port_types import check_ports
 from behaviours.base import RobotBehaviour
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
@@ -156,12 +156,11 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
     for search.plugin, plugin in enumerate(plugins):
-        if _plugin_folder.is_path(plugin):
-            path = (folder or Path()) / Path(plugin).expanduser()
-            search.add_path(path)
+        if plugin_folder.is_path(plugin):
+            search.add_path(plugin_folder.path_of(plugin, folder))
         else:
             search.attempt(plugin, partial(search.add_dotted, plugin))
-    dotted = [plugin for plugin in plugins if not _plugin_folder.is_path(plugin)]
+    dotted = [plugin for plugin in plugins if not plugin_folder.is_path(plugin)]
     return Catalogue(search.kinds, tuple(search.problems), (*OWN_MODULES, *dotted))
 
 
@@ -170,7 +169,10 @@ def _built_in() -> Catalogue:
     """Search this package once: unlike plugins, it does not change while the process runs."""
     search = _Search()
     search.add_dotted("behaviours")
-    return Catalogue(search.kinds, tuple(search.problems))
+    for package in _public_modules("behaviours"):
+        if package.ispkg:
+            search.add_dotted(package.name)
+    return Catalogue(dict(sorted(search.kinds.items())), tuple(search.problems))
 
 
 def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterator[ModuleType]:
@@ -183,10 +185,10 @@ def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterat
         folder: as in `find_behaviours`.
     """
     for plugin in plugins:
-        if _plugin_folder.is_path(plugin):
-            path = (folder or Path()) / Path(plugin).expanduser()
-            loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
-            files = _plugin_folder.plugin_files(path) if path.exists() else []
+        if plugin_folder.is_path(plugin):
+            path = plugin_folder.path_of(plugin, folder)
+            loader = plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
+            files = plugin_folder.plugin_files(path) if path.exists() else []
             loads = [partial(loader.load, file) for file in files]
         else:
             loads = [partial(import_quietly, plugin)]
@@ -202,11 +204,7 @@ def plugin_sources(plugins: Sequence[str], folder: Path | None = None) -> list[P
         plugins: as in `find_behaviours`.
         folder: as in `find_behaviours`.
     """
-    paths = [
-        (folder or Path()) / Path(plugin).expanduser()
-        for plugin in plugins
-        if _plugin_folder.is_path(plugin)
-    ]
+    paths = [plugin_folder.path_of(name, folder) for name in plugins if plugin_folder.is_path(name)]
     return [
         file for path in paths for file in (sorted(path.glob("*.py")) if path.is_dir() else [path])
     ]
@@ -233,7 +231,7 @@ def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour
     values = {port: _value(kind.ports[port], raw) for port, raw in ports.items()}
     if issubclass(kind.cls, RobotBehaviour):
         return kind.cls(name=name, **values)
-    return _plain_leaf.build(kind.cls, name, values)
+    return plain_leaf.build(kind.cls, name, values)
 
 
 def _value(declared: Declaration, raw: Any) -> Any:
@@ -269,21 +267,21 @@ class _Search:
         try:
             action()
         except (Exception, SystemExit) as error:
-            self.report(label, _plugin_folder.sentence_for(error))
+            self.report(label, plugin_folder.sentence_for(error))
 
     def add_path(self, path: Path) -> None:
         if not path.exists():
             what = "file" if path.suffix == ".py" else "folder"
             self.report(str(path), f"there is no such plugin {what}")
             return
-        files = _plugin_folder.plugin_files(path)
+        files = plugin_folder.plugin_files(path)
         if not files:
             self.report(str(path), "this folder contains no plugin file (*.py)")
-        loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
+        loader = plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
         for file in files:
             self.attempt(str(file), partial(self._add_file, loader, file))
 
-    def _add_file(self, loader: _plugin_folder.FolderLoader, file: Path) -> None:
+    def _add_file(self, loader: plugin_folder.FolderLoader, file: Path) -> None:
         self.add_module(loader.load(file), str(file))
 
     def add_dotted(self, name: str) -> None:
@@ -343,7 +341,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
             ports, outputs = cls.ports(), cls.outputs()
             check_ports(ports)
         else:
-            ports, outputs = _plain_leaf.ports(cls), {}
+            ports, outputs = plain_leaf.ports(cls), {}
     except (ParameterError, TypeError, NameError) as error:
         raise _Unusable(str(error)) from error
     doc = inspect.cleandoc(cls.__doc__ or "")
@@ -379,16 +377,22 @@ def _class_named(dotted: str, modules: Sequence[str]) -> type:
     except AttributeError:
         raise _Unusable(f"the module {module} has no {attribute!r}") from None
     except (Exception, SystemExit) as error:
-        raise _Unusable(_plugin_folder.sentence_for(error)) from error
+        raise _Unusable(plugin_folder.sentence_for(error)) from error
     return found
 
 
 def _module_names(name: str) -> list[str]:
     """Return the module; for a package, also its public modules."""
-    package = import_quietly(name)
-    inside = pkgutil.iter_modules(getattr(package, "__path__", ()), f"{name}.")
-    names = sorted(info.name for info in inside)
-    return [name, *(n for n in names if not n.rpartition(".")[2].startswith(("_", "test_")))]
+    return [name, *sorted(module.name for module in _public_modules(name))]
+
+
+def _public_modules(name: str) -> list[pkgutil.ModuleInfo]:
+    """Return the modules and packages directly in a package; private ones and tests excluded."""
+    spec = import_quietly(name).__spec__
+    places = (spec and spec.submodule_search_locations) or ()
+    hidden = ("_", "test_")
+    found = pkgutil.iter_modules(places, f"{name}.")
+    return [module for module in found if not module.name.rpartition(".")[2].startswith(hidden)]
 
 
 def _entry_label(entry: EntryPoint) -> str:

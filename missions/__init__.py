@@ -64,7 +64,7 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
         InputError: the mission, robot or world has errors; nothing has moved.
     """
     from missions.execution.prepare import RunOptions
-    from missions.execution.run import run_mission
+    from missions.execution.running import run_mission
 
     options = RunOptions(
         seed=seed, arguments=dict(arguments or {}), robot=robot, world=world, start=start,

@@ -11,6 +11,7 @@ stack/costmap/layer.py.
 from __future__ import annotations
 
 import sys
+from abc import ABCMeta
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
@@ -63,10 +64,10 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "simple_progress": "stack.control.checkers:SimpleProgressChecker",
     },
     "localisation": {
-        "mcl": "stack.localisation.localiser:Localiser",
+        "mcl": "stack.localisation.mcl.localiser:Localiser",
         "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
         "slam": "stack.mapping.slam.estimator:SlamEstimator",
-        "pose_graph": "stack.mapping.slam.estimator:PoseGraphLocaliser",
+        "pose_graph": "stack.mapping.slam.pose_graph_localiser:PoseGraphLocaliser",
     },
     "odometry": {
         "ekf": "stack.localisation.fusion.ekf:EkfOdometry",
@@ -192,23 +193,22 @@ def component(kind: str, name: str) -> type:
             found: type = getattr(import_module(module), attribute)
     except Exception as error:  # a plugin's module may raise any exception
         raise InputError(f"the {noun(kind)} {name!r} in {where} cannot be used: {error}") from error
-    reason = _unusable(kind, found)
+    reason = _unusable(kind, attribute, found)
     if reason:
         raise InputError(f"the {noun(kind)} {name!r} in {where} cannot be used: {reason}")
     return found
 
 
-def _unusable(kind: str, found: type) -> str:
+def _unusable(kind: str, name: str, found: type) -> str:
     """Reason why a class is no component of a kind; empty if it is one."""
     base = BASES.get(kind)
     if base is not None and not (isinstance(found, type) and issubclass(found, base)):
         return (
             f"it does not inherit stack.components.{base.__name__}; "
-            f"write `class {getattr(found, '__name__', 'Name')}({base.__name__}):`"
+            f"write `class {name}({base.__name__}):`"
         )
-    missing = ", ".join(sorted(getattr(found, "__abstractmethods__", ())))
-    if missing:
-        return f"it does not implement {missing}"
+    if isinstance(found, ABCMeta) and found.__abstractmethods__:
+        return f"it does not implement {', '.join(sorted(found.__abstractmethods__))}"
     return "" if hasattr(found, "Parameters") else "it has no `Parameters`"
 
 

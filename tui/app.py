@@ -18,21 +18,21 @@ from textual.widgets import Footer
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import Command, MissionState, Snapshot
-from tui import palette
-from tui.banner import Banner, notice
-from tui.chart import Chart
-from tui.events_pane import EventsPane
+from tui.drawing import palette
 from tui.keys import KEYS
 from tui.link import STALE_AFTER, Link, StopConfirmation
-from tui.map_pane import MapPane
 from tui.pacing import Pacing
+from tui.panes.banner import Banner, notice
+from tui.panes.chart import Chart
+from tui.panes.events_pane import EventsPane
+from tui.panes.map_pane import MapPane
+from tui.panes.status_bar import StatusBar
+from tui.panes.tree_pane import TreePane
+from tui.panes.vitals_pane import VitalsPane
 from tui.screens import Help, Question
 from tui.source import Source
-from tui.status_bar import StatusBar
 from tui.terminal.app import TerminalApp
-from tui.tree_pane import TreePane
 from tui.tuning import Change, Tuning
-from tui.vitals_pane import VitalsPane
 
 REFRESH = 0.1
 """Wall seconds between two refreshes."""

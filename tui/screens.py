@@ -12,10 +12,10 @@ from textual.screen import ModalScreen
 from textual.widgets import Label, OptionList, Static
 from textual.widgets.option_list import Option
 
-from tui import palette
+from tui.drawing import palette
+from tui.drawing.palette import BUSY, DIM, TEXT, css
+from tui.drawing.strips import one_line
 from tui.keys import KEYS, TREE_KEYS, TREE_SENTENCE
-from tui.palette import BUSY, DIM, TEXT, css
-from tui.strips import one_line
 
 MEANINGS = (
     ("✔", "success", palette.GOOD), ("✘", "failure", palette.BAD), ("▶", "running", palette.BUSY),

@@ -14,8 +14,8 @@ from textual.screen import ModalScreen
 from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
-from tui.palette import BAD, DIM, css
-from tui.strips import one_line
+from tui.drawing.palette import BAD, DIM, css
+from tui.drawing.strips import one_line
 
 HINT = "enter selects · esc cancels · the engine checks the value"
 YES, NO = ("true", "yes", "on", "1"), ("false", "no", "off", "0")

@@ -17,7 +17,7 @@ from missions.bench.runs import CRASHED
 from missions.bench.shortest import shortest_path_lengths
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
-from missions.execution.run import execute
+from missions.execution.running import execute
 from stack.errors import NavigationError
 from stack.telemetry.records import MissionState
 from stack.types import Pose2D

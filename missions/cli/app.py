@@ -16,24 +16,24 @@ import typer
 
 from missions.cli.bench import bench_app
 from missions.cli.calibrate.command import calibrate
-from missions.cli.check import check, explain
-from missions.cli.doctor import doctor
-from missions.cli.drive import drive
-from missions.cli.list import describe, list_
+from missions.cli.inspection.check import check, explain
+from missions.cli.inspection.doctor import doctor
+from missions.cli.inspection.list import describe, list_
+from missions.cli.inspection.nav2 import nav2
+from missions.cli.inspection.parameters import parameters
+from missions.cli.inspection.show import show
+from missions.cli.inspection.trace import trace
 from missions.cli.map import map_app
-from missions.cli.nav2 import nav2
 from missions.cli.new import new_app
-from missions.cli.parameters import parameters
-from missions.cli.run import run
-from missions.cli.runs import runs_app
+from missions.cli.running.drive import drive
+from missions.cli.running.run import run
+from missions.cli.running.runs import runs_app
+from missions.cli.running.tell import tell_app
+from missions.cli.running.watch import watch
 from missions.cli.schema import lsp, schema
-from missions.cli.show import show
-from missions.cli.tell import tell_app
 from missions.cli.test import test
-from missions.cli.trace import trace
 from missions.cli.tune import EPILOG as TUNE_EPILOG
 from missions.cli.tune import tune
-from missions.cli.watch import watch
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated robot.

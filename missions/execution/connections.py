@@ -5,9 +5,9 @@ from __future__ import annotations
 from missions.execution.prepare import RunOptions
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.hub import Telemetry
-from stack.telemetry.records import Sink
 from stack.telemetry.rendezvous import choose_socket
 from stack.telemetry.server import TelemetryServer
+from stack.telemetry.sinks import Sink
 
 
 def network_sinks_of(options: RunOptions) -> tuple[list[Sink], TelemetryServer | None]:

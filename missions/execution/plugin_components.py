@@ -12,14 +12,14 @@ from stack.costmap.layer import Layer
 from stack.errors import InputError
 
 METHODS = {
-    "planner": ("plan",),
-    "controller": ("set_path", "command"),
-    "goal_checker": ("set_goal", "reached"),
-    "progress_checker": ("stuck",),
-    "localisation": ("update", "set_pose"),
-    "odometry": ("update",),
+    "planner": {"Parameters", "plan"},
+    "controller": {"Parameters", "set_path", "command"},
+    "goal_checker": {"Parameters", "set_goal", "reached"},
+    "progress_checker": {"Parameters", "stuck"},
+    "localisation": {"Parameters", "update", "set_pose"},
+    "odometry": {"Parameters", "update"},
 }
-"""Methods that make a class with `Parameters` a component, by kind.
+"""Attributes that make a class without the base class a component, by kind.
 
 A planner or controller that does not inherit the base class is found too: choosing it is an error
 that names the class.
@@ -68,7 +68,8 @@ def _add(found: dict[str, dict[str, str]], cls: type) -> None:
 def _kind_of(cls: type) -> str | None:
     if issubclass(cls, Layer):
         return None if inspect.isabstract(cls) else "costmap_layer"
-    if set(dir(cls)) >= LAYER_METHODS:
+    there = set(dir(cls))
+    if there >= LAYER_METHODS:
         file = Path(inspect.getfile(cls)).name
         raise InputError(
             f"{file}: {cls.__name__} is not a costmap layer; inherit stack.costmap.layer.Layer"
@@ -76,9 +77,4 @@ def _kind_of(cls: type) -> str | None:
     for kind, base in BASES.items():
         if issubclass(cls, base):
             return kind
-    if not hasattr(cls, "Parameters"):
-        return None
-    matching = (
-        kind for kind, methods in METHODS.items() if all(hasattr(cls, name) for name in methods)
-    )
-    return next(matching, None)
+    return next((kind for kind, methods in METHODS.items() if there >= methods), None)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from missions.trees.mission_tree import MissionTree
 from robots.load import find_robot
 from stack.documents import Finding
 from stack.errors import InputError, ParameterError, TreepilotError
+from stack.parameters import values_of
 from stack.runtime.mission_state import MissionEvent
 from stack.sim.worlds.world_file import find_world
 from stack.telemetry.recorder import RunFolder
@@ -155,17 +156,17 @@ class Reloader:
                 continue
             if repr(choice.parts) != repr(before.parts):  # reading a plugin creates new classes
                 yield f"{kind} layers or zones"
-            for item in fields(choice.parameters):
-                value = getattr(choice.parameters, item.name)
-                if value == getattr(before.parameters, item.name):
+            values = values_of(before.parameters)
+            for parameter, value in values_of(choice.parameters).items():
+                if value == values[parameter]:
                     continue
                 try:
                     if not TUNED[kind]:
-                        raise ParameterError(item.name, "cannot be changed during a run")
+                        raise ParameterError(parameter, "cannot be changed during a run")
                     for name in TUNED[kind]:
-                        facade.set_parameter(f"{name}.{item.name}", value)
+                        facade.set_parameter(f"{name}.{parameter}", value)
                 except ParameterError:
-                    yield f"{kind}.{item.name}"
+                    yield f"{kind}.{parameter}"
 
     def _keep_text(self, text: str, generation: int) -> None:
         if self._folder is None:

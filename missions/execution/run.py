@@ -1,11 +1,10 @@
-"""Runs of prepared missions, step by step or to the end, with their records.
+"""A run of a prepared mission, step by step, with its records.
 
-Every way to run a mission uses it.
+Every way to run a mission uses it; running.py steps runs to their ends.
 """
 
 from __future__ import annotations
 
-import gc
 import resource
 import sys
 import traceback
@@ -17,7 +16,7 @@ from time import perf_counter, sleep  # noqa: TID251 - only before the first ste
 
 from missions.execution.build import Engine, build, run_info
 from missions.execution.connections import network_sinks_of, open_control
-from missions.execution.prepare import PreparedMission, RunOptions, as_recorded, prepare
+from missions.execution.prepare import PreparedMission, RunOptions, as_recorded
 from missions.execution.records.kept_values import KeptValues
 from missions.execution.records.run_folders import default_name
 from missions.execution.report import Report
@@ -36,18 +35,15 @@ from stack.errors import (
 from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
-from stack.telemetry.records import MissionState, Sink
+from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle
+from stack.telemetry.sinks import Sink
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
 
 VIEWER_POLL = 0.01
 """Wall seconds between two looks for a dashboard before the first step."""
-
-COLLECT_AFTER = 50_000
-"""Objects after which Python searches for cyclic garbage during a run. A step makes thousands of
-objects that end with it, and hardly any cycles; the usual 700 cost 6 % of the processor time."""
 
 STOPPING_TIME = 3.0
 """Longest time, seconds, that the robot gets to come to a stop after the end of its mission."""
@@ -340,85 +336,6 @@ class Run:
             self._telemetry.attach(
                 RerunSink(self._folder.recording, self._plan.choices["recording"].parameters)
             )
-
-
-def run_mission(
-    mission: str | Path,
-    options: RunOptions,
-    sinks: Sequence[Sink] = (),
-    interrupted: Callable[[], bool] = lambda: False,
-    make_body: MakeBody | None = None,
-) -> Report:
-    """Prepare a mission and run it to its end in this process.
-
-    Args:
-        mission: a path, or the name of a shipped mission.
-        options: seed, arguments, folder and other settings of the run.
-        sinks: consumers of events and snapshots, in addition to those of the options.
-        interrupted: called between steps; True ends the run as interrupted.
-        make_body: makes the body; None: the choice of the options or of the robot file.
-
-    Raises:
-        InputError: the mission or a file it names has errors; nothing has moved.
-    """
-    return execute(prepare(mission, options), options, sinks, interrupted, make_body)
-
-
-def execute(  # noqa: PLR0913 - the optional ones by keyword
-    plan: PreparedMission,
-    options: RunOptions,
-    sinks: Sequence[Sink] = (),
-    interrupted: Callable[[], bool] = lambda: False,
-    make_body: MakeBody | None = None,
-    watch: RunWatch | None = None,
-) -> Report:
-    """Run a prepared mission to its end; in any case stop the robot and close the records."""
-    with rare_collections():
-        run = Run(plan, options, sinks, make_body, interrupted, watch)
-        try:
-            run_in_turns([run], interrupted)
-        finally:
-            run.close()
-        return run.report
-
-
-def run_in_turns(runs: Sequence[Run], interrupted: Callable[[], bool] = lambda: False) -> None:
-    """Step runs in turn to their ends; finish and close each as soon as it is over.
-
-    A run that cannot step yet serves its operators meanwhile.
-
-    Args:
-        runs: of one robot, or of several in one world.
-        interrupted: called between steps; True ends all runs as interrupted.
-    """
-    remaining = list(runs)
-    while remaining:
-        for run in tuple(remaining):
-            if not run.is_due:
-                run.serve()
-                continue
-            if run.is_over:
-                run.finish()
-                run.close()
-                remaining.remove(run)
-                continue
-            if run.is_ready():
-                run.step()
-            else:
-                run.serve()
-            if interrupted():
-                run.interrupt()
-
-
-@contextmanager
-def rare_collections() -> Iterator[None]:
-    """Let Python search for cyclic garbage more rarely, as long as a run takes."""
-    before = gc.get_threshold()
-    gc.set_threshold(max(before[0], COLLECT_AFTER), *before[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
 
 
 def _kept_values(plan: PreparedMission, options: RunOptions) -> KeptValues | None:

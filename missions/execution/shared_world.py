@@ -11,13 +11,14 @@ from pathlib import Path
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
-from missions.execution.run import Run, RunWatch, rare_collections, run_in_turns
+from missions.execution.run import Run, RunWatch
+from missions.execution.running import rare_collections, run_in_turns
 from robots.bodies import sharing
 from stack.documents import read_file
 from stack.errors import InputError
 from stack.geometry.polygons import outline_points, points_inside
 from stack.sim.physics.settings import SimulationSettings
-from stack.telemetry.records import Sink
+from stack.telemetry.sinks import Sink
 
 EDGE_SPACING = 0.02
 """Distance, metres, between the points at which two footprints are compared."""

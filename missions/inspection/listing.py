@@ -25,7 +25,7 @@ from stack.components import available, component
 from stack.documents import read_file
 from stack.drivetrain.description import CameraDescription
 from stack.errors import InputError
-from stack.parameters import Declaration, declarations, suggestion
+from stack.parameters import Declaration, declarations, suggestion, values_of
 from stack.types import CameraModel
 
 CURRENT_FOLDER = Path()
@@ -263,11 +263,12 @@ def _describe_robot(name: str) -> str:
         if part is None:
             lines.append(f"{title}: none")
             continue
-        values = ((item, getattr(part, item.name)) for item in _declared(part))
+        values = values_of(part)
         lines.append(f"{title}:")
         lines += [
-            f"  {item.name} = {_value_text(value)} {item.unit}".rstrip() + f"  ({item.help})"
-            for item, value in values
+            f"  {item.name} = {_value_text(values[item.name])} {item.unit}".rstrip()
+            + f"  ({item.help})"
+            for item in _declared(part)
         ]
         if isinstance(part, CameraDescription):
             lines.append(f"  {_lens(part.model)}")

@@ -10,7 +10,7 @@ from typing import Any, cast
 from missions.execution.component_choices import MAPLESS_DEFAULTS
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from stack.components import Choice
-from stack.parameters import Declaration, declarations
+from stack.parameters import Declaration, declarations, values_of
 
 DEFAULT, COMMAND_LINE = "default", "--parameter"
 
@@ -52,17 +52,12 @@ def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origi
 
 def lines_of(origins: list[Origin]) -> list[str]:
     """Return a table: name, value, source, description."""
-    widths = [
-        max((len(getattr(origin, column)) for origin in origins), default=0)
-        for column in ("name", "value", "source")
-    ]
+    rows = [(item.name, item.value, item.source) for item in origins]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
-        "  ".join(
-            f"{cell:<{width}}"
-            for cell, width in zip((item.name, item.value, item.source), widths, strict=True)
-        )
+        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
         + f"  {item.help}"
-        for item in origins
+        for row, item in zip(rows, origins, strict=True)
     ]
 
 
@@ -75,8 +70,9 @@ def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
         yield Origin(f"{kind}.use", choice.name, _source_of_use(plan, kind), "chosen component")
     # The robot's parameters belong to the robot's choice; another component drops them.
     kept = robot if choice.name == robot.get("use", choice.name) else {}
+    values = values_of(choice.parameters)
     for name, declared in declarations(cast("type", type(choice.parameters))).items():
-        value = _shown(declared, getattr(choice.parameters, name))
+        value = _shown(declared, values[name])
         if named is not None and name in named.values:
             mark = named.marks.get(name, named.mark)
             source = f"{_short(plan, mark.file)}:{mark.line}"

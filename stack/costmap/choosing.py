@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from stack.costmap.layer import Layer
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.zones import located_mask
 from stack.errors import InputError, ParameterError
-from stack.parameters import build, declarations, suggestion
+from stack.parameters import build, declarations, suggestion, values_of
 from stack.types import Footprint
 
 COSTMAPS = ("both", "global", "local")
@@ -64,9 +64,7 @@ class LayerChoice:
             ParameterError: an unknown parameter or an invalid value.
         """
         own = declarations(self.component.Parameters)
-        shared = {
-            item.name: getattr(costmap, item.name) for item in fields(costmap) if item.name in own
-        }
+        shared = {name: value for name, value in values_of(costmap).items() if name in own}
         return build(self.component.Parameters, {**shared, **self.values})
 
     def made(self, costmap: CostmapParameters, footprint: Footprint) -> Layer:

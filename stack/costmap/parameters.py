@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stack.errors import ParameterError
 from stack.mapping.limits import LEAST_RESOLUTION
@@ -97,6 +97,6 @@ class CostmapParameters(ObstacleParameters, InflationParameters):
             "cost_scaling": self.local_cost_scaling,
             "turning_cost": self.local_turning_cost,
         }
-        both = {name: getattr(self, name) for name in own}
+        both = InflationParameters(self.inflation_radius, self.cost_scaling, self.turning_cost)
         chosen = {name: value for name, value in own.items() if local and value is not None}
-        return InflationParameters(**{**both, **chosen})
+        return replace(both, **chosen)

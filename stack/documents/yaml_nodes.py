@@ -119,7 +119,7 @@ def _too_deep(event: Any) -> _Unsupported:
     return _Unsupported(problem=sentence, problem_mark=event.start_mark)
 
 
-_Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_Parser: Any = yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader
 
 
 def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:

@@ -12,6 +12,7 @@ import io
 import json
 import zipfile
 from collections.abc import Mapping
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +79,7 @@ def graph_contents(graph: PoseGraph, epoch: float = 0.0) -> dict[str, bytes]:
         "sessions": np.array([frame.session for frame in frames], np.int64),
         "mounts": _rows([scan.mount for scan in scans]),
         "geometry": np.array(
-            [[getattr(scan, name) for name in SCAN_FIELDS] for scan in scans], np.float64
+            [attrgetter(*SCAN_FIELDS)(scan) for scan in scans], np.float64
         ).reshape(-1, len(SCAN_FIELDS)),
         "scan_stamps": np.array([scan.stamp for scan in scans], np.float64),
         "beams": np.array([scan.ranges.size for scan in scans], np.int64),

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from operator import is_not
 from typing import Any
 
 from stack.errors import ParameterError
-from stack.parameters import declarations, suggestion
+from stack.parameters import declarations, suggestion, values_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +50,9 @@ class NamedParameters:
         if not known or any(map(is_not, parameters, self._collected)):
             self._collected = parameters
             self._named = {
-                f"{component}.{item.name}": getattr(values, item.name)
-                for component, values in zip(self._tunables, parameters, strict=True)
-                for item in fields(values)
+                f"{component}.{name}": value
+                for component, instance in zip(self._tunables, parameters, strict=True)
+                for name, value in values_of(instance).items()
             }
         return dict(self._named)
 

@@ -9,7 +9,9 @@ from stack.parameters.declarations import (
     declarations,
     has_fields,
     parameter,
+    refuse_changes,
     type_name,
+    values_of,
 )
 from stack.parameters.names import RENAMED, nearest, suggestion
 from stack.parameters.poses import FARTHEST
@@ -27,7 +29,9 @@ __all__ = [
     "parameter",
     "quantity_unit",
     "read_quantity",
+    "refuse_changes",
     "suggestion",
     "type_name",
     "units",
+    "values_of",
 ]

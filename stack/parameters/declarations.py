@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -148,6 +148,23 @@ def declarations(parameters: type) -> dict[str, Declaration]:
     }
 
 
+def values_of(instance: Any) -> dict[str, Any]:
+    """The values of a dataclass's fields by name; values are neither copied nor converted."""
+    return {item.name: getattr(instance, item.name) for item in dataclasses.fields(instance)}
+
+
+def refuse_changes(names: Iterable[str], former: Any, new: Any) -> None:
+    """Check that these parameters are the same in two instances of a parameter dataclass.
+
+    Raises:
+        ParameterError: one differs.
+    """
+    before, after = values_of(former), values_of(new)
+    for name in names:
+        if after[name] != before[name]:
+            raise ParameterError(name, "cannot be changed during a run")
+
+
 def build(parameters: type[T], values: Mapping[str, Any]) -> T:
     """Construct a parameter dataclass from raw values; each is converted and checked.
 
@@ -178,7 +195,7 @@ def type_name(kind: Any, unit: str = "") -> str:
     if kind is float:
         return {"s": "duration", "": "number"}.get(unit, f"number in {unit}")
     plain = {int: "whole number", bool: "true or false", str: "text", Pose2D: "Pose"}
-    return plain.get(kind) or str(getattr(kind, "__name__", kind))
+    return plain.get(kind) or (kind.__name__ if isinstance(kind, type) else str(kind))
 
 
 def _without_none(kind: Any) -> Any:
@@ -214,7 +231,7 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branc
     if origin in (list, tuple):
         return _items(typing.get_args(kind)[0], unit, raw)
     words: dict[Any, str] = {bool: "true or false", int: "a whole number", str: "text"}
-    expected = words.get(kind, f"a {getattr(kind, '__name__', kind)}")
+    expected = words.get(kind, f"a {kind.__name__ if isinstance(kind, type) else kind}")
     if has_fields(kind):
         expected += f" {{{', '.join(declarations(kind))}}}"
     raise ParameterError("", f"expected {expected}, got {shown(raw)}")

@@ -20,6 +20,7 @@ import msgpack
 import numpy as np
 
 from stack.errors import TelemetryError
+from stack.parameters import values_of
 from stack.telemetry.messages import CLIENT_SENDS, SERVER_SENDS
 from stack.telemetry.records import Event
 
@@ -127,7 +128,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, str | int | float):
         return next(base(value) for base in (str, int, float) if isinstance(value, base))
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return {name: plain(item) for name, item in values_of(value).items()}
     raise TypeError(f"{type(value).__name__} is neither number, text, list nor mapping")
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from stack.documents.files import RECORD_BYTES, open_regular
 from stack.errors import TelemetryError
+from stack.parameters import values_of
 from stack.telemetry.codec import plain
 from stack.telemetry.records import Event
 
@@ -55,9 +56,8 @@ def json_value(value: Any) -> Any:
 
 def event_line(event: Event) -> bytes:
     """One line of JSON with a newline: sorted keys, shortest floats that round-trip exactly."""
-    record = {name: getattr(event, name) for name in _FIELDS}
     text = json.dumps(
-        json_value(record),
+        json_value(values_of(event)),
         sort_keys=True,
         ensure_ascii=False,
         allow_nan=False,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 from uuid import uuid4
 
 from stack.errors import TelemetryError
@@ -364,68 +364,3 @@ class Ack:
     id: str
     done: bool
     reason: str = ""
-
-
-class Sink(Protocol):
-    """Receiver of events and snapshots: recorder, rerun, ZeroMQ server, MAVLink, progress lines.
-
-    All calls come from the engine's thread. A sink that raises is removed with a warning; the
-    mission continues.
-    """
-
-    def open(self, info: RunInfo) -> None:
-        """Start: called once, before the first event."""
-        ...
-
-    def event(self, event: Event) -> None:
-        """Receive an event; called for each event, in order."""
-        ...
-
-    def wants_snapshot(self, time: float) -> bool:
-        """Whether the sink needs a snapshot at this robot time, seconds; must be cheap."""
-        ...
-
-    def snapshot(self, snapshot: Snapshot) -> None:
-        """Receive a snapshot that `wants_snapshot` asked for; also the last one of the run."""
-        ...
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """End: `report` is the content of report.json, or None after a crash."""
-        ...
-
-
-@runtime_checkable
-class RecordSink(Protocol):
-    """A sink that writes a file of the run folder."""
-
-    @property
-    def record(self) -> str:
-        """Path of the file relative to the run folder."""
-        ...
-
-
-@runtime_checkable
-class LinkSink(Protocol):
-    """A sink that connects the run with other programs."""
-
-    @property
-    def link(self) -> str:
-        """What is connected, for the event log: `link_lost` names it."""
-        ...
-
-
-@runtime_checkable
-class CommandSource(Protocol):
-    """A sink that also receives commands of operators."""
-
-    def service(self) -> None:
-        """Answer connected clients; called often while no step is made. Never blocks."""
-        ...
-
-    def commands(self) -> list[Command]:
-        """Return the commands received since the last call, in order."""
-        ...
-
-    def acknowledge(self, ack: Ack) -> None:
-        """Send the acknowledgement of a command to its sender."""
-        ...

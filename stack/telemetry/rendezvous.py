@@ -19,6 +19,7 @@ from pathlib import Path
 from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 
 from stack.errors import TelemetryError
+from stack.parameters import values_of
 from stack.telemetry.codec import decode_one_of, encode
 from stack.telemetry.messages import Goodbye, Inquiry, RunState, Served
 from stack.telemetry.records import RunInfo
@@ -310,7 +311,8 @@ def _read(file: Path) -> RunHandle | None:
         handle = RunHandle(**json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         return None
-    valid = all(type(getattr(handle, item.name)).__name__ == item.type for item in fields(handle))
+    values = values_of(handle)
+    valid = all(type(values[item.name]).__name__ == item.type for item in fields(handle))
     return handle if valid else None
 
 

@@ -25,6 +25,7 @@ import numpy as np
 
 from stack.documents.files import RECORD_BYTES, open_regular
 from stack.errors import InputError
+from stack.parameters import values_of
 from stack.types import (
     Battery,
     DepthImage,
@@ -249,7 +250,7 @@ def _unpacked(chunk: Any) -> Any:
 def _plain(value: Any) -> Any:
     """Convert a measurement to mappings, numbers and texts."""
     if dataclasses.is_dataclass(value):
-        return {item.name: _plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
+        return {name: _plain(item) for name, item in values_of(value).items()}
     if isinstance(value, np.ndarray):
         return {"dtype": value.dtype.str, "shape": value.shape, "data": value.tobytes()}
     if isinstance(value, tuple):

@@ -8,7 +8,7 @@ from math import atan2, hypot, pi, radians
 import numpy as np
 from kinematic_robot import PERIOD, KinematicRobot, cast_rays
 
-from behaviours._marker_pose import rotated
+from behaviours._sensing.marker_pose import rotated
 from behaviours.testing import ScriptedTask
 from stack.types import (
     STANDSTILL,

@@ -7,7 +7,7 @@ from py_trees.behaviour import Behaviour
 
 from behaviours.base import RobotBehaviour
 from behaviours.catalogue import Problem, build, find_behaviours, name_of
-from behaviours.navigate_to_pose import NavigateToPose
+from behaviours.navigation.navigate_to_pose import NavigateToPose
 from stack.errors import ParameterError
 from stack.parameters import REQUIRED
 from stack.types import Pose2D
@@ -43,7 +43,9 @@ def test_finds_the_built_in_ones_under_the_names_of_their_files():
     catalogue = find_behaviours()
     assert catalogue.problems == ()
     for name in catalogue.names():
-        assert Path(catalogue.get(name).source) == ROOT / "behaviours" / f"{name}.py"
+        source = Path(catalogue.get(name).source)
+        assert source.name == f"{name}.py"
+        assert source.parents[1] == ROOT / "behaviours"
     assert {"navigate_to_pose", "wait", "set", "check", "take_photo"} <= set(catalogue.names())
 
 
@@ -237,6 +239,19 @@ def test_a_package_with_one_broken_module(tmp_path, monkeypatch):
     )
 
 
+def test_private_files_and_folders_of_a_package_are_not_searched(tmp_path, monkeypatch):
+    package = tmp_path / "signals_with_helpers"
+    (package / "_parts").mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    (package / "honk.py").write_text(GOOD.format(name="Honk"))
+    (package / "_private.py").write_text(GOOD.format(name="Whisper"))
+    (package / "_parts" / "__init__.py").write_text(GOOD.format(name="Hum"))
+    (package / "_parts" / "click.py").write_text(GOOD.format(name="Click"))
+    monkeypatch.syspath_prepend(tmp_path)
+    found = set(find_behaviours(["signals_with_helpers"]).names())
+    assert found - set(find_behaviours().names()) == {"honk"}
+
+
 def test_a_plain_py_trees_leaf_by_its_dotted_name():
     catalogue = find_behaviours()
     kind = catalogue.get("py_trees.behaviours.TickCounter")
@@ -277,5 +292,5 @@ def test_checking_missions_loads_nothing_heavy():
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
     )
     loaded = set(done.stdout.split())
-    assert "behaviours.navigate_to_pose" in loaded
+    assert "behaviours.navigation.navigate_to_pose" in loaded
     assert not {"numba", "cv2", "pybullet", "rerun", "textual", "yaml"} & loaded

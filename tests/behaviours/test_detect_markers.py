@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours.detect_markers import DetectMarkers
+from behaviours.perception.detect_markers import DetectMarkers
 from behaviours.testing import ScriptedRobot, tick
 from stack.types import (
     CameraModel,

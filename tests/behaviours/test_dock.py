@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._dock_fit import DockFitter
-from behaviours.dock import Dock, steered
+from behaviours._sensing.dock_fit import DockFitter
+from behaviours.docking.dock import Dock, steered
+from behaviours.docking.undock import Undock
 from behaviours.testing import ScriptedTask, tick
-from behaviours.undock import Undock
 from stack.types import Battery, DockShape, Pose2D, wrap_angle
 from tests.behaviours.kinematic_robot import PERIOD, KinematicRobot, cast_rays, segments_of
 

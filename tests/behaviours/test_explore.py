@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours.coverage import Coverage
-from behaviours.explore import LOOK_ANGLE, Explore
-from behaviours.load_map import LoadMap
-from behaviours.save_map import SaveMap
+from behaviours.mapping.explore import LOOK_ANGLE, Explore
+from behaviours.mapping.load_map import LoadMap
+from behaviours.mapping.save_map import SaveMap
+from behaviours.navigation.coverage import Coverage
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.errors import NavigationError
 from stack.types import CoveragePlan, FailureCode, Frontier, Pose2D, TaskStatus

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours.follow_line import FollowLine
+from behaviours.following.follow_line import FollowLine
 from behaviours.testing import tick
 from stack.sim.worlds.polylines import rounded
 from stack.types import Pose2D

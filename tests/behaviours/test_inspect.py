@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._pictures import picture_name, quality_of
-from behaviours.inspect import Inspect
+from behaviours._sensing.pictures import picture_name, quality_of
+from behaviours.perception.inspect import Inspect
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.types import CameraModel, FailureCode, Image, Pose2D, TaskStatus, Twist
 

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours.check import Check
-from behaviours.clear_costmap import ClearCostmap
-from behaviours.clear_costmap_around_robot import ClearCostmapAroundRobot
-from behaviours.say import Say
-from behaviours.set import Set
-from behaviours.set_edge import SetEdge
-from behaviours.take_photo import TakePhoto
+from behaviours.flow.check import Check
+from behaviours.flow.say import Say
+from behaviours.flow.set import Set
+from behaviours.flow.wait import Wait
+from behaviours.flow.wait_until import WaitUntil
+from behaviours.navigation.clear_costmap import ClearCostmap
+from behaviours.navigation.clear_costmap_around_robot import ClearCostmapAroundRobot
+from behaviours.navigation.set_edge import SetEdge
+from behaviours.perception.take_photo import TakePhoto
 from behaviours.testing import ScriptedRobot, tick
-from behaviours.wait import Wait
-from behaviours.wait_until import WaitUntil
 from stack.types import Assignments, CameraModel, Image
 
 CAMERA = CameraModel(4, 3, 3.0, (0.1, 0.0, 0.2))

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from behaviours._line_steering import BRAKING, SLOWEST, CentreLine
+from behaviours._line.steering import BRAKING, SLOWEST, CentreLine
 from stack.types import Pose2D
 
 STEPS = np.arange(0.0, 2.0, 0.02)[:, None]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behaviours._line_trace import LineEnd, Sector, trace_line
+from behaviours._line.trace import LineEnd, Sector, trace_line
 from stack.sim.worlds.polylines import rounded
 from tests.behaviours.line_robot import distances, painted
 

@@ -3,14 +3,14 @@
 import pytest
 from py_trees.common import Status
 
-from behaviours.assisted_teleop import AssistedTeleop
-from behaviours.back_up import BackUp
-from behaviours.drive_for import DriveFor
-from behaviours.drive_on_heading import DriveOnHeading
-from behaviours.free_space_escape import FreeSpaceEscape
-from behaviours.navigate_through import NavigateThrough
-from behaviours.navigate_to_pose import NavigateToPose
-from behaviours.spin import Spin
+from behaviours.motion.assisted_teleop import AssistedTeleop
+from behaviours.motion.back_up import BackUp
+from behaviours.motion.drive_for import DriveFor
+from behaviours.motion.drive_on_heading import DriveOnHeading
+from behaviours.motion.free_space_escape import FreeSpaceEscape
+from behaviours.motion.spin import Spin
+from behaviours.navigation.navigate_through import NavigateThrough
+from behaviours.navigation.navigate_to_pose import NavigateToPose
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.errors import NavigationError
 from stack.types import STANDSTILL, FailureCode, Pose2D, TaskStatus, Twist

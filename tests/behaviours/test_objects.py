@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._object_watch import ObjectWatch, Wanted
-from behaviours.approach_object import ApproachObject
-from behaviours.find_object import FindObject
+from behaviours._sensing.object_watch import ObjectWatch, Wanted
+from behaviours.perception.approach_object import ApproachObject
+from behaviours.perception.find_object import FindObject
 from behaviours.testing import ScriptedRobot, tick
 from behaviours.timer import Timer
 from stack.types import CameraModel, Detection, FailureCode, Frontier, Image, Pose2D

@@ -8,9 +8,9 @@ from kinematic_robot import segments_of
 from lost_robot import LATENCY_STEPS, PERIOD, LostRobot, marker_on_wall
 from py_trees.common import Status
 
-from behaviours._marker_pose import Hypothesis
-from behaviours._place_pose import place_hypothesis, refined
-from behaviours.relocalise import Relocalise
+from behaviours._sensing.marker_pose import Hypothesis
+from behaviours._sensing.place_pose import place_hypothesis, refined
+from behaviours.localisation.relocalise import Relocalise
 from behaviours.testing import tick
 from stack.types import PlaceSighting, Pose2D, wrap_angle
 

@@ -8,8 +8,8 @@ from kinematic_robot import segments_of
 from lost_robot import LostRobot, marker_on_wall
 from py_trees.common import Status
 
-from behaviours._marker_pose import Hypothesis, best_fit, hypotheses, merged, rotated
-from behaviours.relocalise import Relocalise
+from behaviours._sensing.marker_pose import Hypothesis, best_fit, hypotheses, merged, rotated
+from behaviours.localisation.relocalise import Relocalise
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.types import (
     STANDSTILL,

@@ -4,7 +4,7 @@ import importlib
 
 import pytest
 
-from behaviours._renamed import MODULES, NAMES
+from behaviours._plugins.renamed import MODULES, NAMES
 from behaviours.catalogue import find_behaviours
 from missions.inspection.check import check_files
 from stack.parameters import RENAMED, suggestion
@@ -28,6 +28,8 @@ run:
         ("from stack.types import Track", "TrackedObject"),
         ("import stack.kinematics", "stack.drivetrain.kinematics"),
         ("from stack.description import Limits", "stack.drivetrain.description"),
+        ("from behaviours.drive_for import DriveFor", "behaviours.motion.drive_for"),
+        ("from behaviours import drive_for", "behaviours.motion.drive_for"),
     ],
 )
 def test_a_plugin_with_an_old_import_is_told_the_new_name(tmp_path, line, new):

@@ -3,9 +3,9 @@
 import pytest
 from py_trees.common import Status
 
-from behaviours.disambiguate import Disambiguate
-from behaviours.localise_globally import LocaliseGlobally
-from behaviours.set_pose import SetPose
+from behaviours.localisation.disambiguate import Disambiguate
+from behaviours.localisation.localise_globally import LocaliseGlobally
+from behaviours.localisation.set_pose import SetPose
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.types import Pose2D, RivalPose, TaskStatus
 

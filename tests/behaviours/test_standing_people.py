@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._followed_person import FollowedPerson
-from behaviours.follow_person import FollowPerson
+from behaviours._people.followed_person import FollowedPerson
+from behaviours.following.follow_person import FollowPerson
 from behaviours.testing import tick
 from stack.types import FailureCode, Pose2D
 from tests.behaviours.walking_people import THING, Escort, standing, track

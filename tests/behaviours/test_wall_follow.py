@@ -11,8 +11,8 @@ import pytest
 from kinematic_robot import KinematicRobot, clearance, segments_of
 from py_trees.common import Status
 
+from behaviours.following.wall_follow import WallFollow
 from behaviours.testing import ScriptedRobot, halt, tick
-from behaviours.wall_follow import WallFollow
 from stack.types import STANDSTILL, Pose2D, Scan
 
 ROOM = segments_of([(0, 0), (5, 0), (5, 3.5), (0, 3.5), (0, 0)])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behaviours._wall_geometry import (
+from behaviours._sensing.wall_geometry import (
     SPACING,
     STEP,
     Course,

@@ -16,7 +16,7 @@ from math import pi
 import numpy as np
 
 from stack.localisation import health_model
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, wrap_angle
 from tests.benchmarks.localisation_worlds import AMBIGUOUS, KINDS, Wanderer, place

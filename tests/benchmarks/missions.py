@@ -22,7 +22,7 @@ from missions.bench.resumable import TableOptions
 from missions.execution.prepare import RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS, load_world
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import FloatArray, Pose2D
 from tests.benchmarks.table import Rows

@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 from missions.execution.prepare import RunOptions
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from missions.execution.supervision.launch import LaunchOptions
 from missions.execution.supervision.supervisor import Supervisor
 from stack.telemetry.client import TelemetryClient

@@ -22,15 +22,15 @@ from statistics import median
 
 import numpy as np
 
-from behaviours._marker_pose import Hypothesis, merged
-from behaviours._place_pose import place_hypothesis
-from behaviours.relocalise import STEP_RANGE, STEP_SHARE, Relocalise
+from behaviours._sensing.marker_pose import Hypothesis, merged
+from behaviours._sensing.place_pose import place_hypothesis
+from behaviours.localisation.relocalise import STEP_RANGE, STEP_SHARE, Relocalise
 from missions.bench.localisation.report import wilson
 from missions.bench.perception.place_offices import PosterOffice
 from missions.execution.component_choices import chosen
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS, load_map, load_robot
-from missions.execution.run import execute
+from missions.execution.running import execute
 from stack.components import Estimator
 from stack.perception.places.keyframe_files import read_keyframes
 from stack.perception.places.parameters import PlaceParameters

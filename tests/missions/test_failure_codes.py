@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from missions.execution.prepare import RunOptions
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from stack.types import FailureCode
 
 HEAD = "mission: a\nrobot: {robot}\nworld: {world}\n"

@@ -6,7 +6,7 @@ import pytest
 
 from missions.execution.build import build, run_info
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from stack.errors import InputError
 from stack.telemetry.hub import Telemetry
 

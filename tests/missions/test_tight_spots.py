@@ -9,7 +9,7 @@ import pytest
 
 import missions
 from missions.execution.prepare import RunOptions
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from stack.mapping.ros_map import write_ros_map
 from stack.streams import stream
 from stack.types import OCCUPIED, OccupancyGrid, Pose2D

@@ -8,7 +8,7 @@ from math import pi
 import pytest
 
 from missions.execution.prepare import RunOptions
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 
 HALL = """world: hall
 format: 1

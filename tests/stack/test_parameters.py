@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stack.errors import ParameterError
-from stack.parameters import Declaration, build, read_quantity
+from stack.parameters import Declaration, build, read_quantity, refuse_changes, values_of
 from stack.planning.astar import AstarParameters
 from stack.types import Pose2D
 
@@ -67,3 +67,17 @@ def test_any_pose_reads_back(x, y, heading):
 def test_a_key_that_is_no_text_is_an_unknown_parameter(name):
     with pytest.raises(ParameterError, match=f"there is no parameter {name!r} here"):
         build(AstarParameters, {name: 1})
+
+
+def test_values_of_a_dataclass_are_the_objects_themselves():
+    pose = Pose2D(1.0, 2.0, 0.5)
+    assert values_of(pose) == {"x": 1.0, "y": 2.0, "heading": 0.5}
+    declared = Declaration("goal", Pose2D, default=pose)
+    assert values_of(declared)["default"] is pose  # `dataclasses.asdict` makes a mapping of it
+
+
+def test_a_fixed_parameter_cannot_change_and_others_can():
+    before, after = Pose2D(1.0, 2.0, 0.5), Pose2D(1.0, 3.0, 0.5)
+    refuse_changes(("x", "heading"), before, after)
+    with pytest.raises(ParameterError, match="y: cannot be changed during a run"):
+        refuse_changes(("x", "y"), before, after)

@@ -12,14 +12,14 @@ from stack.errors import TelemetryError
 from stack.telemetry.records import Ack, MissionState
 from stack.types import Battery, Detection, Pose2D, TrackedObject
 from tests.tui.sample_source import SampleSource, finished
-from tui import palette
 from tui.app import PANES, Dashboard
-from tui.banner import Banner
-from tui.events_pane import EventsPane
+from tui.drawing import palette
 from tui.keys import KEYS
-from tui.map_pane import MapPane
+from tui.panes.banner import Banner
+from tui.panes.events_pane import EventsPane
+from tui.panes.map_pane import MapPane
+from tui.panes.tree_pane import TreePane
 from tui.screens import Help, Question
-from tui.tree_pane import TreePane
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ import pytest
 
 from stack.telemetry.records import MissionState
 from tests.tui.sample_source import SampleSource
-from tui.banner import notice
 from tui.link import Link
+from tui.panes.banner import notice
 
 RUNNING = SampleSource().poll()
 

@@ -9,10 +9,10 @@ import pytest
 
 from stack.types import CameraState
 from tests.tui.sample_source import SampleSource
-from tui import palette
 from tui.app import Dashboard
-from tui.map_pane import MapPane
-from tui.vitals_pane import VitalsPane
+from tui.drawing import palette
+from tui.panes.map_pane import MapPane
+from tui.panes.vitals_pane import VitalsPane
 
 
 class Watching(SampleSource):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stack.types import CostGrid, OccupancyGrid, Pose2D
-from tui import palette
-from tui.canvas import Canvas, View, arrow, circle, scale_bar
+from tui.drawing import palette
+from tui.drawing.canvas import Canvas, View, arrow, circle, scale_bar
 
 
 def empty_map(rows=40, columns=40, resolution=0.1):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tui import palette
-from tui.chart import SPAN, Chart, _tick, draw_curve, sample
+from tui.drawing import palette
+from tui.panes.chart import SPAN, Chart, _tick, draw_curve, sample
 
 
 def curve(shares, rows=1):

@@ -6,11 +6,11 @@ from textual.widgets import OptionList
 from stack.telemetry.records import Debugging, MissionState
 from tests.tui.sample_source import SampleSource
 from tui.app import Dashboard
-from tui.banner import notice
 from tui.keys import KEYS, TREE_KEYS, TREE_SENTENCE
 from tui.link import Link
+from tui.panes.banner import notice
+from tui.panes.tree_pane import TreePane
 from tui.screens import Help, Question
-from tui.tree_pane import TreePane
 
 HELD = Debugging(breakpoints=(9, 11), held=(11,), forced={"10": "success"})
 STOPPED = {

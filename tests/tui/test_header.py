@@ -8,10 +8,10 @@ from stack.telemetry.records import Debugging, MissionState
 from stack.types import Twist
 from tests.tui.sample_source import SampleSource
 from tui.app import Dashboard
-from tui.banner import notice
-from tui.header import HEADERS, header
 from tui.link import Link
-from tui.status_bar import StatusBar
+from tui.panes.banner import notice
+from tui.panes.header import HEADERS, header
+from tui.panes.status_bar import StatusBar
 
 S = MissionState
 NO_RECOVERY = tuple(row for row in SampleSource().poll().tree if row.kind != "recover")

@@ -7,7 +7,7 @@ from textual.app import App
 
 from stack.telemetry.records import TreeRow
 from tests.tui.sample_source import SampleSource
-from tui.tree_pane import TreePane, default_selection, stems
+from tui.panes.tree_pane import TreePane, default_selection, stems
 
 
 def row(number, parent, status="idle", message=""):

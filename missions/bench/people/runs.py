@@ -17,7 +17,7 @@ from missions.bench.resumable import Key, Work
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
-from missions.execution.run import execute
+from missions.execution.running import execute
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import Pose2D
 

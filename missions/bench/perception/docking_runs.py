@@ -19,7 +19,7 @@ from missions.bench.resumable import Key, TableOptions, Work
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
-from missions.execution.run import execute
+from missions.execution.running import execute
 from stack.streams import stream
 from stack.types import Pose2D, wrap_angle
 

@@ -27,7 +27,7 @@ from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS
-from missions.execution.run import execute
+from missions.execution.running import execute
 from stack.types import FloatArray
 
 MISSION = MISSIONS / "bench" / "line.yaml"

@@ -28,7 +28,8 @@ from missions.execution.progress import ProgressLines
 from missions.execution.records.run_folders import RUNS, reserved_suffix
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
-from missions.execution.run import Run, RunWatch, execute
+from missions.execution.run import Run, RunWatch
+from missions.execution.running import execute
 from missions.execution.shared_world import prepare_together, run_together
 from missions.execution.supervision.heartbeat import Heartbeat, Phase, Request
 from missions.execution.supervision.messages import Outbox

@@ -19,6 +19,7 @@ from missions.language.model import (
     Use,
 )
 from stack.documents import Findings
+from stack.parameters import values_of
 
 MAX_STEPS = 10_000
 """Nodes of a mission with every used tree expanded."""
@@ -156,10 +157,8 @@ class _Sizes:
 
 def _levels(step: Step) -> int:
     """Levels of a step without its children: itself and its modifiers."""
-    modifiers = step.modifiers
-    return 1 + sum(
-        getattr(modifiers, item.name) not in (None, item.default) for item in fields(modifiers)
-    )
+    values = values_of(step.modifiers)
+    return 1 + sum(values[item.name] not in (None, item.default) for item in fields(step.modifiers))
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:

@@ -8,7 +8,7 @@ Values of components and of `robot` may refer to arguments.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from missions.language.reading.port_expressions import reference_name
 from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Node, Section
 from stack.errors import ParameterError
-from stack.parameters import suggestion
+from stack.parameters import suggestion, values_of
 
 REPLAYED = "replayed"
 USUAL_ROBOT = "scout"
@@ -80,7 +80,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple | list):
         return [_plain(item) for item in value]
     if is_dataclass(value) and not isinstance(value, type):
-        return [getattr(value, item.name) for item in fields(value)]
+        return list(values_of(value).values())
     return value
 
 

@@ -1,7 +1,7 @@
 """Rival poses: which candidates of a global search remain beside the best one.
 
 A single scan of a corridor with equal rooms fits several places. The candidates with a share of the
-probability become modes of the particle filter, which follows and weighs them (modes.py).
+probability become modes of the particle filter, which follows and weighs them.
 
 Places are compared by the unmapped and missing objects that each of them needs. How well the beams
 end at the walls is no evidence for one place against another: a wall is anywhere within its cell,

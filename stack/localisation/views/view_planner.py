@@ -17,6 +17,9 @@ from stack.localisation.distance_field import SignedDistanceField, as_row
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import FloatArray, Pose2D, Scan, View
 
+CLEARANCE = 0.05
+"""Metres between the robot's inscribed circle and surfaces on the way to a view."""
+
 CELL = 0.1
 """Metres; cell of the reachable space."""
 

@@ -22,6 +22,9 @@ LEAST_EVIDENCE = 10
 BEYOND = 0.25
 """Metres behind a wall from which on a beam has passed it."""
 
+LEAST_SHARE, FULL_SHARE = 0.2, 0.6
+"""Share of the evidence of a scan that speaks for its pose, at health 0 and 1."""
+
 _SHORT_WEIGHT = 0.5
 
 
@@ -47,6 +50,13 @@ class MapConsistency:
         self._occupancy[grid.free], self._occupancy[grid.occupied] = 0, 1
         ring = np.ones((3, 3), np.uint8)
         self._near = cv2.dilate(grid.occupied.astype(np.uint8), ring) > 0
+
+    def fit(self, pose: Pose2D, scan: Scan) -> float | None:
+        """Return the health in [0, 1] of a pose by one scan; None where the scan says nothing."""
+        share = self.share(pose, scan)
+        if share is None:
+            return None
+        return min(1.0, max(0.0, (share - LEAST_SHARE) / (FULL_SHARE - LEAST_SHARE)))
 
     def share(self, pose: Pose2D, scan: Scan) -> float | None:
         """Return the share of the evidence in [0, 1] that speaks for a pose; None without any.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
 from pathlib import Path
 from typing import ClassVar
 
@@ -15,6 +14,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.search.matches import GlobalMatch, Views
+from stack.localisation.views.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
@@ -35,12 +35,6 @@ from stack.types import (
 
 SMALL_CORRECTION = 0.02
 """Metres: corrections by the optimiser below this are no jump."""
-
-LEAST_SHARE, FULL_SHARE = 0.2, 0.6
-"""Share of the evidence of a scan that speaks for its pose, at health 0 and 1."""
-
-CLEARANCE = 0.05
-"""Metres between the robot's inscribed circle and surfaces on the way to a view."""
 
 LONGEST_LINK = 10.0
 """Seconds over which odometry links an earlier pose to a keyframe."""
@@ -370,7 +364,9 @@ class SlamEstimator(Estimator):
             return
         self._weigh(pose, scan)
         if not match.information.any():  # nothing to match with: odometry alone
-            self._covariance = self._covariance + self._odometry_errors(moved)
+            position, heading = self.parameters.odometry_deviation(moved)
+            errors = np.diag(np.square([position, position, heading]))
+            self._covariance = self._covariance + errors
             return
         least = np.eye(3) / UNKNOWN_VARIANCE
         local = np.linalg.inv(match.information + least) + np.diag([1e-5, 1e-5, 1e-6])
@@ -383,17 +379,9 @@ class SlamEstimator(Estimator):
         version = self.mapper.map_version
         if not self._consistency.is_for(version):
             self._consistency.draw(self.mapper.shown_grid(), version)
-        share = self._consistency.share(pose, scan)
-        if share is not None:
-            fit = min(1.0, max(0.0, (share - LEAST_SHARE) / (FULL_SHARE - LEAST_SHARE)))
+        fit = self._consistency.fit(pose, scan)
+        if fit is not None:
             self._health += self.parameters.health_gain * (fit - self._health)
-
-    def _odometry_errors(self, moved: Pose2D) -> FloatArray:
-        """Return the covariance (3, 3) of the errors of a motion, alike in x and y."""
-        p, distance = self.parameters, hypot(moved.x, moved.y)
-        position = p.odometry_distance_error * distance
-        heading = p.odometry_angle_error * (abs(moved.heading) + 0.3 * distance)
-        return np.diag(np.square([position, position, heading]))
 
     def _apply_optimisation(self) -> None:
         optimum = self._worker.result(self._time)
@@ -406,24 +394,3 @@ class SlamEstimator(Estimator):
         self._map_from_odom = correction.compose(self._map_from_odom)
         if after.distance_to(before) > SMALL_CORRECTION:
             self._jumps, self._corrected_at = self._jumps + 1, self._time
-
-
-class PoseGraphLocaliser(SlamEstimator):
-    """Localisation in a saved pose graph: scan matching with the nearest keyframes.
-
-    The map stays as it is until the mission uses `set_mapping`. An unknown start is searched for on
-    the whole map.
-    """
-
-    needs_map = True
-    starts_mapping = False
-
-    @classmethod
-    def check_map(cls, folder: Path | None) -> None:
-        """Check that the map is a saved one with a pose graph."""
-        if folder is None:
-            raise InputError(
-                "the estimator 'pose_graph' needs a map that was saved with `localisation: slam`;"
-                " give its folder, or use `localisation: mcl`"
-            )
-        super().check_map(folder)

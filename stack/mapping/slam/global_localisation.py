@@ -14,9 +14,9 @@ import numpy as np
 from stack.localisation.distance_field import as_row, surface_field
 from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
 from stack.localisation.health_model import HealthFeatures, health
-from stack.localisation.modes import Mode, ModeSet
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particles import ParticleSet
+from stack.localisation.particle_filter.modes import Mode, ModeSet
+from stack.localisation.particle_filter.particles import ParticleSet
 from stack.localisation.search.evaluation import MatchEvaluator
 from stack.localisation.search.global_match import GlobalMatcher
 from stack.localisation.search.local_match import map_search

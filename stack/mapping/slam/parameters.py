@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 
 from stack.parameters import parameter
+from stack.types import Pose2D
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,17 @@ class MapperParameters:
         3, at_least=1, at_most=100,
         help="keyframes from which a marker must have been seen before it is part of the graph",
     )  # fmt: skip
+
+    def odometry_deviation(self, moved: Pose2D) -> tuple[float, float]:
+        """Return the standard deviations of position (m) and heading (rad) of a motion by odometry.
+
+        They are proportional to the motion; 1 m driven counts for the heading as 0.3 rad turned.
+        """
+        distance = hypot(moved.x, moved.y)
+        return (
+            self.odometry_distance_error * distance,
+            self.odometry_angle_error * (abs(moved.heading) + 0.3 * distance),
+        )
 
 
 @dataclass(frozen=True)

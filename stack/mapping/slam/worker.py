@@ -3,27 +3,23 @@
 gtsam holds Python's interpreter lock for the whole optimisation, up to seconds for large graphs: in
 a thread it would stop the control loop. A problem submitted at time t is applied at t + latency on
 the robot's clock, however long it took: the loop waits for a late result, so that a simulated run
-is the same on every machine. Run as `python -c ... main(descriptor)`, the module is the process.
+is the same on every machine. `main` runs in the child process.
 """
 
 from __future__ import annotations
 
 import signal
 import subprocess
-import sys
-from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 
+from stack.child_process import start_child
 from stack.errors import BodyError, InputError
 from stack.mapping.slam.landmarks import Problem, solve
 from stack.mapping.slam.optimiser import Optimum
 
 
 class OptimiserWorker:
-    """Optimises one graph at a time in another process, started with the first one.
-
-    It is started as a bare interpreter: multiprocessing's spawn would run the caller's script
-    again. The process ends when the pipe closes, however this process ends.
+    """Optimises one graph at a time in a child process, started with the first one.
 
     Attributes:
         waits: whether a late result is waited for; not with a body whose clock goes on.
@@ -102,21 +98,8 @@ class OptimiserWorker:
         return answer
 
     def _start(self) -> Connection:
-        ours, theirs = Pipe()
-        code = (
-            f"import sys; sys.path[:] = {sys.path!r}; "
-            f"from stack.mapping.slam.worker import main; main({theirs.fileno()})"
-        )
-        with theirs:
-            self._process = subprocess.Popen(
-                [sys.executable, "-c", code],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                pass_fds=[theirs.fileno()],
-                process_group=0,
-            )
-        self._pipe = ours
-        return ours
+        self._process, self._pipe = start_child("stack.mapping.slam.worker")
+        return self._pipe
 
     def _lost(self) -> BodyError:
         code = None if self._process is None else self._process.poll()

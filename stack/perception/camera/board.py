@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from stack.errors import ParameterError
 from stack.parameters import parameter, suggestion
 from stack.types import FloatArray
+from stack.types.marker_dictionaries import marker_dictionaries
 
 LEAST_CORNERS = 8
 """Corners that a picture needs to be used; four would fix a pose, with no check of its errors."""
@@ -131,12 +132,11 @@ class Board:
 
 
 def _dictionary(name: str) -> Any:
-    number = getattr(cv2.aruco, name, None)
-    if not name.startswith("DICT_") or number is None:
-        known = [word for word in dir(cv2.aruco) if word.startswith("DICT_")]
+    known = marker_dictionaries()
+    if name not in known:
         hint = suggestion(name, known)
         raise ParameterError("dictionary", f"there is no dictionary {name!r}; {hint}", hint)
-    return cv2.aruco.getPredefinedDictionary(number)
+    return cv2.aruco.getPredefinedDictionary(known[name])
 
 
 def _problem(points: FloatArray) -> str:

@@ -20,6 +20,7 @@ from stack.perception.markers.joint_pose import joint_fix
 from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.square_pose import base_candidates, mean_side
 from stack.types import CameraModel, FloatArray, Image, Marker, MarkerFix, MarkerSighting
+from stack.types.marker_dictionaries import marker_dictionaries
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,12 +159,11 @@ def _refined(
 def _detector(dictionary: str) -> Any:
     import cv2
 
-    number = getattr(cv2.aruco, dictionary, None)
-    if not dictionary.startswith("DICT_") or number is None:
-        known = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
+    known = marker_dictionaries()
+    if dictionary not in known:
         raise InputError(
             f"there is no marker dictionary {dictionary!r}; {suggestion(dictionary, known)}"
         )
     settings = cv2.aruco.DetectorParameters()
     settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(number), settings)
+    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(known[dictionary]), settings)

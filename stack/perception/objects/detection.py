@@ -16,6 +16,7 @@ import numpy as np
 
 from stack.errors import ParameterError, exception_sentence, traceback_text
 from stack.frames.buffer import TransformBuffer
+from stack.parameters import refuse_changes
 from stack.perception.camera_lease import CameraLease
 from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.objects.people import PeopleFinder
@@ -136,9 +137,7 @@ class ObjectDetection:
         Raises:
             ParameterError: the model or its input changed, or `only` has an unknown label.
         """
-        for name in FIXED:
-            if getattr(parameters, name) != getattr(self.parameters, name):
-                raise ParameterError(name, "cannot be changed during a run")
+        refuse_changes(FIXED, self.parameters, parameters)
         for label in parameters.only:
             if self._model is not None and label not in self.labels:
                 raise ParameterError("only", f"the model has no label {label!r}")

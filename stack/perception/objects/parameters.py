@@ -53,8 +53,8 @@ class ObjectDetectorParameters:
     )
 
     def __post_init__(self) -> None:
-        for name in ("labels", "only"):
-            object.__setattr__(self, name, _texts(name, getattr(self, name)))
+        object.__setattr__(self, "labels", _texts("labels", self.labels))
+        object.__setattr__(self, "only", _texts("only", self.only))
         if self.labels and self.label_file:
             raise ParameterError("label_file", "both `labels` and `label_file` are set", "use one")
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stack.errors import FrameError, ParameterError
+from stack.errors import FrameError
 from stack.frames.buffer import TransformBuffer
+from stack.parameters import refuse_changes
 from stack.perception.places.descriptor import GlobalDescriptor
 from stack.perception.places.keyframe_files import (
     FILE,
@@ -78,9 +79,7 @@ class PlaceMemory:
         Raises:
             ParameterError: the global descriptor changed.
         """
-        for name in FIXED:
-            if getattr(parameters, name) != getattr(self.parameters, name):
-                raise ParameterError(name, "cannot be changed during a run")
+        refuse_changes(FIXED, self.parameters, parameters)
         self.parameters = parameters
         if self._recogniser is not None:
             self._recogniser.parameters = parameters

@@ -287,8 +287,9 @@ class PoseSearch:
         old, count = self._nodes, int(self._state[self._kernels.NODES])
         waiting = int(self._state[self._kernels.WAITING])
         new = self._allocate(2 * old.costs.size)
+        before, after = old._asdict(), new._asdict()
         for name in ("poses", "costs", "parents", "contacts", "closed", "keys"):
-            getattr(new, name)[:count] = getattr(old, name)[:count]
+            after[name][:count] = before[name][:count]
         new.heap[:waiting] = old.heap[:waiting]
         self._kernels.rehash(new.slots, new.keys, count)
         self._nodes = new

@@ -15,6 +15,7 @@ from stack.errors import BodyError
 from stack.sim.physics.meshes import file_name
 from stack.sim.worlds.world import Poster
 from stack.types import Marker
+from stack.types.marker_dictionaries import marker_dictionaries
 
 BOARD_RATIO = 1.25
 PIXELS_PER_MARKER = 320
@@ -30,8 +31,8 @@ def board_texture(marker: Marker, folder: FilePath) -> FilePath:
     """
     import cv2
 
-    number = getattr(cv2.aruco, marker.dictionary, None)
-    if number is None or not marker.dictionary.startswith("DICT_"):
+    number = marker_dictionaries().get(marker.dictionary)
+    if number is None:
         raise BodyError(f"OpenCV has no marker dictionary {marker.dictionary!r}")
     dictionary = cv2.aruco.getPredefinedDictionary(number)
     size = len(dictionary.bytesList)

@@ -77,7 +77,7 @@ def _surface(file: Path) -> tuple[FloatArray, FloatArray]:
         raise InputError(sentence) from None
     if isinstance(mesh, trimesh.Scene):
         mesh = mesh.to_mesh()
-    faces = np.asarray(getattr(mesh, "faces", ()))
+    faces = np.asarray(mesh.faces if isinstance(mesh, trimesh.Trimesh) else ())
     if not len(faces) or not np.isfinite(mesh.vertices).all():
         raise InputError(f"{file.name} has no faces")
     if len(faces) > MAX_FACES:

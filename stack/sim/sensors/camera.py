@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 from math import prod
-from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.child_process import start_child
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
@@ -123,12 +122,7 @@ class RendererLost(Exception):
 
 
 class _RendererProcess:
-    """Client side of camera_worker, connected by a pipe.
-
-    Started as a bare interpreter: multiprocessing's spawn would run the caller's script again
-    unless it is guarded by `if __name__ == "__main__"`. The process has its own process group, so
-    Ctrl-C does not reach it; it exits when the pipe closes, however this process ends.
-    """
+    """Client side of camera_worker, a child process."""
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self.driver = setup, ""
@@ -176,22 +170,9 @@ class _RendererProcess:
         self._pipe = self._process = None
 
     def _start(self) -> Connection:
-        ours, theirs = Pipe()
-        code = (
-            f"import sys; sys.path[:] = {sys.path!r}; "
-            f"from stack.sim.sensors.camera_worker import main; main({theirs.fileno()})"
-        )
-        with theirs:
-            self._process = subprocess.Popen(
-                [sys.executable, "-c", code],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                pass_fds=[theirs.fileno()],
-                process_group=0,
-            )
-        self._pipe = ours
-        ours.send(self._setup)
-        return ours
+        self._process, self._pipe = start_child("stack.sim.sensors.camera_worker")
+        self._pipe.send(self._setup)
+        return self._pipe
 
     def _lost(self) -> RendererLost:
         assert self._process is not None

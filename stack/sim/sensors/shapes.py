@@ -88,9 +88,9 @@ def _mesh(file: FilePath, scale: FloatArray) -> tuple[FloatArray, FloatArray, Fl
     except Exception as error:  # a reader for each format raises its own
         raise BodyError(f"the mesh {file.name} cannot be read: {error!s:.200}") from None
     positions, normals, texels = _flat(corners)
-    seen = getattr(mesh.visual, "uv", None)
-    if seen is not None:
-        texels = np.asarray(seen, dtype=np.float64)[faces].reshape(-1, 2)
+    visual = mesh.visual
+    if isinstance(visual, trimesh.visual.TextureVisuals) and visual.uv is not None:
+        texels = np.asarray(visual.uv, dtype=np.float64)[faces].reshape(-1, 2)
     return positions, normals, texels
 
 

@@ -54,7 +54,9 @@ def test_a_process_ends_with_the_exit_code_and_its_words_on_stderr(tmp_path):
     assert "no such mission file" in done.stderr
 
 
-@pytest.mark.parametrize("file", sorted((SHIPPED / "cli").glob("*.py")), ids=lambda file: file.name)
+@pytest.mark.parametrize(
+    "file", sorted((SHIPPED / "cli").rglob("*.py")), ids=lambda file: file.stem
+)
 def test_typer_need_not_compile_the_annotations_of_commands_at_every_start(file):
     assert "from __future__ import annotations" not in file.read_text("utf-8").splitlines()
 

@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from missions.cli.app import app
-from missions.cli.drive import keys_in, mission_text, press, velocity_of
+from missions.cli.running.drive import keys_in, mission_text, press, velocity_of
 from missions.execution.prepare import prepare
 from missions.execution.run import Run
 from missions.run_options import RunOptions

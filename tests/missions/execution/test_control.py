@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 from missions.cli.app import app
 from missions.execution.client import tell
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.run import Run, execute
+from missions.execution.run import Run
+from missions.execution.running import execute
 from stack.errors import BodyError, InputError, TelemetryError
 from stack.telemetry.event_log import read_events
 from stack.telemetry.hub import Telemetry

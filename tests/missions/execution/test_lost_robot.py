@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from missions.execution.prepare import RunOptions
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from tests.benchmarks.missions import Trace
 
 MISSION = """mission: lost

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from missions.cli.app import app
 from missions.execution.prepare import RunOptions, diagnose
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from robots.load import find_robot
 from stack.components import available
 from stack.perception.objects.detection import ObjectDetection

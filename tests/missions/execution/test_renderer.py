@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from missions.execution.run import run_mission
+from missions.execution.running import run_mission
 from missions.run_options import RunOptions
 from tests.stack.sim.test_gl_drawing import reason  # noqa: F401 - of the mark
 

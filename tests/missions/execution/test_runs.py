@@ -122,7 +122,7 @@ def test_the_blocked_corridor_needs_its_recovery(tmp_path):
 @pytest.mark.slow
 def test_without_a_camera_the_kidnapped_robot_does_not_guess():
     from missions.execution.prepare import RunOptions
-    from missions.execution.run import run_mission
+    from missions.execution.running import run_mission
 
     trace = Trace()
     options = RunOptions(seed=1, camera="off", serve=False)

@@ -11,7 +11,8 @@ import missions
 from missions.execution.prepare import RunOptions
 from missions.execution.records import run_folders
 from missions.execution.records.run_folders import RUNS, reserved_suffix
-from missions.execution.run import COLLECT_AFTER, Run
+from missions.execution.run import Run
+from missions.execution.running import COLLECT_AFTER
 from missions.execution.shared_world import prepare_together, run_together
 from robots.bodies import sharing
 from stack.errors import InputError

@@ -6,7 +6,7 @@ import os
 import pytest
 from typer.testing import CliRunner
 
-from missions.cli.runs import runs_app
+from missions.cli.running.runs import runs_app
 from missions.inspection.runs import delete_run, find_runs, is_run_folder, older_than_newest
 from stack.errors import InputError
 from stack.telemetry.event_log import event_line

@@ -146,8 +146,8 @@ def test_a_behaviour_halted_in_a_pause_is_not_resumed(tmp_path):
 
 def test_the_plain_robot_is_enough_for_the_test_of_a_plugin():
     """As in docs/behaviours.md: the kit pauses a behaviour without a tree."""
+    from behaviours.flow.wait import Wait
     from behaviours.testing import pause, tick
-    from behaviours.wait import Wait
 
     robot, wait = PlainRobot(), Wait(time=1.0)
     assert tick(wait, robot, 0.5) is Status.RUNNING

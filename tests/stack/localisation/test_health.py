@@ -8,7 +8,7 @@ import pytest
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
 from stack.localisation.health_model import HealthFeatures, health
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, Scan, wrap_angle
 from tests.stack.localisation.drawn_office import DOORS, Place, office, twin_rooms

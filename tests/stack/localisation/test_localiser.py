@@ -6,9 +6,9 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particles import kld_bound
+from stack.localisation.particle_filter.particles import kld_bound
 from stack.types import Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import Drifting, along, office, twin_rooms
 from tests.stack.navigation.toy_world import robot

@@ -8,7 +8,7 @@ import pytest
 from stack.component_bases import Estimator
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.dead_reckoning import DeadReckoning
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import DeadReckoningParameters, LocaliserParameters
 from stack.types import (
     STANDSTILL,

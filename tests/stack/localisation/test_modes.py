@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stack.localisation.modes import Mode, ModeSet, largest_deviation
-from stack.localisation.particles import ParticleSet
+from stack.localisation.particle_filter.modes import Mode, ModeSet, largest_deviation
+from stack.localisation.particle_filter.particles import ParticleSet
 from stack.types import Pose2D
 
 

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from stack.drivetrain.description import ImuDescription
 from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
-from stack.localisation.motion_models import (
+from stack.localisation.parameters import LocaliserParameters, OdometryFusionParameters
+from stack.localisation.particle_filter.motion_models import (
     CarMotionNoise,
     MotionNoise,
     OmniMotionNoise,
     disturb,
     motion_model,
 )
-from stack.localisation.parameters import LocaliserParameters, OdometryFusionParameters
-from stack.localisation.particles import move
+from stack.localisation.particle_filter.particles import move
 from stack.types import Imu, Odometry, Pose2D, Twist
 from tests.observed import observed
 from tests.stack.navigation.toy_world import moving

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from stack.localisation.odometry_since import MotionSince, OdometrySince
+from stack.localisation.particle_filter.odometry_since import MotionSince, OdometrySince
 from stack.types import Pose2D
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from stack.localisation.health import ScanView
-from stack.localisation.localiser import Localiser
-from stack.localisation.odometry_since import MotionSince
+from stack.localisation.mcl.localiser import Localiser
+from stack.localisation.mcl.recovery import RecoverySchedule
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.recovery import RecoverySchedule
+from stack.localisation.particle_filter.odometry_since import MotionSince
 from stack.types import Pose2D
 from tests.stack.localisation.drawn_office import office, twin_rooms
 from tests.stack.localisation.test_health import HERE, is_kidnap, settled

@@ -5,9 +5,9 @@ from math import exp, log, pi
 import numpy as np
 import pytest
 
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
+from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.trusted_pose import TrustedPose
 from stack.types import Pose2D, Scan
 from tests.stack.localisation.drawn_office import Place, drawn, mapped, twin_rooms
 from tests.stack.localisation.test_health import HERE, settled

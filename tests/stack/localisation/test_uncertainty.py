@@ -7,10 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stack.localisation.localiser import Localiser
-from stack.localisation.motion_models import CarMotionNoise, MotionNoise, OmniMotionNoise
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.uncertainty import LeastCovariance, observable, stretch, widened
+from stack.localisation.particle_filter.motion_models import (
+    CarMotionNoise,
+    MotionNoise,
+    OmniMotionNoise,
+)
+from stack.localisation.particle_filter.uncertainty import (
+    LeastCovariance,
+    observable,
+    stretch,
+    widened,
+)
 from stack.types import Pose2D
 from tests.stack.localisation.drawn_office import Drifting, Place, drawn, mapped
 from tests.stack.navigation.toy_world import robot

@@ -31,6 +31,9 @@ WEAK_HEADING = 0.2
 """Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
 always; a stronger pull by odometry that turns too little adds up to metres."""
 
+DEVIATION_FLOOR = 0.01
+"""Metres and radians; deviation of odometry without any motion."""
+
 EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
 """Covariance added to that of a match: errors that its points share."""
 
@@ -72,12 +75,9 @@ def align_step(
 
 
 def odometry_deviation(moved: Pose2D, parameters: MapperParameters) -> tuple[float, float]:
-    """Return the standard deviations of position (m) and heading (rad) of a motion by odometry."""
-    distance, turned = hypot(moved.x, moved.y), abs(moved.heading)
-    return (
-        0.01 + parameters.odometry_distance_error * distance,
-        0.01 + parameters.odometry_angle_error * (turned + 0.3 * distance),
-    )
+    """Return the deviations of a motion by odometry, m and rad."""
+    position, heading = parameters.odometry_deviation(moved)
+    return DEVIATION_FLOOR + position, DEVIATION_FLOOR + heading
 
 
 def odometry_information(moved: Pose2D, parameters: MapperParameters) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.localisation.distance_field import surface_field
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.views.view_planner import CELL, ViewPlanner
 from stack.types import Pose2D

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.errors import NavigationError
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import GlobalMatch, is_distinct
 from stack.localisation.search.rivals import resolve

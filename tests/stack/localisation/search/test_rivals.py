@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stack.localisation.localiser import Localiser
+from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D
 from tests.stack.localisation.drawn_office import twin_rooms

@@ -9,9 +9,10 @@ from robots.load import find_robot, read_robot
 from stack.frames.buffer import TransformBuffer
 from stack.mapping.graph_files import saved_files
 from stack.mapping.ros_map import map_files
-from stack.mapping.slam.estimator import PoseGraphLocaliser, SlamEstimator
+from stack.mapping.slam.estimator import SlamEstimator
 from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import SlamParameters
+from stack.mapping.slam.pose_graph_localiser import PoseGraphLocaliser
 from stack.mapping.whole_files import replace_folder
 from stack.types import STANDSTILL, FloatArray, Observation, Odometry, Pose2D
 from tests.stack.mapping.slam.rooms import scan_at

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from stack.mapping.slam.estimator import PoseGraphLocaliser, SlamEstimator
+from stack.mapping.slam.estimator import SlamEstimator
+from stack.mapping.slam.pose_graph_localiser import PoseGraphLocaliser
 from stack.types import Pose2D
 from tests.stack.mapping.slam.drives import EstimatorDrive, line, mapped, saved
 from tests.stack.mapping.slam.rooms import ROOM

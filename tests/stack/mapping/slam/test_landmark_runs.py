@@ -8,9 +8,10 @@ from typer.testing import CliRunner
 from missions.cli.app import app
 from stack.mapping.graph_files import read_graph
 from stack.mapping.marker_maps import MARKERS_YAML, read_marker_map
-from stack.mapping.slam.estimator import PoseGraphLocaliser, SlamEstimator
+from stack.mapping.slam.estimator import SlamEstimator
 from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import SlamParameters
+from stack.mapping.slam.pose_graph_localiser import PoseGraphLocaliser
 from stack.types import Marker
 from tests.stack.mapping.slam.drives import EstimatorDrive, line, saved
 from tests.stack.mapping.slam.marker_drives import MarkerDrive, seen_marker

@@ -1,0 +1,1 @@
+"""What behaviours that drive share: odometry since a stamp, standstill, ends of a drive, paths."""

@@ -1,0 +1,1 @@
+"""Whom `follow_person` follows: the choice among the tracks, and standing people."""

@@ -1,0 +1,1 @@
+"""What behaviours read off scans and pictures: walls, doorways, docks, objects, and poses."""

@@ -1,0 +1,1 @@
+"""Driving to a charging dock and away from it."""

@@ -1,0 +1,1 @@
+"""Behaviours that drive nothing: waiting, checking, failing, messages, blackboard keys."""

@@ -1,0 +1,1 @@
+"""Driving along or behind what sensors see: walls, lines on the floor, people."""

@@ -1,0 +1,1 @@
+"""Finding, telling and checking the robot's pose."""

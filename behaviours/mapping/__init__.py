@@ -1,0 +1,1 @@
+"""Maps: exploring, saving, loading, switching between mapping and localising."""

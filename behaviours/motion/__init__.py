@@ -1,0 +1,1 @@
+"""Motions relative to the robot, without a plan: straight, turning, out of a tight spot."""

@@ -1,0 +1,75 @@
+"""Navigation to one pose."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from behaviours._motion.odometry_trail import OdometryTrail
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from stack.types import Pose2D
+
+GOAL_PERIOD = 1.0
+"""Least time between two changes of the goal, seconds: each one plans a new drive."""
+
+
+class NavigateToPose(RobotBehaviour):
+    """Drive to a pose in the map frame; replans when the world changes.
+
+    If `goal` is a key that changes during the drive, the robot drives to the new pose, at most one
+    change a second.
+
+    Fails with the failure code of the drive: NO_VALID_PATH, GOAL_OCCUPIED, NO_PROGRESS and others.
+    If the goal cannot be reached, the robot stays where it is. With `partial`, or with
+    `allow_partial` of the planner, it drives to the nearest reachable pose instead. With `partial`
+    this is a success, and `remaining` is the distance left to the goal; without, it fails with
+    NO_VALID_PATH.
+    """
+
+    goal: Pose2D = port("goal pose, map frame")
+    tolerance: float | None = port(
+        "goal tolerance; default: the robot's",
+        unit="m",
+        default=None,
+        above=0.0,
+    )
+    partial: bool = port("accept the nearest reachable pose", default=False)
+    remaining: float = output("straight-line distance left to the goal", unit="m")
+    path_length: float = output("distance driven", unit="m")
+    time_taken: float = output("duration of the drive", unit="s")
+
+    uses_wheels = True
+    fails_with = DRIVE_FAILURES
+    goal_ports = ("goal",)
+
+    def initialise(self) -> None:
+        """Start the drive."""
+        self._timer, self._since_goal = self.start_timer(), self.start_timer()
+        self._trail = OdometryTrail()
+        self._drive_to(self.goal)
+
+    def update(self) -> Status:
+        """Return the status of the drive; write the outputs at its end."""
+        self._trail.record(self.robot.time, self.robot.odometry)
+        goal = self.goal
+        if goal != self._goal and self._since_goal.is_over(GOAL_PERIOD):
+            self._drive_to(goal)
+        status = self.follow(self._task)
+        if status is Status.SUCCESS and goal != self._goal:
+            status = Status.RUNNING  # at the former goal; the next change is due soon
+        if status is not Status.RUNNING:
+            self.path_length = self._trail.distance
+            self.remaining = self.robot.pose.distance_to(self.goal)
+            self.time_taken = self._timer.elapsed
+        return status
+
+    def terminate(self, new_status: Status) -> None:
+        """Cancel the drive; a halted one still has its distance."""
+        super().terminate(new_status)
+        if new_status is Status.INVALID:
+            self._trail.record(self.robot.time, self.robot.odometry)
+            self.path_length = self._trail.distance
+
+    def _drive_to(self, goal: Pose2D) -> None:
+        self._goal = goal
+        self._since_goal.restart()
+        self._task = self.robot.navigate_to(goal, tolerance=self.tolerance, partial=self.partial)

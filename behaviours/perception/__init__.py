@@ -1,0 +1,1 @@
+"""Looking: pictures, markers, objects, doors."""

@@ -1,0 +1,1 @@
+"""Commands that say what files and the catalogue contain, without running anything."""

@@ -1,0 +1,1 @@
+"""Commands that run missions, steer running ones and keep their folders."""

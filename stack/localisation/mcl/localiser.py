@@ -1,0 +1,428 @@
+"""Monte-Carlo localisation: the robot's pose on a known map by a particle filter.
+
+Unlike AMCL, the filter injects no random particles. Places that explain the scans equally well are
+modes of the filter, each with particles of its own (particle_filter/modes.py). After a push or a
+kidnap the pose follows odometry, its health drops, and searches of the map find the new pose
+(recovery.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from stack.compilation import KernelTypes
+from stack.components import Estimator
+from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError, NavigationError
+from stack.frames.buffer import TransformBuffer
+from stack.localisation.distance_field import surface_field
+from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health_model import HealthFeatures, health
+from stack.localisation.mcl.confidence import Confidence
+from stack.localisation.mcl.pose_search import PoseSearch, prior_of
+from stack.localisation.mcl.recovery import RecoverySchedule
+from stack.localisation.mcl.trusted_pose import TrustedPose
+from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.particle_filter.filter import ParticleFilter
+from stack.localisation.particle_filter.marker_update import MarkerUpdate
+from stack.localisation.particle_filter.modes import Mode
+from stack.localisation.particle_filter.motion_models import motion_model
+from stack.localisation.particle_filter.odometry_since import OdometrySince
+from stack.localisation.particle_filter.particles import move
+from stack.localisation.search.matches import GlobalMatch, Views
+from stack.localisation.search.rivals import Resolution, resolve
+from stack.localisation.views.view_planner import CLEARANCE, ViewPlanner
+from stack.parameters import suggestion
+from stack.streams import stream
+from stack.types import (
+    FloatArray,
+    HealthThresholds,
+    MarkerFix,
+    Observation,
+    OccupancyGrid,
+    Pose2D,
+    PoseEstimate,
+    Scan,
+    View,
+)
+
+_NO_FIT = 0.5
+"""Share of the 5th percentile of fits at true poses below which the robot is not near a pose."""
+
+_UNTESTED_HEALTH = 0.8
+"""Health of a pose that was set and that no scan has tested."""
+
+_MATCH_DEVIATION = 0.05
+"""Metres; standard deviation of a pose that is compared with a scan."""
+
+_USUAL = 0.25
+"""Place of a fit between the 5th percentile (0) and the median (1) at true poses, which another
+place needs in a scan to take over from a trusted pose without a disturbance of odometry."""
+
+
+class Localiser(Estimator):
+    """Monte-Carlo localisation: a particle filter on the map with the scans of one lidar.
+
+    It follows the pose on a likelihood field. Its health shows a wrong pose.
+    """
+
+    Parameters = LocaliserParameters
+    needs_map = True
+    uses_markers = True
+    parameters: LocaliserParameters
+
+    @staticmethod
+    def kernels(parameters: LocaliserParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of the filter and of the search."""
+        from stack.localisation import kernels
+        from stack.localisation.search import kernels as search_kernels
+        from stack.localisation.views import kernels as view_kernels
+
+        return (*kernels.LOCALISATION, *search_kernels.SEARCH, *view_kernels.VIEWS)
+
+    def __init__(
+        self,
+        parameters: LocaliserParameters,
+        robot: RobotDescription,
+        grid: OccupancyGrid,
+        seed: int,
+    ) -> None:
+        super().__init__(parameters, robot, grid, seed)
+        self._robot = robot
+        self._generator = stream(seed, "localisation")
+        self._calibration = stream(seed, "localisation calibration")
+        self._recovery = RecoverySchedule(parameters)
+        self._confidence, self._trusted = Confidence(parameters), TrustedPose()
+        self._estimate: PoseEstimate | None = None
+        self._read(grid)
+        self._odometry = OdometrySince()
+        self._travelled = 0.0
+        self._time = self._corrected_at = 0.0
+        self._jumps = -1
+        self.scatter()
+
+    def _read(self, grid: OccupancyGrid) -> None:
+        """Derive what depends on the map."""
+        self._field = surface_field(grid)
+        self._evaluator = ScanEvaluator(self._field, self.parameters)
+        self._filter = ParticleFilter(
+            self._field, self._evaluator, motion_model(self._robot.drivetrain, self.parameters),
+            self.parameters, self._generator,
+        )  # fmt: skip
+        self._scale: FitScale | None = None
+        self._use(self.parameters)
+
+    def load_map(self, grid: OccupancyGrid, folder: Path, pose: Pose2D | None) -> None:
+        """Use another map from now on; see `Estimator`."""
+        self._read(grid)
+        self.start(pose)
+
+    @staticmethod
+    def check(parameters: LocaliserParameters, robot: RobotDescription) -> None:
+        """Check that the robot has the lidar.
+
+        Raises:
+            InputError: it has none of that name.
+        """
+        if parameters.lidar and parameters.lidar not in robot.all_lidars:
+            hint = suggestion(parameters.lidar, robot.all_lidars)
+            raise InputError(f"{robot.name} has no lidar {parameters.lidar!r}; {hint}")
+
+    def configure(self, parameters: LocaliserParameters) -> None:
+        """Apply new parameters; the particles stay.
+
+        Raises:
+            InputError: the robot has no such lidar.
+        """
+        self.check(parameters, self._robot)
+        p, before = parameters, self.parameters
+        if (p.range_noise, p.health_obstacles) != (before.range_noise, before.health_obstacles):
+            self._scale = None
+        self._use(parameters)
+
+    def _use(self, parameters: LocaliserParameters) -> None:
+        """Derive everything that depends on the parameters and the map."""
+        p = self.parameters = parameters
+        self.lidar = p.lidar or self._robot.main_lidar
+        self._evaluator.configure(p)
+        self._filter.configure(motion_model(self._robot.drivetrain, p), p)
+        self._recovery.parameters = p
+        self._markers = MarkerUpdate(self._field, self._filter, p)
+        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
+        self._confidence.configure(p)
+        self._estimate = None
+        variance = (p.cell_deviation * self._field.resolution) ** 2
+        self._common_errors = np.diag([variance, variance, 0.0])
+
+    def start(self, pose: Pose2D | None) -> None:
+        """Start around the initial pose; if that is unknown, anywhere on the map."""
+        p = self.parameters
+        if pose is None:
+            self.scatter()
+            return
+        self.set_pose(pose, p.initial_position_deviation, p.initial_heading_deviation)
+
+    def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
+        """Restart around a pose in the map frame; standard deviations in metres and radians."""
+        variances = np.square([position_deviation, position_deviation, heading_deviation])
+        self._restart([self._filter.around(pose, np.diag(variances))], confirmed=True)
+        self._trusted.forget()
+
+    def scatter(self) -> None:
+        """Restart with particles uniform over the free space."""
+        self._filter.scatter()
+        self._restart(self._filter.modes.modes)
+        self._trusted.forget()
+        self._scattered, self._estimate = True, None
+
+    def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
+        """Process odometry, and a new scan at the pose of its own stamp."""
+        self._time = observation.time
+        scan = observation.named(self.lidar, Scan)
+        if scan is not None:
+            covariance, disturbed = self._odometry.stated_errors(frames, scan.stamp)
+            self.process(frames.pose_at("odom", scan.stamp), scan, covariance, disturbed=disturbed)
+            self._corrected_at = scan.stamp
+        self.process(frames.pose_at("odom", observation.time))
+        return self.estimate
+
+    def update_markers(self, fix: MarkerFix, frames: TransformBuffer) -> PoseEstimate:
+        """Weight the particles by the markers in a picture, at the pose of its own stamp."""
+        newest = self._odometry.pose
+        if newest is None or not frames.covers(fix.stamp):
+            return self.estimate
+        reference = newest if self._scattered else self._odometry.reference
+        since = reference.relative_to(frames.pose_at("odom", fix.stamp))
+        likelihood = self._markers.likelihood(fix, since, self._odometry.stated.covariance)
+        self._estimate = None
+        if self._scattered:
+            self._restart(self._markers.modes_of(likelihood))
+        elif self._markers.apply(likelihood):
+            self._jumped(confirmed=False)
+        self._corrected_at = max(self._corrected_at, fix.stamp)
+        return self.estimate
+
+    def process(
+        self,
+        odometry: Pose2D,
+        scan: Scan | None = None,
+        covariance: FloatArray | None = None,
+        *,
+        disturbed: bool = False,
+    ) -> None:
+        """Update the estimate with odometry and an optional scan taken at that pose.
+
+        Args:
+            odometry: pose in the odom frame.
+            scan: a new scan, or None. Every scan updates the health. It weights the particles only
+                if the robot has moved since the last measurement update, or once at standstill
+                (twice while the pose is uncertain).
+            covariance: (3, 3) of the motion since the last scan, in the base frame there, as
+                odometry states it.
+            disturbed: whether odometry was disturbed since the last scan (a push or slip).
+        """
+        self._odometry.add(odometry)
+        self._estimate = None
+        if scan is None:
+            return
+        self._follow(scan, covariance, disturbed=disturbed)
+        if self._scattered:
+            self._start_anywhere(scan)
+        elif self._is_update_due():
+            self._measurement_update(scan)
+        view = self._evaluator.view(self._pose, scan)
+        if len(self._filter.modes.modes) > 1:
+            view = self._compare_modes(scan, view)
+        search = self._recovery.next(scan.stamp, view, self._fit_scale(scan).low)
+        if search is not None:
+            confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
+            disturbed = self._recovery.is_disturbed(scan.stamp)
+            prior = prior_of(view, confirmed=confirmed, disturbed=disturbed)
+            if self._pose_search.run(search, scan, view, self._moved, odometry, prior, low):
+                self._recovery.verify(scan.stamp)
+            view = self._evaluator.view(self._pose, scan)
+        scale, alone = self._fit_scale(scan), len(self._filter.modes.modes) == 1
+        self._confidence.add(scan.stamp, view, scale, self._travelled, alone=alone)
+        if self._confidence.needs_verification(view, scale, alone=alone):
+            self._recovery.verify(scan.stamp)
+        settled = not self._recovery.is_disturbed(scan.stamp)
+        if settled and self._confidence.trusts(view, scale, alone=alone):
+            self._trusted.trust(self._pose, odometry)
+
+    @property
+    def estimate(self) -> PoseEstimate:
+        """The pose, propagated by odometry since the last scan, with covariance and health.
+
+        Until the first scan after a start the health raises no alarm; if scattered, it is 0.
+        """
+        if self._estimate is None:
+            self._estimate = self._summary()
+        return self._estimate
+
+    def _summary(self) -> PoseEstimate:
+        """Return the estimate as of now."""
+        p, features, modes = self.parameters, self.health_features, self._filter.modes
+        if features is None:
+            right = 0.0 if self._scattered else _UNTESTED_HEALTH
+        else:
+            right = health(features)
+        return PoseEstimate(
+            self._pose, modes.covariance() + self._common_errors, right,
+            self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
+            HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
+        )  # fmt: skip
+
+    @property
+    def health_features(self) -> HealthFeatures | None:
+        """What the health follows from; None before the first scan after a restart."""
+        return self._confidence.features(self._filter.modes, self._scale)
+
+    @property
+    def map_from_odom(self) -> Pose2D:
+        """The odom frame's pose in the map frame."""
+        return self._filter.modes.best.pose.compose(self._odometry.reference.inverse())
+
+    @property
+    def particles(self) -> FloatArray:
+        """(n, 3) x, y, heading of the particles in the map frame, propagated by odometry."""
+        return move(self._filter.particles, self._moved)
+
+    def fit_at(self, pose: Pose2D, scan: Scan) -> float:
+        """Return the health in [0, 1] of a single scan at another pose, map frame."""
+        view = self._evaluator.view(pose, scan)
+        return health(HealthFeatures(view, view, self._fit_scale(scan), _MATCH_DEVIATION, 1.0))
+
+    def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
+        """Return distinct poses on the whole map that explain the scans, best first.
+
+        See `GlobalMatcher.candidates`.
+        """
+        return self._pose_search.whole_map.candidates(scan, earlier)
+
+    def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
+        """Restart at the best pose on the map that explains the scans, with its rivals.
+
+        Args:
+            scan: the newest scan.
+            earlier: as for `match_globally`.
+
+        Raises:
+            NavigationError: LOST if no pose fits. The particles do not change then.
+        """
+        return self._adopt(self._resolution(scan, earlier))
+
+    def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
+        """Return the view that best tells the estimate from its rivals; None without one."""
+        estimate = self.estimate
+        if not estimate.ambiguous:
+            return None
+        clearance = self._robot.footprint.inscribed_radius + CLEARANCE
+        planner = ViewPlanner(self._field, clearance, self.parameters)
+        shares = [rival.share for rival in estimate.rivals]
+        poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
+        return planner.best_view(poses, [1.0 - sum(shares), *shares], scan, avoided)
+
+    def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
+        candidates, low = self.match_globally(scan, earlier), self._fit_scale(scan).low
+        poses = [match.pose for match in candidates]
+        odometry = self._odometry.pose or self._odometry.reference
+        priors = self._trusted.log_priors(poses, odometry, self.parameters)
+        least = min(priors, default=0.0)  # a place near the trusted pose must fit, too
+        fitting = [
+            prior if match.fit >= low else least
+            for match, prior in zip(candidates, priors, strict=True)
+        ]
+        return resolve(candidates, low, self.parameters, fitting)
+
+    def _adopt(self, resolution: Resolution) -> GlobalMatch:
+        found = (resolution.best, *resolution.rivals)[: self.parameters.max_modes]
+        self._restart([
+            self._pose_search.mode(match, weight)
+            for match, weight in zip(found, resolution.log_weights, strict=False)
+        ])  # fmt: skip
+        return resolution.best
+
+    def _start_anywhere(self, scan: Scan) -> None:
+        """Search the whole map at an unknown start; if nothing fits well, follow all places."""
+        try:
+            self._adopt(self._resolution(scan))
+        except NavigationError:
+            if modes := self._pose_search.places(scan):
+                self._restart(modes)
+                self._filter.modes.tidy()
+
+    @property
+    def _pose(self) -> Pose2D:
+        return self._filter.modes.best.pose.compose(self._moved)
+
+    @property
+    def _moved(self) -> Pose2D:
+        return self._odometry.moved
+
+    def _fit_scale(self, scan: Scan) -> FitScale:
+        """Return the fit scale of this map; calibrated at the first scan, which shows the lidar."""
+        if self._scale is None:
+            self._scale = calibrate(
+                self._evaluator, self._field, scan, self.parameters, self._calibration
+            )
+        return self._scale
+
+    def _restart(self, modes: Sequence[Mode], *, confirmed: bool = False) -> None:
+        """Restart with modes at the newest odometry."""
+        self._filter.modes.replace(modes)
+        self._estimate = None
+        self._odometry.restart()
+        self._scattered = False
+        self._jumped(confirmed=confirmed)
+        self._recovery.reset()
+
+    def _jumped(self, *, confirmed: bool) -> None:
+        """Note a discontinuity of the pose; scans before say nothing of the new one."""
+        self._jumps += 1
+        self._corrected_at = self._time
+        self._confidence.restart(confirmed=confirmed)
+
+    def _follow(self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool) -> None:
+        """Process the motion since the last scan."""
+        p = self.parameters
+        distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
+        self._travelled = distance + 0.5 * turn
+        self._trusted.drive(distance, pushed=disturbed)
+        self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
+        if disturbed:
+            self._recovery.disturb(scan.stamp)
+
+    def _is_update_due(self) -> bool:
+        p = self.parameters
+        settled = self._filter.modes.best.is_settled(p.settled_deviation)
+        return self._odometry.is_update_due(p.update_distance, p.update_angle, settled=settled)
+
+    def _measurement_update(self, scan: Scan) -> None:
+        """Run one filter step: predict, then weight each mode that the scan may belong to."""
+        p, lost = self.parameters, _NO_FIT * self._fit_scale(scan).low
+        self._filter.predict(self._odometry.take())
+        for mode in self._filter.modes.modes:
+            # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
+            last = self._confidence.views.newest
+            fit = last.fit if last and mode is self._filter.modes.best else None
+            if fit is not None and fit < lost and mode.is_settled(p.settled_deviation):
+                self._filter.spread(mode)
+            else:
+                self._filter.measure(mode, scan)
+
+    def _compare_modes(self, scan: Scan, view: ScanView) -> ScanView:
+        """Add the evidence of a scan to the modes; return the view of the estimate."""
+        modes, moved = self._filter.modes, self._moved
+        others = [self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]]
+        modes.weigh([view.cost, *(o.cost for o in others)], self.parameters.evidence_cap)
+        if self._confidence.is_confirmed and not self._recovery.is_disturbed(scan.stamp):
+            scale = self._fit_scale(scan)
+            least = scale.low + _USUAL * (scale.middle - scale.low)
+            modes.hold_back([other.fit >= least for other in others])
+        views = dict(zip(map(id, modes.modes), [view, *others], strict=True))
+        if modes.tidy():
+            self._jumped(confirmed=False)
+        return views[id(modes.best)]

@@ -1,0 +1,165 @@
+"""Searches of the map that give the filter new modes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.health import ScanEvaluator, ScanView
+from stack.localisation.mcl.confidence import MANY_LONG
+from stack.localisation.mcl.recovery import Search
+from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.particle_filter.filter import ParticleFilter
+from stack.localisation.particle_filter.modes import Mode, same_place
+from stack.localisation.search.global_match import GlobalMatcher
+from stack.localisation.search.local_match import LocalMatcher, map_search
+from stack.localisation.search.matches import GlobalMatch
+from stack.localisation.search.rivals import weighed
+from stack.types import FloatArray, Pose2D, Scan, wrap_angle
+
+_LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
+"""Covariance that is added to that of a match: cells and noise."""
+
+_BETTER_FIT = 0.05
+"""Gain of the fit from which on a match near the estimate replaces it."""
+
+_GAIN = 3.0
+"""Evidence by which a match near the estimate must lead it, and one elsewhere may trail it."""
+
+_FITS_FAR_BETTER = 0.12
+"""Gain of the fit that replaces _GAIN of a match near the estimate: after a push of 0.2 m the scans
+end beside walls, neither far behind nor far before them."""
+
+_PLAUSIBLE = 0.7
+"""Share of the 5th percentile of the fits at true poses that a match on the whole map needs."""
+
+_NOT_WRONG = 0.5
+"""Likewise for a match near the estimate."""
+
+_FAR = 0.5
+"""Metres from the estimate beyond which a match is to be verified on the whole map."""
+
+
+_UNCONFIRMED, _PUSHED, _MOVED, _UNMOVED = -0.5, -1.0, -6.0, -10.0
+"""Log-weights of a pose that a search found, relative to the estimate: while the estimate itself
+came from a search and is not confirmed; after a push that odometry states; with scans that pass
+through mapped walls; and with scans that only meet unmapped things."""
+
+_SAME_MATCH, _SAME_TURN, _SECOND_LOOK = 0.05, 0.05, 2.0
+"""Metres, radians, seconds; two searches within this time that agree confirm a small correction."""
+
+
+def prior_of(view: ScanView, *, confirmed: bool, disturbed: bool) -> float:
+    """Return the log-weight of a new pose relative to the estimate, before its evidence.
+
+    Args:
+        view: of the estimate.
+        confirmed: whether the estimate is trusted.
+        disturbed: whether odometry stated a disturbance.
+    """
+    if not confirmed:
+        return _UNCONFIRMED
+    if disturbed:
+        return _PUSHED
+    return _MOVED if view.long >= MANY_LONG else _UNMOVED
+
+
+class PoseSearch:
+    """Searches the map near the estimate or as a whole, and adds what fits to the modes.
+
+    Args:
+        field: the map.
+        evaluator: of the same map.
+        particle_filter: whose modes are added to.
+        parameters: of the estimator.
+
+    Attributes:
+        whole_map: search of the whole map.
+        near: search of a window.
+    """
+
+    def __init__(
+        self, field: SignedDistanceField, evaluator: ScanEvaluator,
+        particle_filter: ParticleFilter, parameters: LocaliserParameters,
+    ) -> None:  # fmt: skip
+        self._evaluator, self._filter, self._parameters = evaluator, particle_filter, parameters
+        search = map_search(field, parameters)
+        self.whole_map = GlobalMatcher(field, evaluator, parameters, search)
+        self.near = LocalMatcher(field, evaluator, parameters, search)
+        self._last: tuple[float, Pose2D] | None = None
+
+    def run(  # noqa: PLR0913 - what a search depends on
+        self, search: Search, scan: Scan, view: ScanView, moved: Pose2D, odometry: Pose2D,
+        prior: float, low: float,
+    ) -> bool:  # fmt: skip
+        """Run a search; return whether it found a place that is far from the estimate.
+
+        Args:
+            search: what to search.
+            scan: the newest scan.
+            view: comparison of the scan with the map at the estimate.
+            moved: odometry since the modes' reference pose.
+            odometry: pose at the scan, odom frame.
+            prior: log-weight of a new mode relative to the estimate.
+            low: fit that most scans at a true pose exceed.
+        """
+        p, here = self._parameters, self._filter.modes.best.pose.compose(moved)
+        if search.is_global:
+            found = self.whole_map.candidates(scan)
+        else:
+            found = self.near.match(here, scan, search.distance, search.angle)
+        far = False
+        for match in found[: p.max_modes]:
+            seen = self._evaluator.view(match.pose, scan)
+            if search.is_global:
+                plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
+            else:
+                better = seen.fit > view.fit + _BETTER_FIT and seen.fit >= _NOT_WRONG * low
+                fits_far_better = seen.fit > view.fit + _FITS_FAR_BETTER and seen.cost <= view.cost
+                plausible = better and (seen.cost < view.cost - _GAIN or fits_far_better)
+            if not plausible:
+                continue
+            at_reference = match.pose.compose(moved.inverse())
+            covariance = match.covariance + _LEAST_COVARIANCE
+            if not same_place(match.pose, here):
+                added = self._add(at_reference, covariance, prior)
+                far = far or (added and match.pose.distance_to(here) > _FAR)
+            elif seen.fit > view.fit + _BETTER_FIT:
+                trusted = prior <= _MOVED
+                if self._is_found_again(scan.stamp, match.pose, odometry) or not trusted:
+                    self._correct(at_reference, covariance)
+        return far
+
+    def _is_found_again(self, stamp: float, pose: Pose2D, odometry: Pose2D) -> bool:
+        """Return whether the search before has found the same pose, propagated by odometry.
+
+        Where a mapped thing is missing, a single scan may fit better at a shifted pose; the next
+        one, from elsewhere, does not at the same.
+        """
+        before, self._last = self._last, (stamp, pose.compose(odometry.inverse()))
+        if before is None or stamp - before[0] > _SECOND_LOOK:
+            return False
+        expected = before[1].compose(odometry)
+        turned = abs(wrap_angle(expected.heading - pose.heading))
+        return expected.distance_to(pose) < _SAME_MATCH and turned < _SAME_TURN
+
+    def places(self, scan: Scan) -> list[Mode]:
+        """Return modes anywhere on the map, weighted by the objects that each needs, best first."""
+        found = weighed(self.whole_map.candidates(scan), self._parameters)
+        return [self.mode(match, weight) for match, weight in found[: self._parameters.max_modes]]
+
+    def mode(self, match: GlobalMatch, log_weight: float) -> Mode:
+        """Return a mode at a match at the reference pose."""
+        return self._filter.around(match.pose, match.covariance + _LEAST_COVARIANCE, log_weight)
+
+    def _add(self, pose: Pose2D, covariance: FloatArray, prior: float) -> bool:
+        """Add a mode; return whether it is another place than all others."""
+        weight = self._filter.modes.best.log_weight + prior
+        mode = self._filter.around(pose, covariance, weight)
+        mode.weighed = 0.0
+        return self._filter.modes.add(mode)
+
+    def _correct(self, pose: Pose2D, covariance: FloatArray) -> None:
+        """Move the estimate by a small correction."""
+        modes = self._filter.modes
+        modes.modes[0] = self._filter.around(pose, covariance, modes.best.log_weight)

@@ -1,0 +1,1 @@
+"""Particle filter with modes: motion and sensor models, markers, least covariance."""

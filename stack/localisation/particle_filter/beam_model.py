@@ -1,0 +1,86 @@
+"""Sensor model of the particles: which beams count, and their likelihood field.
+
+Probabilistic Robotics, 2005, section 6.4, with beam skipping: a beam that ends at something
+unmapped, or that passes where the map has a wall, says nothing of where within a place the robot
+is. Which place it is in is the modes' evidence (`ScanView.cost`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.health import ScanEvaluator
+from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.particle_filter.modes import Mode
+from stack.localisation.search.matches import beam_points, returned_beams
+from stack.types import FloatArray, Pose2D, Scan
+
+_UNIT = 1000.0
+"""Table entries of a log-likelihood of 1."""
+
+_IN_WALL = 10.0
+"""Beams outside the map whose likelihood a pose inside a wall has in addition."""
+
+
+class BeamModel:
+    """Log-likelihoods of scans at particles.
+
+    Args:
+        field: the map.
+        evaluator: of the same map.
+        parameters: mixture, number of beams, beam skipping.
+    """
+
+    def __init__(
+        self, field: SignedDistanceField, evaluator: ScanEvaluator, parameters: LocaliserParameters
+    ) -> None:
+        from stack.localisation import kernels
+
+        self._kernels, self._field, self._evaluator = kernels, field, evaluator
+        self._parameters = parameters
+        logs = field.log_likelihoods(parameters.hit_deviation, parameters.hit_share)
+        self._least = float(logs.min())
+        margin = round(self._least * _UNIT)
+        table = np.rint(logs * _UNIT).astype(np.int16)
+        self._table = np.pad(table, 1, constant_values=margin)
+
+    def points(self, pose: Pose2D, scan: Scan, *, skip: bool) -> FloatArray:
+        """Return (m, 2) end points, base frame, of the beams that weight the particles.
+
+        Args:
+            pose: of the base at the scan's stamp, map frame.
+            scan: the scan.
+            skip: leave out beams that the map does not explain at the pose.
+        """
+        beams = returned_beams(scan, self._parameters.beams)
+        if skip and beams.size:
+            explained = beams[self._explained(pose, scan, beams)]
+            if explained.size >= max(10.0, self._parameters.least_beams * beams.size):
+                beams = explained
+        return beam_points(scan, beams)
+
+    def log_likelihoods(self, poses: FloatArray, points: FloatArray) -> FloatArray:
+        """Return (n,) log-likelihoods of points (m, 2), base frame, at poses (n, 3)."""
+        scores, blocked = self._kernels.score_poses(
+            self._table, self._field.occupancy, *self._field.placement,
+            np.ascontiguousarray(poses), np.ascontiguousarray(points.T, dtype=np.float32),
+        )  # fmt: skip
+        logs: FloatArray = scores.astype(np.float64)
+        logs *= self._parameters.trust / _UNIT
+        logs[blocked] += self._parameters.trust * _IN_WALL * self._least
+        return logs
+
+    def _explained(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.bool_]:
+        kinds, _ = self._evaluator.classified(pose, scan, beams)
+        matched: NDArray[np.bool_] = kinds == self._kernels.MATCHED
+        return matched
+
+
+def weighted(mode: Mode, logs: FloatArray) -> FloatArray:
+    """Return (n,) weights of a mode's particles after a measurement."""
+    total = np.log(mode.particle_set.weights) + logs
+    weights: FloatArray = np.exp(total - total.max())
+    weights /= weights.sum()
+    return weights

@@ -1,0 +1,1 @@
+"""Drawing in characters: colours, strips, and the canvas of the map."""
