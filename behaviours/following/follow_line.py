@@ -38,7 +38,8 @@ AHEAD_ANGLE = 0.5
 """Radians to both sides of the line's direction, in which it is looked for beyond its end."""
 
 FIRST_LOOK = 1.0
-"""Seconds with pictures but no line after which the robot turns to look for it."""
+"""Seconds for which the robot stands at the start. The gyro's bias is measured at standstill: what
+is left of it turns the remembered line. Without a line in sight, the robot then turns to look."""
 
 LEAST_SEEN = 6
 """Points of a line that is new, at least: 10 cm."""
@@ -217,9 +218,10 @@ class FollowLine(RobotBehaviour):
         if self._sweep is not None:
             self.feedback_message = "turning, looking for the line"
             return self._sweep.command(here.heading)
-        if line is None:
+        is_waiting = not self._since_start.is_over(FIRST_LOOK)
+        if line is None or is_waiting:
             self.feedback_message = "looking for the line"
-            if self._since_start.is_over(FIRST_LOOK):
+            if not is_waiting:
                 self._sweep = Sweep(here.heading, 1)
             return STANDSTILL
         if line.remaining <= AT_END:

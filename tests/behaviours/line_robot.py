@@ -64,6 +64,12 @@ class LineRobot(KinematicRobot):
             cv2.polylines(paint, [fine.reshape(-1, 1, 2)], False, 1, round(WIDTH / CELL), shift=4)
         self._paint, self._shown = paint > 0, np.zeros_like(paint, dtype=bool)
 
+    def wear(self, share: float, side: float, seed: int) -> None:
+        """Take a share of the paint off, in squares of `side` metres."""
+        count = round(side / CELL)
+        squares = np.random.default_rng(seed).random(np.array(self._paint.shape) // count)
+        self._paint &= ~np.kron(squares < share, np.ones((count, count), dtype=bool))
+
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         return self.known
 

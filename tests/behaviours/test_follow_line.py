@@ -1,6 +1,6 @@
 """follow_line on a kinematic robot that sees the floor from 0.8 m ahead."""
 
-from math import pi
+from math import cos, pi, radians, sin
 
 import numpy as np
 import pytest
@@ -61,6 +61,59 @@ def test_each_junction_has_its_own_word():
     behaviour = follow(robot, at_junction=["straight", "right"], until_travelled=4.5)
     assert behaviour.status is Status.SUCCESS and behaviour.junctions == 2
     assert robot.pose.y == pytest.approx(-1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("angle", [45.0, 60.0, 90.0])
+@pytest.mark.parametrize("word", ["left", "straight", "right"])
+def test_a_crossing_is_a_junction_with_three_branches(word, angle):
+    towards = np.array([cos(radians(angle)), sin(radians(angle))])
+    middle = np.array([2.5, 0.0])
+    main, cross = line([0.5, 0.0], [4.5, 0.0]), line(middle - 1.5 * towards, middle + 1.5 * towards)
+    end = {"left": cross[1], "straight": main[1], "right": cross[0]}[word]
+    way = (end - middle) / np.linalg.norm(end - middle)
+    mark = line(*(end + side * np.array([-way[1], way[0]]) for side in (-0.15, 0.15)))
+    robot = LineRobot(floor=(main, cross, mark))
+    behaviour = follow(robot, at_junction=[word])
+    assert behaviour.status is Status.SUCCESS and behaviour.junctions == 1
+    assert (robot.pose.x, robot.pose.y) == pytest.approx(end, abs=0.06)
+    on_line, route = track(robot)[70:], (line(main[0], middle, end),)
+    assert np.sqrt(np.mean(distances(on_line, route) ** 2)) < 0.025
+
+
+def test_a_line_beside_it_is_no_branch():
+    beside = line([0.5, -0.3], [2.3, -0.3], [2.3, 1.2], [4.0, 1.2], radius=0.7)
+    robot = LineRobot(floor=(BEND, beside, BAR))
+    behaviour = follow(robot)
+    assert behaviour.status is Status.SUCCESS and behaviour.junctions == 0
+    assert np.sqrt(np.mean(distances(track(robot)[60:], (BEND,)) ** 2)) < 0.02
+
+
+@pytest.mark.parametrize(("aside", "heading"), [(0.2, 0.5), (0.2, -0.4), (-0.2, 0.3)])
+def test_it_starts_beside_its_line(aside, heading):
+    bend, bar = (Pose2D(0.0, aside, heading).inverse().transform(one) for one in (BEND, BAR))
+    robot = LineRobot(floor=(bend, bar))
+    behaviour = follow(robot)
+    assert behaviour.status is Status.SUCCESS
+    away = distances(track(robot), (bend,))
+    assert away[np.argmax(away < 0.03) :].max() < 0.05
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_follows_a_worn_line(seed):
+    # A fifth of the paint is off, in squares of 3 cm.
+    robot = LineRobot(floor=(BEND, BAR))
+    robot.wear(0.2, 0.03, seed)
+    behaviour = follow(robot)
+    assert behaviour.status is Status.SUCCESS and behaviour.junctions == 0
+    assert np.sqrt(np.mean(distances(track(robot)[60:], (BEND,)) ** 2)) < 0.03
+
+
+def test_it_stands_first_so_that_the_gyro_is_calibrated():
+    robot = LineRobot(floor=(BEND, BAR))
+    follow(robot, seconds=0.95)
+    assert robot.known is not None and np.abs(track(robot)).max() == 0.0
+    follow(robot, seconds=2.0)
+    assert robot.pose.x > 0.2
 
 
 def test_it_crosses_a_gap():

@@ -26,8 +26,9 @@ CYLINDER_SIDES = 32
 PILLAR_SIDES = 12
 
 
-PAINT_HEIGHT = 0.004
-"""Metres of paint above the floor, enough for the renderer to tell which is on top."""
+PAINT_HEIGHT = 0.0005
+"""Metres of paint above the floor, enough for the renderers to tell which is on top. Seen from a
+camera of height h, paint seems farther away by its own height over h, in parts of its distance."""
 
 LEVEL = 0.7
 """Vertical part of the normal of a face from which on it counts as level."""

@@ -58,6 +58,17 @@ def test_a_line_is_where_it_was_painted_in_any_light(light):
     assert len(near) * CELL**2 / np.ptp(near[:, 0]) == pytest.approx(0.055, abs=0.01)
 
 
+@pytest.mark.parametrize("away", [0.95, 1.2, 1.5, 1.8])
+def test_a_line_across_the_view_is_as_far_away_as_it_was_painted(away):
+    # At 1.8 m a row of pixels is 1.8^2 / (0.35 fx) = 4 cm of floor; paint that is h high would be
+    # seen h x away / 0.35 too far away.
+    ray = np.array([cos(0.5), -sin(0.5)])
+    middle, side = [0.12, 0.0] + away * ray, np.array([sin(0.5), cos(0.5)])
+    line = FloorLine(np.array([middle - 0.25 * side, middle + 0.25 * side]))
+    points = marked(seen(line))
+    assert ((points - middle) @ ray).mean() == pytest.approx(0.0, abs=0.006)
+
+
 def test_a_bare_floor_has_no_line():
     lines = seen()
     assert not lines.marked.any() and lines.seen.sum() * CELL**2 > 1.0
