@@ -12,6 +12,8 @@ from dataclasses import replace
 from math import pi
 from typing import Any
 
+import numpy as np
+
 from stack.components import Controller, ControlState
 from stack.control.arrival import Arrival
 from stack.control.ramps import Ramp
@@ -20,7 +22,16 @@ from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress, turned
 from stack.geometry.path_segment import PathSegment
 from stack.lifecycle import Lifecycle
-from stack.types import STANDSTILL, FailureCode, Footprint, Path, Pose2D, Twist, wrap_angle
+from stack.types import (
+    STANDSTILL,
+    FailureCode,
+    FloatArray,
+    Footprint,
+    Path,
+    Pose2D,
+    Twist,
+    wrap_angle,
+)
 
 SEGMENT_END = 0.05
 """Remaining length in metres at which a segment before a cusp is complete."""
@@ -141,6 +152,13 @@ class PathFollower(Lifecycle):
             return None
         plan = self._driver(self._segment).local_plan
         return plan if plan is None or not self._segment.backward else turned(plan)
+
+    def way_ahead(self, distance: float) -> FloatArray:
+        """Return the (k, 2) points that are driven forward next, map frame; none in reverse."""
+        segment = self._segment
+        if segment is None or segment.backward:
+            return np.empty((0, 2))
+        return segment.ahead(distance)
 
     @property
     def keeps_clear(self) -> bool:

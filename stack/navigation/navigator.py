@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import degrees, inf
 
+import numpy as np
+
 from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
 from stack.control.evasion.evasion import Evasion, Situation
@@ -33,7 +35,21 @@ from stack.navigation.recoveries import (
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
-from stack.types import STANDSTILL, ContactZone, FailureCode, Path, Pose2D, TaskStatus, Twist
+from stack.types import (
+    STANDSTILL,
+    ContactZone,
+    FailureCode,
+    FloatArray,
+    Path,
+    Pose2D,
+    TaskStatus,
+    Twist,
+)
+
+FORESEEN = 8.0
+"""Metres of path along which evasion expects the robot."""
+
+NO_POINTS: FloatArray = np.empty((0, 2))
 
 NEW_EVASION = 3.0
 """Seconds without evasion after which the next one is an event of its own."""
@@ -201,8 +217,9 @@ class Navigator:
             self.evasion.rest()
             return wanted
         situation = Situation(
-            state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles
-        )
+            state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles,
+            self._tools.path_follower.way_ahead(FORESEEN) if self._follows_path else NO_POINTS,
+        )  # fmt: skip
         twist = self.evasion.step(wanted, situation)
         if self.evasion.active:
             if state.time >= self._evaded_at + NEW_EVASION:

@@ -8,12 +8,13 @@ moving obstacles: constant velocities predict people well for a few seconds (C. 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
 
 from stack.compilation import KernelTypes
+from stack.control.evasion.lanes import LOOKAHEAD, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
 from stack.control.evasion.pushing import PushingPeople
@@ -42,6 +43,8 @@ STATIC_PADDING = 0.04
 ARM = 0.15
 """Metres of deviation that equal one radian."""
 
+NO_MOTIONS: FloatArray = np.empty((0, 7))
+
 KEPT = 0.25
 """Cost by which another motion must be better than the one under way."""
 
@@ -56,6 +59,8 @@ class Situation:
         twist: measured velocity.
         tracks: moving objects at `time`, map frame.
         obstacles: points of all range sensors, base frame.
+        path: (k, 2) points ahead that the velocity follows, map frame; none: it is no drive along
+            a path.
     """
 
     time: float
@@ -63,6 +68,18 @@ class Situation:
     twist: Twist
     tracks: Sequence[TrackedObject]
     obstacles: ObstaclePoints
+    path: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+
+
+@dataclass(frozen=True, slots=True)
+class Around:
+    """What candidates are judged by, base frame: arguments of the kernel `motion_costs`."""
+
+    twist: Twist
+    way: FloatArray
+    discs: FloatArray
+    walking: FloatArray
+    points: FloatArray
 
 
 class Evasion:
@@ -90,13 +107,13 @@ class Evasion:
         self._kernels, self._robot = kernels, robot
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
-        self._motions = motions_of(robot)
+        self._motions, self._lanes = motions_of(robot), Lanes(robot)
         limits = robot.limits
         self._limits = np.array([
             limits.linear_acceleration, limits.linear_deceleration, limits.angular_acceleration,
         ])  # fmt: skip
         self._pushing = PushingPeople()
-        self._chosen, self._until = -1, -inf
+        self._chosen, self._candidates, self._until = -1, 0, -inf
 
     def configure(self, parameters: EvasionParameters) -> None:
         """Apply new parameters."""
@@ -150,19 +167,28 @@ class Evasion:
         p = self.parameters
         points = self._points(situation.obstacles.points, discs)
         walking = self._kernels.walking_times(discs, points, p.horizon, OVERLAP, AROUND)
-        own = np.array([(wanted.linear, wanted.lateral, wanted.angular, p.horizon, 0.0, 0.0, 0.0)])
-        _, times = self._costs(own, situation.twist, discs, walking, points, wider=resting)
+        reach = p.horizon * max(wanted.linear, 0.0) + 2.0 * LOOKAHEAD
+        way = self._lanes.way(situation.path, situation.pose, wanted, reach)
+        lanes = self._lanes.beside(way, wanted)
+        straight = np.array([
+            (wanted.linear, wanted.lateral, wanted.angular, p.horizon, 0.0, 0.0, 0.0)
+        ])  # fmt: skip
+        own = NO_MOTIONS if len(lanes) else straight
+        around = Around(situation.twist, way, discs, walking, points)
+        _, times = self._costs(lanes[:1], own, around, wider=resting)
         if times[0] == inf:
             return None
         motions = np.concatenate([own, self._possible(situation.obstacles)])
-        costs, _ = self._costs(motions, situation.twist, discs, walking, points)
-        if 0 <= self._chosen < len(self._motions):
-            costs[self._chosen + 1] -= KEPT
+        costs, _ = self._costs(lanes, motions, around)
+        if self._candidates == len(costs) and self._chosen > 0:
+            costs[self._chosen] -= KEPT
         best = int(np.argmin(costs))
         if best == 0:
             return None
-        self._chosen = best - 1
-        linear, lateral, angular = motions[best, :3].tolist()
+        self._chosen, self._candidates = best, len(costs)
+        if best < len(lanes):
+            return self._lanes.twist(way, *lanes[best].tolist())
+        linear, lateral, angular = motions[best - len(lanes), :3].tolist()
         return Twist(linear, angular, lateral)
 
     def _possible(self, obstacles: ObstaclePoints) -> FloatArray:
@@ -174,11 +200,10 @@ class Evasion:
             slow[:, column] = np.maximum(slow[:, column], -0.15)
         return slow
 
-    def _costs(  # noqa: PLR0913 - arguments of the kernel
-        self, motions: FloatArray, twist: Twist, discs: FloatArray, walking: FloatArray,
-        points: FloatArray, *, wider: bool = False,
-    ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-        p = self.parameters
+    def _costs(
+        self, lanes: FloatArray, motions: FloatArray, around: Around, *, wider: bool = False
+    ) -> tuple[FloatArray, FloatArray]:
+        p, twist = self.parameters, around.twist
         padding = p.padding + (0.05 if wider else 0.0)
         settings = np.array([
             p.horizon, STEP, padding, p.growth, p.margin, STATIC_PADDING, p.decay,
@@ -186,8 +211,8 @@ class Evasion:
         ])  # fmt: skip
         now = np.array([twist.linear, twist.lateral, twist.angular])
         costs, times = self._kernels.motion_costs(
-            motions, now, self._limits, discs, walking, points, self._corners, self._radius,
-            settings,
+            lanes, around.way, self._lanes.steering, motions, now, self._limits, around.discs,
+            around.walking, around.points, self._corners, self._radius, settings,
         )  # fmt: skip
         return costs, times
 

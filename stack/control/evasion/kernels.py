@@ -5,10 +5,16 @@ from __future__ import annotations
 from math import cos, exp, hypot, inf, sin
 
 import numpy as np
-from numba import f8, njit
+from numba import f8, i8, njit
 
 from stack.safety.kernels import signed_distance
 from stack.types import FloatArray
+
+TURN_COSINE = 0.35
+"""Cosine of the angle to the lookahead point, 70 degrees, from which a robot turns in place."""
+
+NEAR_END = 0.7
+"""Seconds to the end of a path that a robot which slows down for it keeps."""
 
 
 @njit(cache=True, nogil=True)
@@ -53,20 +59,85 @@ def _towards(last: float, wanted: float, rise: float, fall: float, step: float) 
 
 
 @njit(cache=True, nogil=True)
+def way_beside(path: FloatArray) -> FloatArray:
+    """Add to each point of a path (n, 2) the unit vector to its left: (n, 4)."""
+    n = path.shape[0]
+    way = np.empty((n, 4))
+    for i in range(n):
+        before, after = max(i - 1, 0), min(i + 1, n - 1)
+        dx, dy = path[after, 0] - path[before, 0], path[after, 1] - path[before, 1]
+        length = max(hypot(dx, dy), 1e-9)
+        way[i, 0], way[i, 1] = path[i, 0], path[i, 1]
+        way[i, 2], way[i, 3] = -dy / length, dx / length
+    return way
+
+
+@njit(cache=True, nogil=True)
+def lane_twist(
+    way: FloatArray, passed: int, pose: FloatArray, speed: float, offset: float,
+    steering: FloatArray,
+) -> tuple[float, float, int]:  # fmt: skip
+    """Velocity that follows a lane beside a path, by pure pursuit.
+
+    Args:
+        way: (m, 4) points of the path and unit vectors to its left, equally spaced.
+        passed: number of the point that the robot has passed.
+        pose: (3,) x, y, heading, in the frame of the path.
+        speed: m/s.
+        offset: of the lane to the left of the path, metres.
+        steering: spacing of the points and lookahead distance, metres; largest turning speed,
+            rad/s; largest curvature, 1/m; whether the robot turns in place (0 or 1).
+
+    Returns:
+        Forward speed, turning speed, and the number of the point that is passed then.
+    """
+    spacing, lookahead, most, curvature = steering[0], steering[1], steering[2], steering[3]
+    last = way.shape[0] - 1
+    x, y, heading = pose[0], pose[1], pose[2]
+    best = hypot(way[passed, 0] - x, way[passed, 1] - y)
+    while passed < last:
+        away = hypot(way[passed + 1, 0] - x, way[passed + 1, 1] - y)
+        if away > best:
+            break
+        passed, best = passed + 1, away
+    ahead = min(passed + max(1, int(lookahead / spacing + 0.5)), last)
+    dx = way[ahead, 0] + offset * way[ahead, 2] - x
+    dy = way[ahead, 1] + offset * way[ahead, 3] - y
+    away = hypot(dx, dy)
+    if away < spacing:
+        return 0.0, 0.0, passed
+    c, s = cos(heading), sin(heading)
+    forward, left = (c * dx + s * dy) / away, (c * dy - s * dx) / away
+    if steering[4] > 0.0 and forward < TURN_COSINE:
+        return 0.0, most if left > 0.0 else -most, passed
+    if forward < 0.0:
+        left = 1.0 if left > 0.0 else -1.0
+    bend = min(max(2.0 * left / max(away, 0.2), -curvature), curvature)
+    speed = min(speed, away / NEAR_END) if ahead == last else speed
+    if abs(bend) * speed > most:
+        speed = most / abs(bend)
+    return speed, bend * speed, passed
+
+
+@njit(cache=True, nogil=True)
 def motion_costs(
-    motions: FloatArray, twist: FloatArray, limits: FloatArray, discs: FloatArray,
-    walking: FloatArray, points: FloatArray, corners: FloatArray, radius: float,
-    settings: FloatArray,
+    lanes: FloatArray, way: FloatArray, steering: FloatArray, motions: FloatArray,
+    twist: FloatArray, limits: FloatArray, discs: FloatArray, walking: FloatArray,
+    points: FloatArray, corners: FloatArray, radius: float, settings: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Costs of motions among discs, and the time of the first meeting on each.
 
-    A motion accelerates from the current velocity to its first twist, holds it for its duration,
-    and goes on with the second one. In front of a point that stands still it stops and stands. The
-    cost is the sum of the deviation from motion 0, of the time spent close to discs, and of a
-    meeting: the later, the less, and more if the robot drives towards the disc.
+    A lane is followed beside the path at its speed. A motion accelerates from the current velocity
+    to its first twist, holds it for its duration, and goes on with the second one. In front of a
+    point that stands still the robot stops and stands. The cost is the sum of the deviation from
+    the first candidate, of the time spent close to discs, and of a meeting: the later, the less,
+    and more if the robot drives towards the disc.
 
     Args:
-        motions: (n, 7) first twist (forward, left, turn), its seconds, second twist; 0: the wanted.
+        lanes: (l, 2) speed and offset to the left of the path.
+        way: as in `lane_twist`, base frame.
+        steering: as in `lane_twist`.
+        motions: (n, 7) first twist (forward, left, turn), its seconds, second twist.
         twist: (3,) current velocity.
         limits: (3,) linear acceleration and deceleration, angular acceleration.
         discs: (k, 6) as in `walking_times`, base frame now.
@@ -80,7 +151,8 @@ def motion_costs(
             of deviation.
 
     Returns:
-        (n,) costs, and (n,) seconds until the meeting; inf: none.
+        (l + n,) costs, and (l + n,) seconds until the meeting; inf: none. Candidate 0, the first
+        lane or without lanes the first motion, is the wanted one.
     """
     horizon, step, padding, growth = settings[0], settings[1], settings[2], settings[3]
     margin, static, decay = settings[4], settings[5], settings[6]
@@ -88,8 +160,10 @@ def motion_costs(
     arm = settings[10]
     count = int(horizon / step + 0.5)
     compared = int(1.0 / step + 0.5)
-    costs = np.zeros(motions.shape[0])
-    times = np.full(motions.shape[0], inf)
+    total = lanes.shape[0] + motions.shape[0]
+    costs = np.zeros(total)
+    times = np.full(total, inf)
+    pose = np.zeros(3)
     allowed = np.empty(points.shape[0])
     for i in range(points.shape[0]):
         room = signed_distance(corners, points[i, 0], points[i, 1])
@@ -98,16 +172,26 @@ def motion_costs(
     for k in range(discs.shape[0]):
         near[k] = signed_distance(corners, discs[k, 0], discs[k, 1]) - discs[k, 4]
     end_x, end_y, end_turn = 0.0, 0.0, 0.0
-    for n in range(motions.shape[0]):
+    for n in range(total):
+        m, passed = n - lanes.shape[0], 0
         v, u, w = twist[0], twist[1], twist[2]
         x, y, heading, stands = 0.0, 0.0, 0.0, False
         for s in range(1, count + 1):
             time = s * step
-            first = 0 if time <= motions[n, 3] + 1e-9 else 4
             if not stands:
-                v = _towards(v, motions[n, first], limits[0], limits[1], step)
-                u = _towards(u, motions[n, first + 1], limits[0], limits[1], step)
-                w = _towards(w, motions[n, first + 2], limits[2], limits[2], step)
+                if m < 0:
+                    pose[0], pose[1], pose[2] = x, y, heading
+                    av, aw, passed = lane_twist(
+                        way, passed, pose, lanes[n, 0], lanes[n, 1], steering
+                    )
+                    au = 0.0
+                else:
+                    first = 0 if time <= motions[m, 3] + 1e-9 else 4
+                    av, au = motions[m, first], motions[m, first + 1]
+                    aw = motions[m, first + 2]
+                v = _towards(v, av, limits[0], limits[1], step)
+                u = _towards(u, au, limits[0], limits[1], step)
+                w = _towards(w, aw, limits[2], limits[2], step)
                 middle = heading + 0.5 * w * step
                 c, sn = cos(middle), sin(middle)
                 nx, ny = x + step * (c * v - sn * u), y + step * (sn * v + c * u)
@@ -156,6 +240,11 @@ def motion_costs(
 _PLANE, _ROW = f8[:, ::1], f8[::1]
 EVASION = (
     (walking_times, (_PLANE, _PLANE, f8, f8, f8)),
-    (motion_costs, (_PLANE, _ROW, _ROW, _PLANE, _ROW, _PLANE, _PLANE, f8, _ROW)),
+    (way_beside, (_PLANE,)),
+    (lane_twist, (_PLANE, i8, _ROW, f8, f8, _ROW)),
+    (
+        motion_costs,
+        (_PLANE, _PLANE, _ROW, _PLANE, *(_ROW,) * 2, _PLANE, _ROW, *(_PLANE,) * 2, f8, _ROW),
+    ),
 )
 """Entry points, with the types that `Evasion` calls them with."""

@@ -17,7 +17,7 @@ class EvasionParameters:
         "while it waits for a plan or stands before an obstacle), whenever the mission runs, never",
     )  # fmt: skip
     horizon: float = parameter(
-        3.0, "s", above=0.0, at_most=10.0, help="how far ahead meetings are predicted"
+        2.0, "s", above=0.0, at_most=10.0, help="how far ahead meetings are predicted"
     )
     padding: float = parameter(
         0.05, "m", at_least=0.0, at_most=1.0, help="distance to a person that counts as a meeting"
@@ -30,7 +30,7 @@ class EvasionParameters:
         0.35, "m", above=0.0, at_most=2.0, help="distance below which being close costs"
     )
     decay: float = parameter(
-        1.3, "s", above=0.0, help="time ahead after which a meeting weighs 1/e of one now"
+        1.0, "s", above=0.0, help="time ahead after which a meeting weighs 1/e of one now"
     )
     meeting_weight: float = parameter(
         8.0, at_least=0.0, help="cost of a meeting now, in metres of deviation"

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from stack.control.evasion import kernels
 from stack.control.evasion.evasion import Evasion, Situation
+from stack.control.evasion.lanes import LOOKAHEAD, NO_LANES, NO_WAY, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
 from stack.control.evasion.pushing import SETS_OFF, PushingPeople
@@ -41,22 +42,31 @@ def corridor(width: float) -> np.ndarray:
 NOTHING = np.empty((0, 2))
 
 
-def simulate(evasion, wanted, people, points=NOTHING, seconds=4.0):
-    """Drive and walk at constant velocities; return the least gap to anybody, and the last pose."""
+def simulate(evasion, wanted, people, points=NOTHING, seconds=4.0, path=NOTHING, poses=None):
+    """Drive and walk at constant velocities; return the least gap to anybody, and the last pose.
+
+    Along a path (n, 2), the wanted velocity is that of pure pursuit at the speed of `wanted`.
+    """
     pose, twist, period, least = Pose2D(0.0, 0.0), STANDSTILL, 0.05, inf
+    speed, lanes = wanted.linear, Lanes(moving("differential"))
     limits = moving("differential").limits
     for step in range(round(seconds / period)):
         time = step * period
         tracks = [track(x + time * vx, y + time * vy, vx, vy, radius, n, time)
                   for n, (x, y, vx, vy, radius) in enumerate(people)]  # fmt: skip
         around = ObstaclePoints(time, pose.inverse().transform(points))
-        asked = evasion.step(wanted, Situation(time, pose, twist, tracks, around))
+        ahead = path[path[:, 0] >= pose.x - 0.05]
+        if len(path):
+            wanted = lanes.twist(lanes.way(ahead, pose, Twist(speed), 5.0), speed, 0.0)
+        asked = evasion.step(wanted, Situation(time, pose, twist, tracks, around, ahead))
         twist = Twist(
             limits.limit_linear(twist.linear, asked.linear, period),
             limits.limit_angular(twist.angular, asked.angular, period),
             limits.limit_linear(twist.lateral, asked.lateral, period),
         )
         turn = twist.angular * period
+        if poses is not None:
+            poses.append(pose)
         pose = pose.compose(Pose2D(twist.linear * period, twist.lateral * period, turn))
         for item in tracks:
             there = Pose2D(*item.position).relative_to(pose)
@@ -92,6 +102,59 @@ def test_in_a_wide_corridor_it_passes_and_goes_on():
     assert pose.x > 0.5
 
 
+STRAIGHT = np.column_stack([np.arange(0.0, 12.0, 0.1), np.zeros(120)])
+
+
+@pytest.mark.parametrize("aside", [-0.15, 0.0, 0.15])
+def test_along_a_path_it_passes_on_a_lane_and_does_not_turn_away(aside):
+    """2 m: 0.4 m of robot and 0.4 m of person leave 1.2 m. Undisturbed it drives 3.2 m in 4 s."""
+    poses = []
+    least, pose = simulate(
+        made(), Twist(0.8), [(5.0, aside, -1.0, 0.0, 0.2)], corridor(2.0), 5.0, STRAIGHT, poses
+    )
+    assert least > 0.0
+    assert pose.x > 3.0
+    assert max(abs(pose.heading) for pose in poses) < 1.0
+    assert abs(pose.y) < 0.3  # on the way back to its path
+
+
+def test_a_bend_of_the_path_is_not_taken_for_a_circle():
+    """The path turns left by 45 degrees over 1 m and goes on straight. Somebody walks where the
+    circle of the first arc would lead: 1.5 m left of the bend, away from the path."""
+    bend = 0.25 * pi * np.arange(11) / 10
+    corner = np.column_stack([np.sin(bend), 1.0 - np.cos(bend)]) / (0.25 * pi)
+    end = corner[-1] + np.outer(np.arange(0.1, 6.0, 0.1), [np.cos(0.25 * pi), np.sin(0.25 * pi)])
+    path = np.concatenate([corner, end])
+    person, wanted = [track(0.3, 3.0, 0.2, -0.6)], Twist(0.8, 0.8 * 0.25 * pi)
+    here = Pose2D(0.0, 0.0)
+    situation = Situation(0.0, here, wanted, person, ObstaclePoints(), path)
+    assert made(horizon=3.0).step(wanted, situation) == wanted
+    without = Situation(0.0, here, wanted, person, ObstaclePoints())
+    assert made(horizon=3.0).step(wanted, without) != wanted
+
+
+@pytest.mark.parametrize("kind", ["differential", "ackermann"])
+@given(st.floats(-0.9, 0.9), st.floats(0.2, 0.8))
+@settings(deadline=None, max_examples=30)
+def test_a_lane_is_reached_and_kept(kind, offset, speed):
+    """Pure pursuit closes in within a few lookahead distances of way."""
+    robot = moving(kind)
+    lanes = Lanes(robot)
+    way = lanes.way(STRAIGHT, Pose2D(0.0, 0.0), Twist(speed), 12.0)
+    pose, passed, least = Pose2D(0.0, 0.0), 0, inf
+    while pose.x < 8.0 * LOOKAHEAD:
+        here = np.array([pose.x, pose.y, pose.heading])
+        linear, angular, passed = kernels.lane_twist(
+            way, passed, here, speed, offset, lanes.steering
+        )
+        twist = robot.drivetrain.feasible(Twist(linear, angular))
+        assert (twist.linear, twist.angular) == pytest.approx((linear, angular))
+        pose = pose.compose(Pose2D(0.05 * linear, 0.0, 0.05 * angular))
+        least = min(least, linear)
+    assert pose.y == pytest.approx(offset, abs=0.03)
+    assert least > 0.0
+
+
 def test_somebody_walks_until_a_wall_and_not_through_it():
     disc = np.array([[3.0, 0.0, -1.0, 0.0, 0.2, 0.0]])
     wall = np.array([[1.0, 0.0]])
@@ -121,7 +184,8 @@ def test_a_predicted_meeting_is_that_of_small_steps(linear, angular, x, y, vx, v
     motion = np.array([[linear, 0.0, angular, 9.0, linear, 0.0, angular]])
     options = np.array([3.0, 0.1, padding, 0.0, 0.3, 0.04, 1.0, 1.0, 1.0, 1.0, 0.15])
     _, times = kernels.motion_costs(
-        motion, np.array([linear, 0.0, angular]), np.array([1.0, 1.5, 3.2]),
+        NO_LANES, NO_WAY, np.zeros(5), motion, np.array([linear, 0.0, angular]),
+        np.array([1.0, 1.5, 3.2]),
         np.array([[x, y, vx, vy, radius, 0.0]]), np.array([9.0]), np.empty((0, 2)), CORNERS,
         RECTANGLE.circumscribed_radius, options,
     )  # fmt: skip
