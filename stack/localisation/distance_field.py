@@ -8,6 +8,7 @@ from math import floor
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.distance_transform import distances_to_zero
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
 TRUNCATION = 1.0
@@ -96,24 +97,14 @@ class SignedDistanceField:
 
 
 def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
-    """Compute the signed distance field of an occupancy grid by an exact Euclidean transform.
-
-    P. F. Felzenszwalb, D. P. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of
-    Computing 8, 2012, as in OpenCV.
-    """
-    import cv2
-
+    """Compute the signed distance field of an occupancy grid by an exact Euclidean transform."""
     occupied, free = grid.occupied, grid.free
 
     def to_nearest(goal: NDArray[np.bool_]) -> NDArray[np.float32]:
-        if not goal.any():
-            return np.full(goal.shape, TRUNCATION, dtype=np.float32)
-        rough = cv2.distanceTransform((~goal).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        cells = distances_to_zero(~goal)
         nearest = np.full(goal.shape, TRUNCATION, dtype=np.float32)
-        near = rough < TRUNCATION / grid.resolution + 1.0
-        # The last bit depends on memory alignment; squared distances in cells are integers.
-        cells = np.sqrt(np.rint(np.square(rough[near])))
-        nearest[near] = np.minimum((cells - 0.5) * grid.resolution, TRUNCATION)
+        near = cells < TRUNCATION / grid.resolution + 1.0
+        nearest[near] = np.minimum((cells[near] - 0.5) * grid.resolution, TRUNCATION)
         return nearest
 
     distances = to_nearest(occupied)

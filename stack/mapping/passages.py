@@ -14,6 +14,7 @@ from heapq import heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.distance_transform import distances_to_zero
 from stack.types import FloatArray, OccupancyGrid
 
 ROOM_CLEARANCE = 0.55
@@ -49,11 +50,8 @@ class WidestPath:
 
 def clearance_of(grid: OccupancyGrid) -> FloatArray:
     """Return (rows, columns) metres from cell centres to the nearest cell that is not free."""
-    import cv2
-
-    free = grid.free.astype(np.uint8)
-    padded = np.pad(free, 1)  # cells outside the map are not free
-    cells = cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    padded = np.pad(grid.free, 1)  # cells outside the map are not free
+    cells = distances_to_zero(padded)[1:-1, 1:-1]
     clearance: FloatArray = np.maximum(cells.astype(np.float64) - 0.5, 0.0) * grid.resolution
     clearance[grid.occupied] = 0.0
     return clearance

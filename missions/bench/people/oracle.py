@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import RobotDescription
+from stack.geometry.distance_transform import distances_to_zero
 from stack.sim.people import People
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import covered_cells
@@ -199,17 +200,13 @@ class ReachedSet:
         Returns:
             The rows and columns within reach, and the distances of their cells.
         """
-        import cv2
-
         resolution, parts = self._ground.resolution, []
         for axis, count in enumerate(cells.shape):
             used = np.flatnonzero(cells.any(axis=1 - axis))
             more = ceil(reach / resolution) + 1
             parts.append(slice(max(0, used[0] - more), min(count, used[-1] + more + 1)))
         part = parts[0], parts[1]
-        outside = (~cells[part]).astype(np.uint8)
-        distance = cv2.distanceTransform(outside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        metres: NDArray[np.float32] = distance * np.float32(resolution)
+        metres: NDArray[np.float32] = distances_to_zero(~cells[part]) * np.float32(resolution)
         return part, metres
 
 
@@ -220,17 +217,12 @@ def ground_of(world: World, radius: float) -> Ground:
         world: its walls, boxes and cylinders count, on the map or not; doors are open.
         radius: of the disc, metres.
     """
-    import cv2
-
     x_min, y_min, x_max, y_max = world.bounds
     area = (x_max - x_min) * (y_max - y_min)
     resolution = max(RESOLUTION, sqrt(area / MAX_CELLS))
-    outside = (~covered_cells(world, resolution)).astype(np.uint8)
-    distance = cv2.distanceTransform(outside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    distance = distances_to_zero(~covered_cells(world, resolution))
     # The wall is within half a diagonal of its cell's centre, the robot of its own.
     free = (distance + sqrt(2.0)) * resolution >= radius
-    if outside.all():
-        free = np.ones(outside.shape, np.bool_)
     return Ground(free, resolution, (x_min, y_min), radius)
 
 

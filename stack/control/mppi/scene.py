@@ -9,6 +9,7 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.distance_transform import distances_to_zero
 from stack.geometry.path_segment import PathSegment
 from stack.geometry.polygons import fill_polygon, outline_points
 from stack.types import (
@@ -64,8 +65,6 @@ class Obstacles:
             body: (m, 2) points that fill the footprint, base frame, metres.
             tracks: moving objects at the current time, map frame.
         """
-        import cv2
-
         free = (costs.cells != LETHAL_COST).view(np.uint8)
         covered = pose.transform(body)
         columns, rows = (
@@ -77,9 +76,7 @@ class Obstacles:
         if free.all():
             distance = np.full(free.shape, NO_OBSTACLE, np.float32)
         else:
-            rough = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-            # the last bit depends on memory alignment; squared distances are whole numbers
-            distance = np.sqrt(np.rint(np.square(rough))) * np.float32(costs.resolution)
+            distance = distances_to_zero(free) * np.float32(costs.resolution)
         x, y = costs.origin
         geometry = [x - pose.x, y - pose.y, 1.0 / costs.resolution, costs.resolution]
         lethal = np.zeros((free.shape[0] + 2, free.shape[1] + 2), np.int32)

@@ -16,6 +16,7 @@ from math import atan2, ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.distance_transform import distances_to_zero
 from stack.parameters import parameter
 from stack.types import FloatArray, Frontier, OccupancyGrid, Pose2D
 
@@ -57,10 +58,7 @@ DEFAULTS = FrontierParameters()
 
 def passable_cells(grid: OccupancyGrid, radius: float) -> NDArray[np.uint8]:
     """Return (rows, columns) uint8: 1 where a disc of `radius` metres touches no obstacle."""
-    import cv2
-
-    clear = (~grid.occupied).astype(np.uint8)
-    distance = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    distance = distances_to_zero(~grid.occupied)
     away = distance * grid.resolution >= radius + 0.5 * grid.resolution - 1e-6
     return np.ascontiguousarray(grid.free & away, dtype=np.uint8)
 

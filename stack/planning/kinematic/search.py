@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.components import CancelToken
+from stack.geometry.distance_transform import distances_to_zero
 from stack.geometry.polygons import fill_polygon
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
@@ -79,19 +80,12 @@ class CollisionChecker:
     @staticmethod
     def of(costs: CostGrid, footprint: Footprint, tables: StepCosts) -> CollisionChecker:
         """Compute the distances to lethal cells and the cost of a metre by cell cost."""
-        import cv2
-
         from stack.planning.kinematic import kernels
 
         blocked = costs.cells == LETHAL_COST
         if tables.traverse[UNKNOWN_COST] == 0:
             blocked |= costs.cells == UNKNOWN_COST
-        distances = np.full(blocked.shape, np.inf, np.float32)
-        if blocked.any():
-            clear = np.logical_not(blocked).astype(np.uint8)
-            rough = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-            # The last bit depends on memory alignment; squared distances in cells are integers.
-            distances = np.sqrt(np.rint(np.square(rough))) * np.float32(costs.resolution)
+        distances = distances_to_zero(~blocked) * np.float32(costs.resolution)
         geometry = np.array([*costs.origin, costs.resolution, costs.resolution * 0.5**0.5])
         grid = kernels.CollisionGrid(
             costs.cells, tables.traverse / float(tables.traverse[0]), distances, geometry,

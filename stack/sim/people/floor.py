@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.distance_transform import distances_to_zero
 from stack.sim.worlds.rasterise import covered_cells
 from stack.sim.worlds.world import World
 from stack.types import FloatArray
@@ -35,8 +35,7 @@ class Floor:
         self.origin = (x_min, y_min)
         covered = covered_cells(world, self.resolution)
         covered[[0, -1], :] = covered[:, [0, -1]] = True  # nobody leaves the world
-        free = (~covered).astype(np.uint8)
-        cells = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        cells = distances_to_zero(~covered)
         self.distance = (cells * self.resolution).astype(np.float32)
 
     def times_to(self, x: float, y: float, radius: float) -> NDArray[np.float32]:
