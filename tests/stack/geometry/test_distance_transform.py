@@ -26,7 +26,7 @@ def test_every_distance_is_the_root_of_a_whole_number(cells):
 @given(st.integers(0, 63))
 @settings(deadline=None, max_examples=40)
 def test_the_place_in_memory_does_not_matter(offset):
-    """OpenCV's own transform differs in the last bit of some of these 35 000 cells."""
+    """In OpenCV's own transform the last bit of some cells depends on it."""
     image = (np.random.default_rng(3).random((211, 167)) > 0.02).astype(np.uint8)
     memory = np.empty(image.size + 64, np.uint8)
     moved = memory[offset : offset + image.size].reshape(image.shape)
