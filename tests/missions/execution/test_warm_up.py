@@ -158,10 +158,10 @@ def test_the_announcement_counts_the_kernels_of_each_part_once(monkeypatch):
     monkeypatch.setattr(warm_up, "compile_kernel", lambda *call: compiled.append(call))
     warm_up.warm_up(plan, RunOptions(), lines.append)
     # Counted in the tables: 2 ray casters (lidar, sonars); 2 of inflation, 4 of obstacles and 2 of
-    # people; 2 of safety; 3 of paths, 2 of the escape, 1 of passing places and 2 of evasion; A* 4
+    # people; 2 of safety; 3 of paths, 2 of the escape, 1 of passing places and 4 of evasion; A* 4
     # and its smoother 5; 2 of the controller; 6 of the localiser, 2 of the search of the map and 2
     # of its views.
-    assert len(compiled) == len(set(compiled)) == 41
+    assert len(compiled) == len(set(compiled)) == 43
     assert lines[0] == "compiling 41 kernels, for the first run only (about 62 s)"
     assert lines[1:8] == [
         "  sensors: 2", "  costmap: 8", "  safety: 2", "  navigation: 8", "  planner: 9",
