@@ -138,5 +138,6 @@ def beginning(branch: Strand) -> FloatArray:
         return np.array([points[0], points[0]])
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
-    first, last = (min(int(np.searchsorted(along, at)), len(along) - 1) for at in BRANCH_TANGENT)
-    return points[[min(first, len(along) - 2), last]]
+    # between the points: behind a gap the next one may be far away
+    at = [min(BRANCH_TANGENT[0], along[-2]), min(BRANCH_TANGENT[1], along[-1])]
+    return np.column_stack([np.interp(at, along, axis) for axis in points.T])

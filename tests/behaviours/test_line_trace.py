@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from behaviours._line.strand import Strand, beginning
 from behaviours._line.trace import LineEnd, Sector, trace_line
 from stack.sim.worlds.polylines import rounded
 from tests.behaviours.line_robot import distances, painted
@@ -86,6 +87,20 @@ def test_a_stub_is_no_branch():
     stub = line([0.0, 0.0], [0.0, 0.15])
     found = trace(painted(STRAIGHT, stub), choose="left")
     assert len(found.junctions) == 0 and found.points[-1, 0] == pytest.approx(1.4, abs=0.03)
+
+
+def test_a_branch_with_a_gap_begins_before_the_gap():
+    """20 cm of it are seen, then 60 cm are not: its beginning ends 26 cm from the junction."""
+    seen, behind = Strand(), Strand()
+    for x in np.arange(0.0, 0.21, 0.02):
+        seen.add(np.array([x, 0.0]), 0.05)
+    for x in np.arange(0.8, 1.5, 0.02):
+        behind.add(np.array([x, 0.3]), 0.05)
+    seen.branches = [behind]
+    # the way across the gap leads from (0.2, 0) to (0.8, 0.3), a slope of 1 to 2
+    assert beginning(seen) == pytest.approx(
+        np.array([[0.06, 0.0], [0.2 + 0.06 * 0.894, 0.06 * 0.447]]), abs=0.002
+    )
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, 0.8, pi / 2])
