@@ -43,10 +43,10 @@ STATIC_PADDING = 0.04
 ARM = 0.15
 """Metres of deviation that equal one radian."""
 
-NO_MOTIONS: FloatArray = np.empty((0, 7))
-
 KEPT = 0.25
 """Cost by which another motion must be better than the one under way."""
+
+NO_MOTIONS: FloatArray = np.empty((0, 7))
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,15 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class Around:
-    """What candidates are judged by, base frame: arguments of the kernel `motion_costs`."""
+    """What candidates are judged by, base frame: arguments of the kernel `motion_costs`.
+
+    Attributes:
+        twist: measured velocity.
+        way: (m, 4) points of the path ahead and unit vectors to its left.
+        discs: (k, 6) people who may come within the horizon.
+        walking: (k,) seconds for which each of them walks.
+        points: (n, 2) obstacle points that belong to nobody, metres.
+    """
 
     twist: Twist
     way: FloatArray

@@ -39,7 +39,7 @@ FILES = [
     *mission_files(), MISSIONS / "bench" / "barn.yaml", HERE.parent / "testing/shelf_patrol.yaml",
     HERE / WHOLE, *(HERE / part for part in PARTS),
 ]  # fmt: skip
-SHARDS, CASES = 10, 300
+SHARDS, CASES = 10, 500
 
 
 @dataclass
