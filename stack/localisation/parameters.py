@@ -222,6 +222,16 @@ class LocaliserParameters:
         help="after a push, probability of a place far from the trusted pose, relative to one at "
         "it; 1: the trusted pose counts for nothing",
     )  # fmt: skip
+    touch_distance: float = parameter(
+        0.05, "m", at_least=0.0, at_most=0.5,
+        help="distance from the body within which something unmapped touches it; 0: touches are "
+        "not looked for",
+    )  # fmt: skip
+    carried_share: float = parameter(
+        0.003, above=0.0, at_most=1.0,
+        help="after a touch, probability of a place far from the trusted pose, relative to one at "
+        "it; below rival_share such a place is no rival",
+    )  # fmt: skip
     view_distance: float = parameter(
         15.0, "m", above=0.0, at_most=100.0,
         help="how far away a place is looked for at which rivals differ",

@@ -24,6 +24,7 @@ from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.mcl.confidence import Confidence
 from stack.localisation.mcl.pose_search import PoseSearch, prior_of
 from stack.localisation.mcl.recovery import RecoverySchedule
+from stack.localisation.mcl.touch import TouchSense
 from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.filter import ParticleFilter
@@ -150,6 +151,7 @@ class Localiser(Estimator):
         self._evaluator.configure(p)
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
         self._recovery.parameters = p
+        self._touch = TouchSense(self._robot.footprint, self._evaluator, p.touch_distance)
         self._markers = MarkerUpdate(self._field, self._filter, p)
         self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
         self._confidence.configure(p)
@@ -228,7 +230,8 @@ class Localiser(Estimator):
         self._estimate = None
         if scan is None:
             return
-        self._follow(scan, covariance, disturbed=disturbed)
+        touched = not self._scattered and self._touch.touches(scan, self._pose)
+        self._follow(scan, covariance, disturbed=disturbed, touched=touched)
         if self._scattered:
             self._start_anywhere(scan)
         elif self._is_update_due():
@@ -241,7 +244,10 @@ class Localiser(Estimator):
             confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
             disturbed = self._recovery.is_disturbed(scan.stamp)
             prior = prior_of(view, confirmed=confirmed, disturbed=disturbed)
-            if self._pose_search.run(search, scan, view, self._moved, odometry, prior, low):
+            found = self._pose_search.run(
+                search, scan, view, self._moved, odometry, prior, low, self._trusted
+            )
+            if found:
                 self._recovery.verify(scan.stamp)
             view = self._evaluator.view(self._pose, scan)
         scale, alone = self._fit_scale(scan), len(self._filter.modes.modes) == 1
@@ -385,15 +391,17 @@ class Localiser(Estimator):
         self._corrected_at = self._time
         self._confidence.restart(confirmed=confirmed)
 
-    def _follow(self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool) -> None:
+    def _follow(
+        self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool, touched: bool
+    ) -> None:
         """Process the motion since the last scan."""
         p = self.parameters
         distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
         self._travelled = distance + 0.5 * turn
-        self._trusted.drive(distance, pushed=disturbed)
+        self._trusted.drive(distance, pushed=disturbed, touched=touched)
         self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
-        if disturbed:
-            self._recovery.disturb(scan.stamp)
+        if disturbed or touched:
+            self._recovery.disturb(scan.stamp, near=touched)
 
     def _is_update_due(self) -> bool:
         p = self.parameters

@@ -8,6 +8,7 @@ from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator, ScanView
 from stack.localisation.mcl.confidence import MANY_LONG
 from stack.localisation.mcl.recovery import Search
+from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.modes import Mode, same_place
@@ -90,7 +91,7 @@ class PoseSearch:
 
     def run(  # noqa: PLR0913 - what a search depends on
         self, search: Search, scan: Scan, view: ScanView, moved: Pose2D, odometry: Pose2D,
-        prior: float, low: float,
+        prior: float, low: float, trusted: TrustedPose,
     ) -> bool:  # fmt: skip
         """Run a search; return whether it found a place that is far from the estimate.
 
@@ -102,6 +103,7 @@ class PoseSearch:
             odometry: pose at the scan, odom frame.
             prior: log-weight of a new mode relative to the estimate.
             low: fit that most scans at a true pose exceed.
+            trusted: how probable places are after a push.
         """
         p, here = self._parameters, self._filter.modes.best.pose.compose(moved)
         if search.is_global:
@@ -109,7 +111,8 @@ class PoseSearch:
         else:
             found = self.near.match(here, scan, search.distance, search.angle)
         far = False
-        for match in found[: p.max_modes]:
+        near, *places = trusted.log_priors([here, *(m.pose for m in found)], odometry, p)
+        for match, place in zip(found[: p.max_modes], places, strict=False):
             seen = self._evaluator.view(match.pose, scan)
             if search.is_global:
                 plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
@@ -122,11 +125,11 @@ class PoseSearch:
             at_reference = match.pose.compose(moved.inverse())
             covariance = match.covariance + _LEAST_COVARIANCE
             if not same_place(match.pose, here):
-                added = self._add(at_reference, covariance, prior)
+                added = self._add(at_reference, covariance, prior + place - near)
                 far = far or (added and match.pose.distance_to(here) > _FAR)
             elif seen.fit > view.fit + _BETTER_FIT:
-                trusted = prior <= _MOVED
-                if self._is_found_again(scan.stamp, match.pose, odometry) or not trusted:
+                doubtful = prior > _MOVED
+                if self._is_found_again(scan.stamp, match.pose, odometry) or doubtful:
                     self._correct(at_reference, covariance)
         return far
 

@@ -60,10 +60,15 @@ class RecoverySchedule:
         self._verify = inf
         self._usual: float | None = None
 
-    def disturb(self, stamp: float) -> None:
-        """State that odometry was disturbed before a stamp: the windows begin wider."""
+    def disturb(self, stamp: float, *, near: bool = False) -> None:
+        """State that the robot was disturbed before a stamp: the windows begin wider.
+
+        Args:
+            stamp: seconds.
+            near: it is surely near its last place, so that the windows begin again.
+        """
         self._disturbed_until = stamp + 2.0
-        self._stage = max(self._stage, 1)
+        self._stage = 1 if near else max(self._stage, 1)
 
     def verify(self, stamp: float) -> None:
         """Search the whole map soon, for rivals of a pose that was found near the old one."""

@@ -26,7 +26,8 @@ class TrustedPose:
     probable only after a push that odometry states. As odometry may take a lift for a push, every
     place keeps at least `lifted_share` of the probability that it has without the trusted pose.
     Without such a push, the pose only decides which of equally probable places is the estimate:
-    odometry by wheels alone notices no push.
+    odometry by wheels alone notices no push. If the scans show that something touched the robot,
+    it was pushed and not lifted: `carried_share` takes the place of `lifted_share`.
     """
 
     def __init__(self) -> None:
@@ -35,18 +36,25 @@ class TrustedPose:
     def forget(self) -> None:
         """Trust no pose."""
         self._pose: Pose2D | None = None
-        self._pushed = False
+        self._pushed = self._touched = False
 
     def trust(self, pose: Pose2D, odometry: Pose2D) -> None:
         """Trust a pose in the map frame, at a pose in the odom frame."""
         self._pose, self._odometry, self._driven = pose, odometry, 0.0
-        self._pushed = False
+        self._pushed = self._touched = False
 
-    def drive(self, distance: float, *, pushed: bool) -> None:
-        """Add a distance by odometry, metres, and whether odometry was disturbed on the way."""
+    def drive(self, distance: float, *, pushed: bool, touched: bool = False) -> None:
+        """Add a distance by odometry.
+
+        Args:
+            distance: metres.
+            pushed: whether odometry was disturbed on the way.
+            touched: whether something touched the robot on the way.
+        """
         if self._pose is not None:
             self._driven += distance
             self._pushed = self._pushed or pushed
+            self._touched = self._touched or touched
 
     def log_priors(
         self, poses: Sequence[Pose2D], odometry: Pose2D, parameters: LocaliserParameters
@@ -66,6 +74,8 @@ class TrustedPose:
         expected = self._pose.compose(odometry.relative_to(self._odometry))
         across = hypot(parameters.push_distance, _SLIP * self._driven)
         lifted = parameters.lifted_share if self._pushed else _UNNOTICED_SHARE
+        if self._touched:
+            lifted = parameters.carried_share
         found = []
         for pose in poses:
             away = expected.distance_to(pose) / across

@@ -1,0 +1,54 @@
+"""Touch: whether something that is not on the map touches the robot, seen by the lidar."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stack.localisation import kernels
+from stack.localisation.health import ScanEvaluator
+from stack.types import FloatArray, Footprint, Pose2D, Scan
+
+_LEAST_BEAMS = 2
+"""Beams that end at what touches the robot; one alone may be noise."""
+
+
+class TouchSense:
+    """Finds scans in which something unmapped is within a few centimetres of the footprint.
+
+    A person who bumps into the robot moves it, and wheels alone do not notice that. A robot that is
+    put elsewhere looks the same to them. But who pushes it touches it.
+
+    Args:
+        footprint: outline of the body, base frame.
+        evaluator: of the map.
+        distance: from the outline, metres, within which a return is a touch.
+    """
+
+    def __init__(self, footprint: Footprint, evaluator: ScanEvaluator, distance: float) -> None:
+        self._starts = footprint.points
+        self._edges = np.roll(footprint.points, -1, axis=0) - footprint.points
+        self._squares = np.einsum("ij,ij->i", self._edges, self._edges)
+        self._radius = footprint.circumscribed_radius
+        self._evaluator, self._distance = evaluator, distance
+
+    def touches(self, scan: Scan, pose: Pose2D) -> bool:
+        """Return whether a scan from a base pose in the map frame shows a touch."""
+        mount = scan.mount
+        reach = self._radius + self._distance + float(np.hypot(mount.x, mount.y))
+        beams = np.flatnonzero(scan.ranges < reach)
+        if beams.size < _LEAST_BEAMS:
+            return False
+        ranges, angles = scan.ranges[beams].astype(np.float64), scan.angles[beams]
+        ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+        beams = beams[self._distances(mount.transform(ends)) < self._distance]
+        if beams.size < _LEAST_BEAMS:
+            return False
+        kinds = self._evaluator.classify(pose, scan, beams)
+        return int(np.count_nonzero(kinds == kernels.SHORT)) >= _LEAST_BEAMS
+
+    def _distances(self, points: FloatArray) -> FloatArray:
+        """Return the distances (m,) of points (m, 2) from the outline, base frame, metres."""
+        offsets = points[:, None] - self._starts
+        shares = np.clip(np.einsum("mij,ij->mi", offsets, self._edges) / self._squares, 0.0, 1.0)
+        nearest: FloatArray = np.linalg.norm(offsets - shares[..., None] * self._edges, axis=2)
+        return nearest.min(axis=1)
