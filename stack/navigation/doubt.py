@@ -8,7 +8,7 @@ from math import inf
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import slower
 from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FailureCode, PoseEstimate, RivalPose, Twist
+from stack.types import STANDSTILL, FailureCode, PoseEstimate, RivalPose, Twist, wrap_angle
 
 
 class LocalisationMonitor:
@@ -105,6 +105,9 @@ class LocalisationMonitor:
 
 _FINE, _OBSCURED, _LOST = "none", "obscured", "lost"
 
+_TURNED = 0.5
+"""Radians; a rival that is turned by more is another place, however near."""
+
 _ROUNDING = 1e-9
 """Seconds; a time summed from periods has rounding errors."""
 
@@ -118,7 +121,7 @@ def step_in_doubt(
     Every motion is stepped by this function, whatever behaviour has started it.
     """
     if not executor.while_ambiguous and parameters.ambiguous_goals != "drive":
-        if rivals := state.estimate.rivals:
+        if rivals := other_places(executor, state.estimate, parameters):
             executor.task.fail(FailureCode.AMBIGUOUS, _ambiguity(rivals))
             return STANDSTILL
     free = not executor.follows_map and parameters.lost_motions == "drive"
@@ -139,6 +142,23 @@ def step_in_doubt(
         executor.task.fail(FailureCode.LOST, monitor.refusal(state.estimate))
     executor.task.report("standing: the scans do not fit the map", executor.task.distance_remaining)
     return STANDSTILL
+
+
+def other_places(
+    executor: MotionExecutor, estimate: PoseEstimate, parameters: NavigationParameters
+) -> list[RivalPose]:
+    """Return the rivals that a motion cannot tell apart on its way.
+
+    After a push along a corridor the pose may be a metre farther or not. Rivals that near are no
+    reason to end a drive that has a longer way before it.
+    """
+    pose = estimate.pose
+    near = min(parameters.ambiguous_distance, 0.5 * executor.way_left(pose))
+    return [
+        rival for rival in estimate.rivals
+        if rival.pose.distance_to(pose) >= near
+        or abs(wrap_angle(rival.pose.heading - pose.heading)) > _TURNED
+    ]  # fmt: skip
 
 
 def _ambiguity(rivals: Sequence[RivalPose]) -> str:

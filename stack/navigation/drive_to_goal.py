@@ -197,6 +197,10 @@ class GoalDrive(Drive):
                 f"({pose.x:.2f}, {pose.y:.2f}), {away}",
             )
 
+    def way_left(self, pose: Pose2D) -> float:
+        """Return the straight distance to the next goal."""
+        return pose.distance_to(self._goals[0])
+
     def _pass_goals(self, pose: Pose2D) -> None:
         """Remove the via goals that have been passed.
 

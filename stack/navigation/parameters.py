@@ -85,6 +85,11 @@ class NavigationParameters:
         help="what a goal does while other poses explain the scans as well: first drive to where "
         "they differ, fail with AMBIGUOUS, or ignore them",
     )  # fmt: skip
+    ambiguous_distance: float = parameter(
+        1.5, "m", at_least=0.0, at_most=10.0,
+        help="a drive goes on past another pose that is nearer than this, and than half of the way "
+        "to its goal: it is told apart on the way; 0: any other pose ends a drive",
+    )  # fmt: skip
     view_attempts: int = parameter(
         8, at_least=1, at_most=100,
         help="number of places to which the robot drives to tell such poses apart",

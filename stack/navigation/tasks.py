@@ -195,6 +195,10 @@ class MotionExecutor(Lifecycle, ABC):
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this control step; ends the task when it is done."""
 
+    def way_left(self, pose: Pose2D) -> float:
+        """Return the metres that are left at least, from a pose in the map frame; 0: unknown."""
+        return 0.0
+
     def pause(self, now: float) -> None:
         """Hold the motion, and its time limits."""
         self.timers.pause(now)

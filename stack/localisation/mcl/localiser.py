@@ -21,7 +21,7 @@ from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibrate
 from stack.localisation.health_model import HealthFeatures, health
-from stack.localisation.mcl.confidence import Confidence
+from stack.localisation.mcl.confidence import MANY_LONG, Confidence
 from stack.localisation.mcl.pose_search import PoseSearch, prior_of
 from stack.localisation.mcl.recovery import RecoverySchedule
 from stack.localisation.mcl.touch import TouchSense
@@ -230,7 +230,7 @@ class Localiser(Estimator):
         self._estimate = None
         if scan is None:
             return
-        touched = not self._scattered and self._touch.touches(scan, self._pose)
+        touched = not self._scattered and self._is_touched(scan)
         self._follow(scan, covariance, disturbed=disturbed, touched=touched)
         if self._scattered:
             self._start_anywhere(scan)
@@ -243,7 +243,8 @@ class Localiser(Estimator):
         if search is not None:
             confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
             disturbed = self._recovery.is_disturbed(scan.stamp)
-            prior = prior_of(view, confirmed=confirmed, disturbed=disturbed)
+            touched = self._recovery.is_touched(scan.stamp)
+            prior = prior_of(view, confirmed=confirmed, disturbed=disturbed, touched=touched)
             found = self._pose_search.run(
                 search, scan, view, self._moved, odometry, prior, low, self._trusted
             )
@@ -257,6 +258,8 @@ class Localiser(Estimator):
         settled = not self._recovery.is_disturbed(scan.stamp)
         if settled and self._confidence.trusts(view, scale, alone=alone):
             self._trusted.trust(self._pose, odometry)
+        else:
+            self._trusted.follow(self._pose, odometry, self.parameters)
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -400,8 +403,22 @@ class Localiser(Estimator):
         self._travelled = distance + 0.5 * turn
         self._trusted.drive(distance, pushed=disturbed, touched=touched)
         self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
-        if disturbed or touched:
-            self._recovery.disturb(scan.stamp, near=touched)
+        if disturbed:
+            self._recovery.disturb(scan.stamp)
+        if touched:
+            self._recovery.touch(scan.stamp)
+
+    def _is_touched(self, scan: Scan) -> bool:
+        """Return whether a scan shows that something touches the robot.
+
+        A first touch counts only at a pose that no beam contradicts: at a wrong pose, walls next to
+        the robot seem to be unmapped things.
+        """
+        if not self._touch.touches(scan, self._pose):
+            return False
+        if self._trusted.is_touched:
+            return True
+        return self._evaluator.view(self._pose, scan).long < MANY_LONG
 
     def _is_update_due(self) -> bool:
         p = self.parameters

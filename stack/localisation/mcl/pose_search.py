@@ -41,27 +41,30 @@ _FAR = 0.5
 """Metres from the estimate beyond which a match is to be verified on the whole map."""
 
 
-_UNCONFIRMED, _PUSHED, _MOVED, _UNMOVED = -0.5, -1.0, -6.0, -10.0
+_UNCONFIRMED, _PUSHED, _TOUCHED, _MOVED, _UNMOVED = -0.5, -1.0, -3.0, -6.0, -10.0
 """Log-weights of a pose that a search found, relative to the estimate: while the estimate itself
-came from a search and is not confirmed; after a push that odometry states; with scans that pass
-through mapped walls; and with scans that only meet unmapped things."""
+came from a search and is not confirmed; after a push that odometry states; after a touch; with
+scans that pass through mapped walls; and with scans that only meet unmapped things."""
 
 _SAME_MATCH, _SAME_TURN, _SECOND_LOOK = 0.05, 0.05, 2.0
 """Metres, radians, seconds; two searches within this time that agree confirm a small correction."""
 
 
-def prior_of(view: ScanView, *, confirmed: bool, disturbed: bool) -> float:
+def prior_of(view: ScanView, *, confirmed: bool, disturbed: bool, touched: bool) -> float:
     """Return the log-weight of a new pose relative to the estimate, before its evidence.
 
     Args:
         view: of the estimate.
         confirmed: whether the estimate is trusted.
         disturbed: whether odometry stated a disturbance.
+        touched: whether something touched the robot.
     """
     if not confirmed:
         return _UNCONFIRMED
     if disturbed:
         return _PUSHED
+    if touched and view.long >= MANY_LONG:
+        return _TOUCHED
     return _MOVED if view.long >= MANY_LONG else _UNMOVED
 
 
@@ -128,7 +131,7 @@ class PoseSearch:
                 added = self._add(at_reference, covariance, prior + place - near)
                 far = far or (added and match.pose.distance_to(here) > _FAR)
             elif seen.fit > view.fit + _BETTER_FIT:
-                doubtful = prior > _MOVED
+                doubtful = prior > _TOUCHED
                 if self._is_found_again(scan.stamp, match.pose, odometry) or doubtful:
                     self._correct(at_reference, covariance)
         return far

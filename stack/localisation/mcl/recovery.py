@@ -56,19 +56,22 @@ class RecoverySchedule:
         self._doubt: float | None = None
         self._fine: float | None = None
         self._stage = self._searches = 0
-        self._next = self._next_global = self._disturbed_until = -inf
+        self._next = self._next_global = self._disturbed_until = self._touched_until = -inf
         self._verify = inf
         self._usual: float | None = None
 
-    def disturb(self, stamp: float, *, near: bool = False) -> None:
-        """State that the robot was disturbed before a stamp: the windows begin wider.
-
-        Args:
-            stamp: seconds.
-            near: it is surely near its last place, so that the windows begin again.
-        """
+    def disturb(self, stamp: float) -> None:
+        """State that odometry was disturbed before a stamp: the windows begin wider."""
         self._disturbed_until = stamp + 2.0
-        self._stage = 1 if near else max(self._stage, 1)
+        self._stage = max(self._stage, 1)
+
+    def touch(self, stamp: float) -> None:
+        """State that something touched the robot: it is near its last place, if it moved at all.
+
+        The windows begin again, so that the whole map is searched only some time after.
+        """
+        self._touched_until = stamp + 2.0
+        self._stage = min(self._stage, 1)
 
     def verify(self, stamp: float) -> None:
         """Search the whole map soon, for rivals of a pose that was found near the old one."""
@@ -77,6 +80,10 @@ class RecoverySchedule:
     def is_disturbed(self, stamp: float) -> bool:
         """Return whether odometry was disturbed shortly before a stamp."""
         return stamp <= self._disturbed_until
+
+    def is_touched(self, stamp: float) -> bool:
+        """Return whether something touched the robot shortly before a stamp."""
+        return stamp <= self._touched_until
 
     @property
     def in_doubt(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp, hypot, log
+from math import exp, hypot, inf, log
 
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, wrap_angle
@@ -13,6 +13,17 @@ _SLIP = 0.1
 
 _UNNOTICED_SHARE = 0.99
 """`lifted_share` without a push that odometry states: only decides between equal places."""
+
+_TOUCHED_ANGLE = 0.3
+"""Radians; deviation of the rotation by who walks into the robot and stays there: a gyro measures
+it, and wheels on the floor allow little."""
+
+_TOUCH_COUNTS = 2.0
+"""Metres driven for which a touch counts, although the pose is trusted: in a corridor a push along
+it does not show until its end comes near."""
+
+_NEAR = 1.5
+"""Deviations of a push within which an estimate is the pushed pose."""
 
 _FARTHEST = 30.0
 """Square of the deviations from which on all places are as far away."""
@@ -36,12 +47,12 @@ class TrustedPose:
     def forget(self) -> None:
         """Trust no pose."""
         self._pose: Pose2D | None = None
-        self._pushed = self._touched = False
+        self._pushed, self._untouched = False, inf
 
     def trust(self, pose: Pose2D, odometry: Pose2D) -> None:
         """Trust a pose in the map frame, at a pose in the odom frame."""
         self._pose, self._odometry, self._driven = pose, odometry, 0.0
-        self._pushed = self._touched = False
+        self._pushed = False
 
     def drive(self, distance: float, *, pushed: bool, touched: bool = False) -> None:
         """Add a distance by odometry.
@@ -54,7 +65,44 @@ class TrustedPose:
         if self._pose is not None:
             self._driven += distance
             self._pushed = self._pushed or pushed
-            self._touched = self._touched or touched
+        self._untouched = 0.0 if touched else self._untouched + distance
+
+    def follow(
+        self, pose: Pose2D, odometry: Pose2D, parameters: LocaliserParameters
+    ) -> None:
+        """Continue from an estimate that is near the expected pose, if something touches the robot.
+
+        Who walks into a robot pushes it on and on: each of its places is near the one before.
+
+        Args:
+            pose: estimate, map frame.
+            odometry: at that pose, odom frame.
+            parameters: of the estimator.
+        """
+        if self._pose is None or not self.is_touched:
+            return
+        expected = self._expected(odometry)
+        turned = abs(wrap_angle(pose.heading - expected.heading))
+        if (
+            expected.distance_to(pose) < _NEAR * parameters.push_distance
+            and turned < _NEAR * self._angle(parameters)
+        ):
+            self._pose, self._odometry, self._driven = pose, odometry, 0.0
+
+    @property
+    def is_touched(self) -> bool:
+        """Whether something touched the robot not long ago."""
+        return self._untouched < _TOUCH_COUNTS
+
+    def _angle(self, parameters: LocaliserParameters) -> float:
+        """Return the standard deviation of the heading."""
+        angle = parameters.push_angle
+        return min(angle, _TOUCHED_ANGLE) if self.is_touched else angle
+
+    def _expected(self, odometry: Pose2D) -> Pose2D:
+        """Return the trusted pose, moved by odometry."""
+        assert self._pose is not None
+        return self._pose.compose(odometry.relative_to(self._odometry))
 
     def log_priors(
         self, poses: Sequence[Pose2D], odometry: Pose2D, parameters: LocaliserParameters
@@ -71,15 +119,15 @@ class TrustedPose:
         """
         if self._pose is None:
             return [0.0] * len(poses)
-        expected = self._pose.compose(odometry.relative_to(self._odometry))
+        expected, angle = self._expected(odometry), self._angle(parameters)
         across = hypot(parameters.push_distance, _SLIP * self._driven)
         lifted = parameters.lifted_share if self._pushed else _UNNOTICED_SHARE
-        if self._touched:
+        if self.is_touched:
             lifted = parameters.carried_share
         found = []
         for pose in poses:
             away = expected.distance_to(pose) / across
-            turned = wrap_angle(pose.heading - expected.heading) / parameters.push_angle
+            turned = wrap_angle(pose.heading - expected.heading) / angle
             near = exp(-0.5 * min(away * away + turned * turned, _FARTHEST))
             found.append(log(lifted + (1.0 - lifted) * near))
         return found

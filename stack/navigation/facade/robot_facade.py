@@ -12,6 +12,7 @@ from stack.components import Match
 from stack.errors import ParameterError
 from stack.mapping.exploration.frontiers import FrontierParameters
 from stack.navigation.disambiguation import Disambiguation
+from stack.navigation.doubt import other_places
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.facade.parts import FacadeParts
 from stack.navigation.facade.perception import PerceptionFacade
@@ -323,7 +324,7 @@ class RobotFacade(PerceptionFacade):
     def _unless_ambiguous(self, drive: GoalDrive) -> MotionExecutor:
         """Return a drive to a goal, preceded by disambiguation while there are rivals."""
         before = self._navigation.parameters.ambiguous_goals == "disambiguate"
-        if before and self.estimate.ambiguous:
+        if before and other_places(drive, self.estimate, self._navigation.parameters):
             return self._disambiguation(drive.task, drive)
         return drive
 
