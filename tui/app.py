@@ -129,7 +129,9 @@ class Dashboard(TerminalApp):
         return ended or (snapshot is not None and snapshot.state.is_over)
 
     def _refresh_in_turn(self) -> None:
-        """Refresh, less often while nothing happens."""
+        """Refresh, less often while nothing happens; not while the panes are being taken down."""
+        if not self._panes.query(MapPane):
+            return
         if self._interrupted():
             self.exit("interrupt")
         elif self.terminal_is_gone:

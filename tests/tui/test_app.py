@@ -475,6 +475,14 @@ async def test_every_size_works_and_the_map_keeps_thirty_columns(source, size):
         assert pilot.app.query_one("#charts").display == (size[0] >= 116)
 
 
+async def test_a_refresh_while_the_panes_are_taken_down_does_nothing(source):
+    """The timer of a live dashboard may go off after the panes are gone."""
+    async with Dashboard(source, live=False).run_test(size=(80, 24)) as pilot:
+        await pilot.app.screen.remove_children()
+        pilot.app._refresh_in_turn()
+        assert pilot.app.is_running
+
+
 async def test_a_live_dashboard_refreshes_by_itself(source):
     async with Dashboard(source).run_test(size=(80, 24)) as pilot:
         refresh(pilot)

@@ -50,5 +50,6 @@ class TouchSense:
         """Return the distances (m,) of points (m, 2) from the outline, base frame, metres."""
         offsets = points[:, None] - self._starts
         shares = np.clip(np.einsum("mij,ij->mi", offsets, self._edges) / self._squares, 0.0, 1.0)
-        nearest: FloatArray = np.linalg.norm(offsets - shares[..., None] * self._edges, axis=2)
-        return nearest.min(axis=1)
+        away = np.linalg.norm(offsets - shares[..., None] * self._edges, axis=2)
+        nearest: FloatArray = away.min(axis=1)
+        return nearest

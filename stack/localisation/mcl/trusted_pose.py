@@ -67,9 +67,7 @@ class TrustedPose:
             self._pushed = self._pushed or pushed
         self._untouched = 0.0 if touched else self._untouched + distance
 
-    def follow(
-        self, pose: Pose2D, odometry: Pose2D, parameters: LocaliserParameters
-    ) -> None:
+    def follow(self, pose: Pose2D, odometry: Pose2D, parameters: LocaliserParameters) -> None:
         """Continue from an estimate that is near the expected pose, if something touches the robot.
 
         Who walks into a robot pushes it on and on: each of its places is near the one before.
@@ -83,10 +81,9 @@ class TrustedPose:
             return
         expected = self._expected(odometry)
         turned = abs(wrap_angle(pose.heading - expected.heading))
-        if (
-            expected.distance_to(pose) < _NEAR * parameters.push_distance
-            and turned < _NEAR * self._angle(parameters)
-        ):
+        if expected.distance_to(
+            pose
+        ) < _NEAR * parameters.push_distance and turned < _NEAR * self._angle(parameters):
             self._pose, self._odometry, self._driven = pose, odometry, 0.0
 
     @property

@@ -12,13 +12,14 @@ from stack.types import Pose2D, PoseEstimate, RivalPose, TaskStatus, View
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
-RIVAL = RivalPose(Pose2D(20.0, 3.0), 0.4)
+RIVAL = Pose2D(20.0, 3.0)
 
 
 class Rig:
     """A navigator in a room of 8 m x 6 m; the rival goes once the robot is past `resolved_at`."""
 
-    def __init__(self, views, resolved_at=np.inf):
+    def __init__(self, views, resolved_at=np.inf, rival=RIVAL):
+        self.rival = rival
         self.world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
         self.toy = ToyDrive(self.world)
         self.navigator = self.toy.navigator
@@ -28,7 +29,7 @@ class Rig:
     @property
     def estimate(self):
         self.resolved |= self.world.pose.x >= self.resolved_at
-        rivals = () if self.resolved else (RIVAL,)
+        rivals = () if self.resolved else (RivalPose(self.rival, 0.4),)
         return PoseEstimate(
             self.world.pose, np.eye(3) * 1e-4, self.health, jumps=self.jumps, rivals=rivals
         )
@@ -141,6 +142,30 @@ def test_a_goal_is_refused_while_rivals_survive(make):
     assert rig.run(task) is TaskStatus.FAILED
     assert task.failure.code == "AMBIGUOUS"
     assert rig.world.pose.x == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("rival", "goes_on"),
+    [
+        (Pose2D(2.4, 3.0, 0.0), True),  # 1.4 m ahead, nearer than 1.5 m and than half of 5 m
+        (Pose2D(2.6, 3.0, 0.0), False),  # 1.6 m ahead
+        (Pose2D(1.2, 3.0, 0.6), False),  # turned by more than 0.5 rad
+    ],
+)
+def test_a_near_rival_is_told_apart_on_the_way(make, rival, goes_on):
+    rig = make([], resolved_at=1.6, rival=rival)
+    task = rig.navigator.navigate_to(Pose2D(6.0, 3.0))
+    assert (rig.run(task) is TaskStatus.SUCCEEDED) is goes_on
+    assert goes_on or task.failure.code == "AMBIGUOUS"
+
+
+def test_a_near_rival_that_stays_ends_the_drive_before_the_goal(make):
+    """It is 1.4 m from the start, where the way is 5 m; at half of its distance from it, 0.7 m."""
+    rig = make([], rival=Pose2D(2.4, 3.0, 0.0))
+    task = rig.navigator.navigate_to(Pose2D(6.0, 3.0))
+    assert rig.run(task) is TaskStatus.FAILED
+    assert task.failure.code == "AMBIGUOUS"
+    assert rig.world.pose.x > 2.4
 
 
 def test_the_robot_may_drive_in_spite_of_rivals(make):
