@@ -45,6 +45,10 @@ RETRY = 0.5
 """Seconds until three motions are tried again after nothing was found: the search takes most of a
 step (up to 40 ms), and little changes while the robot stands."""
 
+HELD, HELD_SHARE = 0.5, 0.2
+"""A robot is held when it drives for so many seconds at less than this share of the commanded
+speed."""
+
 
 @dataclass(frozen=True, slots=True)
 class ArcPrimitive:
@@ -139,12 +143,14 @@ class Manoeuvres:
         self._found_nothing: tuple[PathSegment, float] | None = None
 
     def ahead(self, state: ControlState, segment: PathSegment) -> ArcPrimitive | None:
-        """The clear arc ahead that ends nearest to the path."""
-        ways, _ = self._ahead(state, _row(state.pose))
+        """The clear arc ahead that ends nearest to the path, if it leads on at all."""
+        here = _row(state.pose)
+        ways, ends = self._ahead(state, here)
+        better = _path_errors(ends[0], segment) < _path_errors(here, segment)
         arcs = [
             ArcPrimitive.of(state.pose, _twist(twist), float(way))
-            for twist, way in zip(self._arcs, ways[0], strict=True)
-            if way >= SHORTEST
+            for twist, way, leads_on in zip(self._arcs, ways[0], better, strict=True)
+            if way >= SHORTEST and leads_on
         ]
         return min(arcs, key=lambda arc: _end_error(arc, segment), default=None)
 
@@ -173,10 +179,10 @@ class Manoeuvres:
         chosen = 0 if least[0] <= least[1] else 1
         return self._motions(state.pose, (pairs, threes)[chosen], better[chosen])
 
-    def is_clear(self, state: ControlState, arc: ArcPrimitive) -> bool:
-        """Whether the rest of an arc is clear."""
-        left = arc.left(state.pose)
-        return left <= 0.0 or self._swept.arc(state.costs, state.pose, arc.twist, left)[0] == inf
+    def room(self, state: ControlState, arc: ArcPrimitive) -> float:
+        """Metres or radians that are clear on the rest of an arc, at most what is left of it."""
+        left = max(0.0, arc.left(state.pose))
+        return min(left, self._swept.arc(state.costs, state.pose, arc.twist, left)[0])
 
     def _begin(self, state: ControlState, begun: _Begun) -> _Begun:
         """Every first motion after others, if clear; a turn after a turn would be one turn."""
@@ -217,6 +223,33 @@ class Manoeuvres:
             motions.append(ArcPrimitive.of(pose, _twist(twist), float(span)))
             pose = motions[-1].end
         return tuple(motions)
+
+
+class HoldDetector:
+    """Tells that something holds the robot: usually the safety stage, before an obstacle.
+
+    Args:
+        period: seconds between two steps.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._most, self._steps = round(HELD / period), 0
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the robot has hardly followed its commands for a while."""
+        return self._steps >= self._most
+
+    def reset(self) -> None:
+        """Begin again, for another motion."""
+        self._steps = 0
+
+    def update(self, commanded: Twist, measured: Twist) -> None:
+        """Compare the last command of a step with the velocity after it."""
+        wanted, speed = commanded.linear, measured.linear
+        if not wanted:
+            wanted, speed = commanded.angular, measured.angular
+        self._steps = self._steps + 1 if abs(speed) < HELD_SHARE * abs(wanted) else 0
 
 
 def _row(pose: Pose2D) -> FloatArray:

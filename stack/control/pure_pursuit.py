@@ -21,7 +21,7 @@ import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.components import Controller, ControlState, StopCriterion
-from stack.control.manoeuvre import ArcPrimitive, Manoeuvres
+from stack.control.manoeuvre import ArcPrimitive, HoldDetector, Manoeuvres
 from stack.control.parameters import FollowingParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
@@ -86,7 +86,7 @@ class PurePursuitParameters(FollowingParameters):
         help="omnidirectional robots only: heading along the path, or the goal's heading",
     )  # fmt: skip
     padding: float = parameter(
-        0.02, "m", at_least=0.0, at_most=0.5, help="distance kept free around the footprint"
+        0.015, "m", at_least=0.0, at_most=0.5, help="distance kept free around the footprint"
     )
 
 
@@ -140,6 +140,7 @@ class PurePursuit(Controller):
         self._primitives: tuple[ArcPrimitive, ...] = ()
         self._segment: PathSegment | None = None
         self._turning = False
+        self._hold = HoldDetector(period)
         self._last = STANDSTILL
         self._state: ControlState | None = None
         self._left_at: float | None = None
@@ -192,6 +193,7 @@ class PurePursuit(Controller):
         self._swept.seen = None if state.points is None else state.pose.transform(state.points)
         if segment is None:
             return STANDSTILL
+        self._hold.update(self._last, state.twist)
         self._last = self._ramp.rebased(self._last, state.twist)
         if state.at_goal:
             chosen = self._turn(state, wrap(segment.path.goal.heading - state.pose.heading))
@@ -237,28 +239,35 @@ class PurePursuit(Controller):
 
     def _continue_manoeuvre(self, state: ControlState) -> Twist | None:
         """The next command of the current manoeuvre; None when there is none."""
-        while self._primitives and self._primitives[0].left(state.pose) <= PRIMITIVE_DONE:
+        while self._primitives:
+            room = self._manoeuvres.room(state, self._primitives[0])
+            if room > PRIMITIVE_DONE and not self._hold.is_held:
+                return self._primitive_twist(state, self._primitives[0], room)
             self._primitives = self._primitives[1:]
-        if self._primitives and not self._manoeuvres.is_clear(state, self._primitives[0]):
-            self._primitives = ()
-        return self._primitive_twist(state, self._primitives[0]) if self._primitives else None
+            self._hold.reset()
+        return None
 
     def _return_to_path(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """A manoeuvre onto the path, for when the path is clear but no arc to it is."""
         if self._is_blocked(segment, state):
             return None
         ahead = self._manoeuvres.ahead(state, segment)
-        if ahead is not None:
-            return self._primitive_twist(state, ahead)
+        if ahead is not None and not self._hold.is_held:
+            return self._primitive_twist(state, ahead, ahead.span)
         self._primitives = self._manoeuvres.around(state, segment)
+        self._hold.reset()
         return self._continue_manoeuvre(state)
 
-    def _primitive_twist(self, state: ControlState, primitive: ArcPrimitive) -> Twist | None:
+    def _primitive_twist(
+        self, state: ControlState, primitive: ArcPrimitive, room: float
+    ) -> Twist | None:
+        """Drive a motion as far as there is room, metres or radians."""
         p = self.parameters
         if not primitive.twist.linear:
-            return self._turn(state, wrap(primitive.end.heading - state.pose.heading))
-        left = primitive.left(state.pose)
-        speed = max(p.creep_speed, min(p.min_speed, left / p.time_to_collision))
+            return self._turn(state, primitive.twist.angular * room)
+        brake = p.brake_share * self._limits.linear_deceleration
+        stopping = stopping_speed(room - PRIMITIVE_DONE, brake, p.response_time + self._period)
+        speed = max(p.creep_speed, min(p.min_speed, stopping))
         if primitive.twist.angular:
             speed = min(speed, 0.5 * self._limits.angular_speed / abs(primitive.twist.angular))
         speed *= primitive.twist.linear

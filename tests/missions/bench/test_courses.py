@@ -98,6 +98,17 @@ def test_a_robot_of_default_settings_gets_through(course, robot, tmp_path):
     assert line.split()[:4] == [*run.setup.split(), course, "1/1"]
 
 
+@pytest.mark.slow
+def test_a_corner_is_passed_in_several_motions(tmp_path):
+    """The robot used to stand in these trials: it did not finish the motions that it had planned,
+    and safety held it before the end of one. 3 cm are free on each side at best."""
+    options = CourseOptions(tmp_path / "worlds", ("corner",), ("jackal",), trials=21)
+    entries = [course_entries(options)[trial] for trial in (8, 11, 20)]
+    runs = fill_table(entries, TableOptions(tmp_path), print)
+    assert [(run.status, run.cause) for run in runs] == [("success", "")] * 3
+    assert min(run.clearance for run in runs) > 0.01
+
+
 def test_results_of_other_worlds_are_not_mixed_in(tmp_path):
     options = CourseOptions(tmp_path / "worlds", ("door",), ("scout",), trials=2)
     first, second = course_entries(options)

@@ -89,7 +89,8 @@ def test_a_little_askew_it_swings_along_the_wall():
     found, now = askew(-0.5, 0.05)
     leg = found.ahead(now, AHEAD)
     assert leg is not None and leg.twist.angular > 0.0
-    assert abs(leg.end.heading) < 0.1 and found.is_clear(now, leg)
+    assert abs(leg.end.heading) < 0.1
+    assert found.room(now, leg) == pytest.approx(leg.left(now.pose))
 
 
 def test_a_lot_askew_it_turns_first():
@@ -99,7 +100,32 @@ def test_a_lot_askew_it_turns_first():
     assert first.twist == Twist(angular=1.0) and first.span == pytest.approx(1.0)
     assert then.twist.linear == 1.0
     assert then.end.distance_to(Pose2D(3.6, 3.0)) < 0.03 and abs(then.end.heading) < 0.1
-    assert found.is_clear(now, first)
+    assert found.room(now, first) == pytest.approx(first.span)
+
+
+def test_it_does_not_drive_on_where_all_arcs_lead_away_from_the_path():
+    """On the path, 1.2 rad askew to the left, a wall beside the right side: straight on is clear,
+    but 0.3 m of it gain 0.11 m along the path and lose 0.28 m beside it."""
+    costs, _ = lane(3.0)
+    pose = Pose2D(3.3, 3.0, 1.2)
+    beside = np.array([(x, -0.225) for x in np.arange(-0.6, 0.9, 0.01)])
+    found, now = manoeuvres(points=beside, pose=pose), state(costs, pose, beside)
+    straight = ArcPrimitive.of(pose, Twist(1.0), REACH)
+    assert found.room(now, straight) == pytest.approx(REACH)
+    assert found.ahead(now, AHEAD) is None
+
+
+def test_there_is_room_up_to_the_padding():
+    """The nose is 0.25 m before the base, a wall 0.4 m: 0.13 m are clear of 2 cm."""
+    costs, _ = lane(3.0)
+    pose = Pose2D(3.3, 3.0)
+    wall = np.array([(0.4, y) for y in np.arange(-0.3, 0.31, 0.01)])
+    found, now = manoeuvres(points=wall, pose=pose), state(costs, pose, wall)
+    arc = ArcPrimitive.of(pose, Twist(1.0), 0.25)
+    assert found.room(now, arc) == pytest.approx(0.13, abs=0.005)
+    open_ = manoeuvres()
+    assert open_.room(state(costs, Pose2D(3.5, 3.0)), arc) == pytest.approx(0.05)
+    assert open_.room(state(costs, Pose2D(3.6, 3.0)), arc) == 0.0
 
 
 @pytest.mark.parametrize(("nose", "motions"), [(0.3, 2), (0.28, 3)])
@@ -170,3 +196,62 @@ def test_a_search_for_three_motions_without_result_rests_for_half_a_second(monke
         assert found.around(now, AHEAD) == ()
     long = [step for step in checked if step > 1000]
     assert len(long) == 3, "at 0, 0.5 and 1 s"
+
+
+class Manoeuvring:
+    """Pure pursuit in the middle of a manoeuvre: 0.25 m ahead, then 0.4 m back."""
+
+    def __init__(self, points):
+        self.driver = Driver(PurePursuit, PurePursuitParameters(), robot(), 0.05)
+        self.driver.set_path(polyline((3, 3), (5, 3)))
+        self.costs, self.points, self.time = lane(3.0)[0], points, 0.0
+        ahead = ArcPrimitive.of(Pose2D(3.3, 3.0), Twist(1.0), 0.25)
+        self.motions = ahead, ArcPrimitive.of(ahead.end, Twist(-1.0), 0.4)
+        self.driver.controller._primitives = self.motions
+
+    def command(self, pose, twist=STANDSTILL):
+        self.time += 0.05
+        seen = pose.inverse().transform(self.points)
+        return self.driver.command(ControlState(self.time, pose, twist, self.costs, points=seen))
+
+    @property
+    def left(self):
+        return self.driver.controller._primitives
+
+
+@pytest.mark.parametrize(
+    ("wall", "x", "left"), [(4.5, 3.34, 2), (3.7, 3.34, 2), (3.7, 3.42, 1), (4.5, 3.54, 1)]
+)
+def test_a_motion_is_driven_as_far_as_there_is_room_and_the_next_one_follows(wall, x, left):
+    """A wall at 3.7 m leaves 3.7 - 0.25 - 0.015 m for the base: 3.435 instead of 3.55 m. The rest
+    of the manoeuvre was planned from about there and is still what leads on."""
+    points = np.array([(wall, y) for y in np.arange(2.7, 3.3, 0.01)])
+    manoeuvring = Manoeuvring(points)
+    twist = manoeuvring.command(Pose2D(x, 3.0))
+    assert manoeuvring.left == manoeuvring.motions[-left:]
+    assert (twist.linear > 0.0) == (left == 2)
+
+
+@pytest.mark.parametrize(("share", "ends"), [(0.0, True), (0.1, True), (0.5, False)])
+def test_a_motion_that_something_else_holds_ends_after_half_a_second(share, ends):
+    """The safety stage keeps more distance than the plan. A robot that it holds, or lets creep at a
+    tenth of the commanded speed, goes on with the next motion; one at half of it does not."""
+    manoeuvring = Manoeuvring(np.array([[4.5, 3.0]]))
+    measured = STANDSTILL
+    for _ in range(10):
+        twist = manoeuvring.command(Pose2D(3.3, 3.0), measured)
+        assert manoeuvring.left == manoeuvring.motions
+        measured = Twist(share * twist.linear)
+    for _ in range(5):
+        twist = manoeuvring.command(Pose2D(3.3, 3.0), measured)
+        measured = Twist(share * twist.linear)
+    assert manoeuvring.left == manoeuvring.motions[ends:]
+    assert (twist.linear < 0.0) == ends
+
+
+def test_motions_are_driven_at_an_even_pace_almost_to_their_end():
+    """From 0.15 m/s the robot stops within 4 cm; it does not slow down 15 cm before the end."""
+    manoeuvring = Manoeuvring(np.array([[4.5, 3.0]]))
+    for x in (3.3, 3.3, 3.3, 3.35, 3.4, 3.45):
+        twist = manoeuvring.command(Pose2D(x, 3.0), Twist(0.15))
+    assert twist.linear == pytest.approx(0.15)
