@@ -13,6 +13,7 @@ from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
 from stack.navigation.navigator import Navigator
+from stack.perception import smoothing
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
 
@@ -77,7 +78,7 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     found: dict[str, KernelTypes] = {
         "sensors": () if replayed else _sensor_kernels(plan),
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
-        "perception": memory,
+        "perception": (*smoothing.kernels(plan.robot), *memory),
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": (*Navigator.kernels(), *Evasion.kernels()),
     }
