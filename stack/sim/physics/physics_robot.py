@@ -192,7 +192,8 @@ class PhysicsRobot:
         com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
         velocity, spin = self._bullet.getBaseVelocity(self.robot, physicsClientId=self.client)
         origin, turn = self._bullet.multiplyTransforms(*com, *self._from_inertial)
-        rx, ry, rz = (origin[n] - com[0][n] for n in range(3))
+        (x, y, z), centre = origin, com[0]
+        rx, ry, rz = x - centre[0], y - centre[1], z - centre[2]
         base_velocity = (
             velocity[0] + spin[1] * rz - spin[2] * ry,
             velocity[1] + spin[2] * rx - spin[0] * rz,

@@ -186,7 +186,7 @@ class SensedScene:
         closed = [lines for name, lines in self._doors.items() if scene.doors[name]]
         robots = [robot.edges() for robot in scene.robots if robot.height > self._height]
         circles = self._circles
-        if self._sees_people:
+        if self._sees_people and len(scene.people):
             circles = np.concatenate([circles, scene.people])
         if not closed and not robots:
             return self._segments, circles
