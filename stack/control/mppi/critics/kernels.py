@@ -105,23 +105,27 @@ def near_obstacles(
         reach = max(reach, np.float32(offset) + discs[i, 2])
     far = reach + max(wanted, doubt) + diagonal
     share = ONE / np.float32(HIGHEST_PASSABLE)
+    prices = np.zeros(256, np.float32)
+    for value in range(LETHAL + 1):
+        prices[value] = share * np.float32(min(value, HIGHEST_PASSABLE))
+    all_cells, all_distances = cells.ravel(), distance.ravel()
+    width, below = np.int32(columns), np.empty(batch, np.int32)
     for b in range(batch):
         cost[b], repulsion[b], hits[b] = ZERO, ZERO, steps
     for t in range(steps):
+        xs, ys = poses[0, t], poses[1, t]
+        for b in range(batch):  # the cell below each rollout; without branches it is vectorised
+            across, along = (xs[b] - left) * per_metre, (ys[b] - bottom) * per_metre
+            inside = (across >= ZERO) & (across < columns) & (along >= ZERO) & (along < rows)
+            below[b] = np.int32(along) * width + np.int32(across) if inside else np.int32(-1)
         for b in range(batch):
-            if hits[b] < steps:
+            cell = below[b]
+            if cell < 0 or hits[b] < steps:
                 continue
-            x, y = poses[0, t, b], poses[1, t, b]
-            across, along = (x - left) * per_metre, (y - bottom) * per_metre
-            if not (ZERO <= across < columns and ZERO <= along < rows):
+            cost[b] += prices[all_cells[cell]]
+            if all_distances[cell] > far:
                 continue
-            row, column = int(along), int(across)
-            value = cells[row, column]
-            if value <= LETHAL:
-                cost[b] += share * np.float32(min(value, HIGHEST_PASSABLE))
-            if distance[row, column] > far:
-                continue
-            c, s = poses[3, t, b], poses[4, t, b]
+            x, y, c, s = xs[b], ys[b], poses[3, t, b], poses[4, t, b]
             clearance = FAR
             for i in range(discs.shape[0]):
                 px = (x + c * discs[i, 0] - s * discs[i, 1] - left) * per_metre
