@@ -111,7 +111,7 @@ class PeopleMeasures:
         if not len(people) or (before is not None and time <= before.time):
             return
         gaps = self._gaps(pose, people)
-        nearest = int(np.argmin(gaps))
+        nearest = int(gaps.argmin())
         gap = float(gaps[nearest])
         self.least_distance = min(self.least_distance, max(0.0, gap))
         self._hold(now, gap)
@@ -162,7 +162,7 @@ class PeopleMeasures:
         away = np.hypot(x, y) - people[:, 2]
         c, s = cos(pose.heading), sin(pose.heading)
         gaps: FloatArray = away - self._radius
-        for n in np.flatnonzero(gaps < PERSONAL):
+        for n in (gaps < PERSONAL).nonzero()[0]:
             there = c * x[n] + s * y[n], c * y[n] - s * x[n]
             gaps[n] = signed_distance(self._corners, *there) - people[n, 2]
         return gaps

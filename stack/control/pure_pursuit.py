@@ -358,7 +358,7 @@ class PurePursuit(Controller):
         reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
         reach = min(reach + p.clearance, segment.remaining + p.stop_distance)
         free, cost = self._swept.arc(state.costs, state.pose, arc.twist(1.0), reach)
-        return replace(arc, free=free, cost=cost)
+        return _Arc(arc.curvature, arc.bearing, free, cost, arc.sideways)
 
     def _cruise(self) -> float:
         return min(self.parameters.cruise_speed, self._limits.linear_speed)

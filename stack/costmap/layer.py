@@ -246,8 +246,8 @@ def is_some(box: Box) -> bool:
 def joined(boxes: Iterable[Box]) -> Box:
     """The smallest box that contains all boxes."""
     some = [box for box in boxes if is_some(box)]
-    if not some:
-        return NO_BOX
+    if len(some) < 2:
+        return some[0] if some else NO_BOX
     tops, bottoms, lefts, rights = zip(*some, strict=True)
     return min(tops), max(bottoms), min(lefts), max(rights)
 
@@ -326,6 +326,5 @@ def sampled(grid: OccupancyGrid, frame: Frame, box: Box, outside: int) -> NDArra
 
 def _within(indices: NDArray[np.int64], size: int) -> tuple[slice, NDArray[np.int64]]:
     """Return the slice of ascending indices that are in [0, size), and these indices."""
-    first, last = np.searchsorted(indices, [0, size])
-    on = slice(int(first), int(last))
+    on = slice(int(indices.searchsorted(0)), int(indices.searchsorted(size)))
     return on, indices[on]
