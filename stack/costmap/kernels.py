@@ -303,61 +303,43 @@ def _count_rows(gaps, cells, limit):
 
 
 @njit(cache=True, nogil=True)
-def _lower_envelope(heights, limit, outer_left, left, right, sites, squares, starts):
-    """Lower envelope of the parabolas height² + (x - column)² of one row, for left <= x < right.
-
-    Writes the column, the squared height and the first x of each part of the envelope; returns the
-    number of parts. The parabolas of two columns a < b are equal at
-    x = (b² + h_b² - a² - h_a²) / 2 (b - a); beyond it, rounded down, b is below a. Columns without
-    a lethal cell (height > limit) have no parabola. All numbers are whole, so the result is exact.
-    """
-    count = 0
-    for index in range(heights.size):
-        height = heights[index]
-        if height > limit:
-            continue
-        column, square, start = outer_left + index, height * height, left
-        while count > 0:
-            first, site = starts[count - 1], sites[count - 1]
-            away, near = column - first, first - site
-            if square + away * away >= squares[count - 1] + near * near:
-                rise = square + column * column - squares[count - 1] - site * site
-                # most sites are neighbours, and a shift is cheaper than a division
-                start = (rise >> 1 if column - site == 1 else rise // (2 * (column - site))) + 1
-                break
-            count -= 1
-        if start < right:
-            sites[count], squares[count], starts[count] = column, square, start
-            count += 1
-    return count
-
-
-@njit(cache=True, nogil=True)
 def inflate(cells, base, costs, limit, top, bottom, left, right):
     """Inflate a box: costs from the exact Euclidean distance to the nearest lethal cell.
 
     The distance transform is separable (Felzenszwalb and Huttenlocher 2012) and bounded by `limit`
-    cells. Squared distances are whole numbers and index `costs`, shape (limit² + 1,).
+    cells: the squared distance of a cell is the least sum of squares of the columns to a lethal
+    cell and the rows to it. All columns within the limit are compared, for all cells of a row at
+    once; up to a limit of 100 cells this is faster than the lower envelope of parabolas. Squared
+    distances are whole numbers and index `costs`, shape (limit² + 1,).
     """
     outer_left, outer_right = max(left - limit, 0), min(right + limit, base.shape[1])
     heights = _rows_to_lethal(base, limit, top, bottom, outer_left, outer_right)
-    widths = np.array([int(np.sqrt(limit * limit - up * up)) for up in range(limit + 1)])
-    sites, squares, starts = np.empty((3, outer_right - outer_left), np.int64)
+    width, far = right - left, np.int32(limit * limit + 1)
+    prices = np.zeros(costs.size + 1, np.uint8)  # nothing at the distance `far`
+    prices[: costs.size] = costs
+    nearest = np.empty(width, np.int32)
+    squares = np.full(width + 2 * limit, far, np.int32)  # of the heights; `far` off the grid
+    first = outer_left - left + limit
+    known, below = squares[first : first + outer_right - outer_left], squares[limit:][:width]
     for row in range(top, bottom):
-        source, target, high = base[row], cells[row], heights[row - top]
-        target[left:right] = source[left:right]
-        count = _lower_envelope(high, limit, outer_left, left, right, sites, squares, starts)
-        for part in range(count):
-            site, square = sites[part], squares[part]
-            first, end = starts[part], starts[part + 1] if part + 1 < count else right
-            if first != site or end - first > 1:  # along a wall each part is its own column
-                width = widths[high[site - outer_left]]
-                first, end = max(first, site - width), min(end, site + width + 1)
-            for column in range(first, end):
-                value = source[column]
-                cost = costs[square + (column - site) * (column - site)]
-                if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
-                    target[column] = cost
+        source, target, high = base[row, left:right], cells[row, left:right], heights[row - top]
+        target[:] = source
+        least = np.int32(limit + 1)
+        for column in range(known.size):
+            known[column] = min(high[column] * high[column], far)
+            least = min(least, high[column])
+        if least > limit:
+            continue
+        nearest[:] = below
+        for away in range(1, int(np.sqrt(limit * limit - least * least)) + 1):
+            before, after = squares[limit - away :][:width], squares[limit + away :][:width]
+            for column in range(width):  # in 32 bits: this way it is vectorised
+                beside = np.int32(min(before[column], after[column]) + np.int32(away * away))
+                nearest[column] = min(nearest[column], beside)
+        for column in range(width):
+            value, cost = source[column], prices[min(nearest[column], far)]
+            if cost > value or (value == UNKNOWN and cost >= INSCRIBED):
+                target[column] = cost
 
 
 INFLATION = (
