@@ -7,6 +7,7 @@ from time import perf_counter
 from typing import Any
 
 from missions.execution.component_choices import DEFAULTS
+from missions.execution.people_measures import PeopleMeasures
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
@@ -91,12 +92,13 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:
-    """Return the kernels of the simulated lidars, sonars and people."""
+    """Return the kernels of the simulated lidars, sonars and people, and of measures of these."""
     from stack.sim.people import People
     from stack.sim.sensors.lidar import Lidar
     from stack.sim.sensors.sonar import Sonar
 
     lidars = (Lidar.kernels(lidar, plan.world) for lidar in plan.robot.real_lidars.values())
     sonars = Sonar.kernels() if plan.robot.sonars else ()
-    walkers = People.kernels(plan.world)
+    measures = PeopleMeasures.kernels() if plan.world.people else ()
+    walkers = (*People.kernels(plan.world), *measures)
     return (*(kernel for kernels in lidars for kernel in kernels), *sonars, *walkers)
