@@ -113,7 +113,8 @@ class Lidar:
         """Return (beams, 2) positions of the sensor and (beams,) increasing beam directions."""
         mount, stamps = self._description.mount, time + self._times
         rows = np.array([(t, pose.x, pose.y, pose.heading) for t, pose in trail])
-        if np.ptp(rows[:, 3]) > pi:
+        headings = [pose.heading for _, pose in trail]
+        if max(headings) - min(headings) > pi:
             rows[:, 3] = np.unwrap(rows[:, 3])
         x, y, heading = (np.interp(stamps, rows[:, 0], column) for column in rows[:, 1:].T)
         c, s = np.cos(heading), np.sin(heading)

@@ -72,7 +72,8 @@ class Odometry:
         before, self._ticks = self._ticks, ticks
         if before is None:
             return
-        self._steering = [floor(a / tick) * tick for a in encoders.steering]
+        if encoders.steering:
+            self._steering = [floor(a / tick) * tick for a in encoders.steering]
         rolled = [
             (now - then) * metres
             for now, then, metres in zip(ticks, before, self._metres_per_tick, strict=True)
