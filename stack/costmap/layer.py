@@ -245,11 +245,16 @@ def is_some(box: Box) -> bool:
 
 def joined(boxes: Iterable[Box]) -> Box:
     """The smallest box that contains all boxes."""
-    some = [box for box in boxes if is_some(box)]
-    if len(some) < 2:
-        return some[0] if some else NO_BOX
-    tops, bottoms, lefts, rights = zip(*some, strict=True)
-    return min(tops), max(bottoms), min(lefts), max(rights)
+    whole = NO_BOX
+    for box in boxes:
+        if not is_some(box):
+            continue
+        if whole is NO_BOX:
+            whole = box
+            continue
+        (top, bottom, left, right), (low, high, first, last) = whole, box
+        whole = min(top, low), max(bottom, high), min(left, first), max(right, last)
+    return whole
 
 
 def moved(box: Box, shape: tuple[int, int], shift: tuple[int, int]) -> Box:

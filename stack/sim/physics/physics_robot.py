@@ -167,8 +167,9 @@ class PhysicsRobot:
 
     def truth(self) -> GroundTruth:
         """Return pose and velocity of the base frame in the plane."""
-        (x, y, _), r, (vx, vy, _), (_, _, spin) = self.base_state()
+        state = self.base_state()
         if self._truth is None:
+            (x, y, _), r, (vx, vy, _), (_, _, spin) = state
             forward = hypot(r[0], r[3])
             c, s = r[0] / forward, r[3] / forward
             twist = Twist(c * vx + s * vy, spin, c * vy - s * vx)
