@@ -186,8 +186,14 @@ def near_moving(
         for t in range(steps):
             time = seconds * np.float32(t + 1)
             x, y = moving[k, 0] + time * moving[k, 2], moving[k, 1] + time * moving[k, 3]
+            xs, ys, near = poses[0, t], poses[1, t], np.int32(0)
+            for b in range(batch):  # most objects are far from all rollouts: vectorised
+                dx, dy = x - xs[b], y - ys[b]
+                near += np.int32(dx * dx + dy * dy <= square)
+            if near == 0:
+                continue
             for b in range(batch):
-                dx, dy = x - poses[0, t, b], y - poses[1, t, b]
+                dx, dy = x - xs[b], y - ys[b]
                 if dx * dx + dy * dy > square or hits[b] <= t:
                     continue
                 c, s = poses[3, t, b], poses[4, t, b]
@@ -278,15 +284,16 @@ def furthest_reached(
         nearest: (batch,), written: index of the path point nearest to each rollout's end.
     """
     _, steps, batch = poses.shape
-    best = np.full(batch, FAR)
+    best, found = np.full(batch, FAR), np.zeros(batch, np.int32)
+    xs, ys = poses[0, steps - 1], poses[1, steps - 1]
     for i in range(path.shape[0]):
-        px, py, index = path[i, 0], path[i, 1], i
-        for b in range(batch):
-            dx, dy = poses[0, steps - 1, b] - px, poses[1, steps - 1, b] - py
+        px, py, index = path[i, 0], path[i, 1], np.int32(i)
+        for b in range(batch):  # without branches it is vectorised
+            dx, dy = xs[b] - px, ys[b] - py
             square = dx * dx + dy * dy
-            if square < best[b]:
-                best[b] = square
-                nearest[b] = index
+            found[b] = index if square < best[b] else found[b]
+            best[b] = min(square, best[b])
+    nearest[:] = found
     clear, furthest = -1, 0
     for b in range(batch):
         furthest = max(furthest, nearest[b])
@@ -315,7 +322,8 @@ def path_alignment(
     axes, steps, batch = velocities.shape
     length = np.zeros(batch, np.float32)
     scale = np.float32(step / spacing)
-    count = ZERO
+    count, end = ZERO, np.int32(last)
+    path_x, path_y = path[:, 0].copy(), path[:, 1].copy()
     for b in range(batch):
         term[b] = ZERO
     for t in range(steps):
@@ -329,9 +337,10 @@ def path_alignment(
         if t % stride != stride - 1:
             continue
         count += ONE
-        for b in range(batch):
-            index = min(int(length[b] + HALF), last)
-            dx, dy = poses[0, t, b] - path[index, 0], poses[1, t, b] - path[index, 1]
+        xs, ys = poses[0, t], poses[1, t]
+        for b in range(batch):  # 32 bits: this way it is vectorised
+            index = min(np.int32(length[b] + HALF), end)
+            dx, dy = xs[b] - path_x[index], ys[b] - path_y[index]
             term[b] += np.sqrt(dx * dx + dy * dy)
     for b in range(batch):
         term[b] /= max(count, ONE)
