@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.types import FloatArray, Footprint, Pose2D, Twist
 
 INTIMATE, PERSONAL = 0.45, 1.2
@@ -83,7 +84,17 @@ class PeopleMeasures:
         longest_stand: longest time that the robot stood, seconds.
     """
 
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the measures."""
+        from stack.safety.kernels import GAPS
+
+        return GAPS
+
     def __init__(self, footprint: Footprint) -> None:
+        from stack.safety.kernels import disc_gaps  # imports numba
+
+        self._disc_gaps = disc_gaps
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
         self._radius = footprint.circumscribed_radius
         self.contacts: list[PeopleContact] = []
@@ -111,7 +122,7 @@ class PeopleMeasures:
         if not len(people) or (before is not None and time <= before.time):
             return
         gaps = self._gaps(pose, people)
-        nearest = int(np.argmin(gaps))
+        nearest = int(gaps.argmin())
         gap = float(gaps[nearest])
         self.least_distance = min(self.least_distance, max(0.0, gap))
         self._hold(now, gap)
@@ -156,15 +167,9 @@ class PeopleMeasures:
 
         Farther away than PERSONAL the outline counts as its circumscribed circle.
         """
-        from stack.safety.kernels import signed_distance
-
-        x, y = people[:, 0] - pose.x, people[:, 1] - pose.y
-        away = np.hypot(x, y) - people[:, 2]
-        c, s = cos(pose.heading), sin(pose.heading)
-        gaps: FloatArray = away - self._radius
-        for n in np.flatnonzero(gaps < PERSONAL):
-            there = c * x[n] + s * y[n], c * y[n] - s * x[n]
-            gaps[n] = signed_distance(self._corners, *there) - people[n, 2]
+        gaps: FloatArray = self._disc_gaps(
+            people, self._corners, self._radius, PERSONAL, pose.x, pose.y, pose.heading
+        )
         return gaps
 
     def _look_ahead(self, now: _Moment, gaps: FloatArray, velocities: FloatArray) -> None:

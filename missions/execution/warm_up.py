@@ -7,12 +7,14 @@ from time import perf_counter
 from typing import Any
 
 from missions.execution.component_choices import DEFAULTS
+from missions.execution.people_measures import PeopleMeasures
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
 from stack.navigation.navigator import Navigator
+from stack.perception import smoothing
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
 
@@ -77,7 +79,7 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     found: dict[str, KernelTypes] = {
         "sensors": () if replayed else _sensor_kernels(plan),
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
-        "perception": memory,
+        "perception": (*smoothing.kernels(plan.robot), *memory),
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": (*Navigator.kernels(), *Evasion.kernels()),
     }
@@ -90,12 +92,13 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:
-    """Return the kernels of the simulated lidars, sonars and people."""
+    """Return the kernels of the simulated lidars, sonars and people, and of measures of these."""
     from stack.sim.people import People
     from stack.sim.sensors.lidar import Lidar
     from stack.sim.sensors.sonar import Sonar
 
     lidars = (Lidar.kernels(lidar, plan.world) for lidar in plan.robot.real_lidars.values())
     sonars = Sonar.kernels() if plan.robot.sonars else ()
-    walkers = People.kernels(plan.world)
+    measures = PeopleMeasures.kernels() if plan.world.people else ()
+    walkers = (*People.kernels(plan.world), *measures)
     return (*(kernel for kernels in lidars for kernel in kernels), *sonars, *walkers)

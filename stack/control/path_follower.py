@@ -142,7 +142,9 @@ class PathFollower(Lifecycle):
         criterion = self._forward.stop_criterion
         at_goal = self._arrival.reached(state.pose, segment, criterion)
         self._last = STANDSTILL
-        self._last = self._steer(segment, replace(state, at_goal=at_goal))
+        if at_goal != state.at_goal:
+            state = replace(state, at_goal=at_goal)
+        self._last = self._steer(segment, state)
         return self._last
 
     @property

@@ -135,6 +135,7 @@ class PurePursuit(Controller):
     ) -> None:
         self.parameters, self._limits, self._period = parameters, robot.limits, period
         self._drivetrain, self._radius = robot.drivetrain, robot.turning_radius
+        self._ramp = Ramp(self._drivetrain, period, parameters.response_time)
         self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
         self._manoeuvres = Manoeuvres(self._swept, robot)
         self._primitives: tuple[ArcPrimitive, ...] = ()
@@ -148,6 +149,7 @@ class PurePursuit(Controller):
     def configure(self, parameters: PurePursuitParameters) -> None:
         """Apply new parameters."""
         self.parameters, self._swept.padding = parameters, parameters.padding
+        self._ramp = Ramp(self._drivetrain, self._period, parameters.response_time)
 
     def start(self, now: float) -> None:
         """Begin a drive."""
@@ -367,7 +369,7 @@ class PurePursuit(Controller):
         reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
         reach = min(reach + p.clearance, segment.remaining + p.stop_distance)
         free, cost = self._swept.arc(state.costs, state.pose, arc.twist(1.0), reach)
-        return replace(arc, free=free, cost=cost)
+        return _Arc(arc.curvature, arc.bearing, free, cost, arc.sideways)
 
     def _cruise(self) -> float:
         return min(self.parameters.cruise_speed, self._limits.linear_speed)
@@ -413,7 +415,3 @@ class PurePursuit(Controller):
     def _style(self) -> TurnStyle:
         p = self.parameters
         return TurnStyle(p.turn_speed, p.brake_share, p.turn_precision)
-
-    @property
-    def _ramp(self) -> Ramp:
-        return Ramp(self._drivetrain, self._period, self.parameters.response_time)

@@ -45,6 +45,7 @@ class SweptFootprint:
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
         self._radius = footprint.circumscribed_radius
         self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
+        self._near: tuple[CostGrid | None, NDArray[np.uint8]] = (None, np.empty((0, 0), np.uint8))
 
     def arc(self, costs: CostGrid, pose: Pose2D, twist: Twist, horizon: float) -> tuple[float, int]:
         """Time for which a constant twist stays clear.
@@ -110,18 +111,24 @@ class SweptFootprint:
         counts: NDArray[np.int64] = self._kernels.clear_poses(
             costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
             self._reach(costs.resolution), pose.x, pose.y, pose.heading,
-            np.ascontiguousarray(poses), self._near(costs),
+            np.ascontiguousarray(poses), self._near_lethal(costs),
         )  # fmt: skip
         return counts
 
-    def _near(self, costs: CostGrid) -> NDArray[np.uint8]:
-        """(rows, columns): 0 where no lethal cell is within the footprint's radius."""
+    def _near_lethal(self, costs: CostGrid) -> NDArray[np.uint8]:
+        """(rows, columns): 0 where no lethal cell is within the footprint's radius.
+
+        Computed once for each grid: it stays the same until a sensor changes the costmap.
+        """
         import cv2
 
+        if self._near[0] is costs:
+            return self._near[1]
         cells = ceil(self._radius / costs.resolution) + 2
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * cells + 1, 2 * cells + 1))
         lethal = (costs.cells == LETHAL_COST).view(np.uint8)
-        return np.asarray(cv2.dilate(lethal, disc), np.uint8)
+        self._near = costs, np.asarray(cv2.dilate(lethal, disc), np.uint8)
+        return self._near[1]
 
     def _reach(self, resolution: float) -> FloatArray:
         """(n, 2) corners of the polygon in which the centre of a lethal cell is a collision."""

@@ -23,19 +23,20 @@ def _clear_line(marked_at, seen, row, column, end_row, end_column, clearable):
     rise, run = abs(end_row - row), abs(end_column - column)
     row_step = 1 if end_row > row else -1
     column_step = 1 if end_column > column else -1
-    error = run - rise
-    for _ in range(max(rise, run)):
+    longer, shorter = max(rise, run), min(rise, run)
+    begins_inside = 0 <= row < rows and 0 <= column < columns
+    error = longer - shorter
+    for _ in range(longer):
         if 0 <= row < rows and 0 <= column < columns:
             if marked_at[row, column] <= clearable:
                 marked_at[row, column] = NEVER
             seen[row, column] = 1
-        doubled = 2 * error
-        if doubled > -rise:
-            error -= rise
-            column += column_step
-        if doubled < run:
-            error += run
-            row += row_step
+        elif begins_inside:
+            break  # it does not come back
+        is_aside = 2 * error < longer
+        error += longer * is_aside - shorter
+        row += row_step * (is_aside or rise > run)
+        column += column_step * (is_aside or run >= rise)
 
 
 @njit(cache=True, nogil=True)
@@ -152,11 +153,12 @@ def expire(marked_at, oldest, top, bottom, left, right):
 def paint_marks(cells, marked_at, seen, top, bottom, left, right):
     """Paint marks over the cells of a box: lethal; free where seen free and unknown so far."""
     for row in range(top, bottom):
-        for column in range(left, right):
-            if marked_at[row, column] > NEVER:
-                cells[row - top, column - left] = LETHAL
-            elif seen[row, column] and cells[row - top, column - left] == UNKNOWN:
-                cells[row - top, column - left] = FREE
+        target = cells[row - top]
+        times, is_seen = marked_at[row, left:right], seen[row, left:right]
+        for column in range(right - left):  # every cell is written: this way it is vectorised
+            value = target[column]
+            value = FREE if is_seen[column] and value == UNKNOWN else value
+            target[column] = LETHAL if times[column] > NEVER else value
 
 
 @njit(cache=True, nogil=True)
@@ -251,98 +253,53 @@ def hear(
 
 
 @njit(cache=True, nogil=True)
-def raise_along_motion(
-    cells, left_x, low_y, resolution, start_x, start_y, speed_x, speed_y, horizon, radius, reach,
-    cost, fade, spread,
-):  # fmt: skip
-    """Raise the cost of known cells along a predicted straight motion; see SocialLayer.
-
-    The outer corner of cell (0, 0) is (left_x, low_y).
-    """
-    per_squared = 1.0 / max(speed_x * speed_x + speed_y * speed_y, 1e-12)
-    slope = fade / max(horizon, 1e-12)
-    outer = (radius + reach) * (radius + reach)
-    for row in range(cells.shape[0]):
-        y = low_y + (row + 0.5) * resolution - start_y
-        for column in range(cells.shape[1]):
-            value = cells[row, column]
-            if value >= INSCRIBED:
-                continue
-            x = left_x + (column + 0.5) * resolution - start_x
-            time = min(max((x * speed_x + y * speed_y) * per_squared, 0.0), horizon)
-            ahead, aside = x - speed_x * time, y - speed_y * time
-            away = ahead * ahead + aside * aside
-            if away > outer:
-                continue
-            share = max(np.sqrt(away) - radius, 0.0) / spread
-            raised = cost * (1.0 - slope * time) * np.exp(-0.5 * share * share)
-            cells[row, column] = max(value, int(raised + 1e-9))
-
-
-@njit(cache=True, nogil=True)
 def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, right):
     """Copy a box from a canvas to the base; returns the box of the cells that changed."""
     first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
+    shift, width = left - canvas_left, right - left
     for row in range(top, bottom):
-        for column in range(left, right):
-            value = canvas[row - canvas_top, column - canvas_left]
-            if base[row, column] != value:
-                base[row, column] = value
-                first_row, last_row = min(first_row, row), max(last_row, row)
-                first_column, last_column = min(first_column, column), max(last_column, column)
+        source, target = canvas[row - canvas_top, shift : shift + width], base[row, left:right]
+        differences = 0
+        for column in range(width):
+            differences |= source[column] ^ target[column]
+        if differences == 0:
+            continue
+        first, last = 0, width - 1
+        while source[first] == target[first]:
+            first += 1
+        while source[last] == target[last]:
+            last -= 1
+        target[:] = source
+        first_row, last_row = min(first_row, row), row
+        first_column, last_column = min(first_column, left + first), max(last_column, left + last)
     return first_row, last_row + 1, first_column, last_column + 1
 
 
 @njit(cache=True, nogil=True)
 def _rows_to_lethal(base, limit, top, bottom, left, right):
     """Distance in rows to the nearest lethal cell of the same column, capped at limit + 1."""
-    rows = base.shape[0]
     distances = np.empty((bottom - top, right - left), np.int32)
     gaps = np.full(right - left, limit + 1, np.int32)
     for row in range(max(top - limit, 0), bottom):
-        for column in range(left, right):
-            near = 0 if base[row, column] == LETHAL else gaps[column - left] + 1
-            gaps[column - left] = min(near, limit + 1)
-            if row >= top:
-                distances[row - top, column - left] = gaps[column - left]
+        _count_rows(gaps, base[row, left:right], limit)
+        if row >= top:
+            distances[row - top] = gaps
     gaps[:] = limit + 1
-    for row in range(min(bottom + limit, rows) - 1, top - 1, -1):
-        for column in range(left, right):
-            near = 0 if base[row, column] == LETHAL else gaps[column - left] + 1
-            gaps[column - left] = min(near, limit + 1)
-            if row < bottom and gaps[column - left] < distances[row - top, column - left]:
-                distances[row - top, column - left] = gaps[column - left]
+    for row in range(min(bottom + limit, base.shape[0]) - 1, top - 1, -1):
+        _count_rows(gaps, base[row, left:right], limit)
+        if row < bottom:
+            nearest = distances[row - top]
+            for column in range(right - left):
+                nearest[column] = min(nearest[column], gaps[column])
     return distances
 
 
 @njit(cache=True, nogil=True)
-def _lower_envelope(heights, limit, outer_left, left, right, sites, squares, starts):
-    """Lower envelope of the parabolas height² + (x - column)² of one row, for left <= x < right.
-
-    Writes the column, the squared height and the first x of each part of the envelope; returns the
-    number of parts. The parabolas of two columns a < b are equal at
-    x = (b² + h_b² - a² - h_a²) / 2 (b - a); beyond it, rounded down, b is below a. Columns without
-    a lethal cell (height > limit) have no parabola. All numbers are whole, so the result is exact.
-    """
-    count = 0
-    for index in range(heights.size):
-        height = heights[index]
-        if height > limit:
-            continue
-        column, square, start = outer_left + index, height * height, left
-        while count > 0:
-            first, site = starts[count - 1], sites[count - 1]
-            away, near = column - first, first - site
-            if square + away * away >= squares[count - 1] + near * near:
-                rise = square + column * column - squares[count - 1] - site * site
-                # most sites are neighbours, and a shift is cheaper than a division
-                start = (rise >> 1 if column - site == 1 else rise // (2 * (column - site))) + 1
-                break
-            count -= 1
-        if start < right:
-            sites[count], squares[count], starts[count] = column, square, start
-            count += 1
-    return count
+def _count_rows(gaps, cells, limit):
+    """Add a row to the distances since the last lethal cell of each column, up to limit + 1."""
+    for column in range(gaps.size):  # in 32 bits: this way it is vectorised
+        further = min(gaps[column] + np.int32(1), np.int32(limit + 1))
+        gaps[column] = np.int32(0) if cells[column] == LETHAL else np.int32(further)
 
 
 @njit(cache=True, nogil=True)
@@ -350,27 +307,39 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
     """Inflate a box: costs from the exact Euclidean distance to the nearest lethal cell.
 
     The distance transform is separable (Felzenszwalb and Huttenlocher 2012) and bounded by `limit`
-    cells. Squared distances are whole numbers and index `costs`, shape (limit² + 1,).
+    cells: the squared distance of a cell is the least sum of squares of the columns to a lethal
+    cell and the rows to it. All columns within the limit are compared, for all cells of a row at
+    once; up to a limit of 100 cells this is faster than the lower envelope of parabolas. Squared
+    distances are whole numbers and index `costs`, shape (limit² + 1,).
     """
     outer_left, outer_right = max(left - limit, 0), min(right + limit, base.shape[1])
     heights = _rows_to_lethal(base, limit, top, bottom, outer_left, outer_right)
-    widths = np.array([int(np.sqrt(limit * limit - up * up)) for up in range(limit + 1)])
-    sites, squares, starts = np.empty((3, outer_right - outer_left), np.int64)
+    width, far = right - left, np.int32(limit * limit + 1)
+    prices = np.zeros(costs.size + 1, np.uint8)  # nothing at the distance `far`
+    prices[: costs.size] = costs
+    nearest = np.empty(width, np.int32)
+    squares = np.full(width + 2 * limit, far, np.int32)  # of the heights; `far` off the grid
+    first = outer_left - left + limit
+    known, below = squares[first : first + outer_right - outer_left], squares[limit:][:width]
     for row in range(top, bottom):
-        source, target, high = base[row], cells[row], heights[row - top]
-        target[left:right] = source[left:right]
-        count = _lower_envelope(high, limit, outer_left, left, right, sites, squares, starts)
-        for part in range(count):
-            site, square = sites[part], squares[part]
-            first, end = starts[part], starts[part + 1] if part + 1 < count else right
-            if first != site or end - first > 1:  # along a wall each part is its own column
-                width = widths[high[site - outer_left]]
-                first, end = max(first, site - width), min(end, site + width + 1)
-            for column in range(first, end):
-                value = source[column]
-                cost = costs[square + (column - site) * (column - site)]
-                if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
-                    target[column] = cost
+        source, target, high = base[row, left:right], cells[row, left:right], heights[row - top]
+        target[:] = source
+        least = np.int32(limit + 1)
+        for column in range(known.size):
+            known[column] = min(high[column] * high[column], far)
+            least = min(least, high[column])
+        if least > limit:
+            continue
+        nearest[:] = below
+        for away in range(1, int(np.sqrt(limit * limit - least * least)) + 1):
+            before, after = squares[limit - away :][:width], squares[limit + away :][:width]
+            for column in range(width):  # in 32 bits: this way it is vectorised
+                beside = np.int32(min(before[column], after[column]) + np.int32(away * away))
+                nearest[column] = min(nearest[column], beside)
+        for column in range(width):
+            value, cost = source[column], prices[min(nearest[column], far)]
+            if cost > value or (value == UNKNOWN and cost >= INSCRIBED):
+                target[column] = cost
 
 
 INFLATION = (
@@ -391,8 +360,4 @@ RANGES = (
 DENOISING = (
     (drop_small_groups, (u1[:, ::1], u1[:, ::1], i8)),
     (drop_small_groups, (u1[:, ::1], u1[:, :], i8)),
-)
-SOCIAL = (
-    (raise_along_motion, (u1[:, ::1], *13 * (f8,))),
-    (raise_along_motion, (u1[:, :], *13 * (f8,))),
 )

@@ -245,11 +245,16 @@ def is_some(box: Box) -> bool:
 
 def joined(boxes: Iterable[Box]) -> Box:
     """The smallest box that contains all boxes."""
-    some = [box for box in boxes if is_some(box)]
-    if not some:
-        return NO_BOX
-    tops, bottoms, lefts, rights = zip(*some, strict=True)
-    return min(tops), max(bottoms), min(lefts), max(rights)
+    whole = NO_BOX
+    for box in boxes:
+        if not is_some(box):
+            continue
+        if whole is NO_BOX:
+            whole = box
+            continue
+        (top, bottom, left, right), (low, high, first, last) = whole, box
+        whole = min(top, low), max(bottom, high), min(left, first), max(right, last)
+    return whole
 
 
 def moved(box: Box, shape: tuple[int, int], shift: tuple[int, int]) -> Box:
@@ -326,6 +331,5 @@ def sampled(grid: OccupancyGrid, frame: Frame, box: Box, outside: int) -> NDArra
 
 def _within(indices: NDArray[np.int64], size: int) -> tuple[slice, NDArray[np.int64]]:
     """Return the slice of ascending indices that are in [0, size), and these indices."""
-    first, last = np.searchsorted(indices, [0, size])
-    on = slice(int(first), int(last))
+    on = slice(int(indices.searchsorted(0)), int(indices.searchsorted(size)))
     return on, indices[on]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
-from stack.drivetrain.limits import Limits
+from stack.drivetrain.limits import Limits, limit_speed
 from stack.types import STANDSTILL, Pose2D, Twist
 
 
@@ -118,9 +118,14 @@ class Drivetrain(ABC):
             period: seconds.
         """
         limits, now = self.limits, last.twist
-        linear = limits.limit_linear(now.linear, wanted.linear, period)
-        angular = limits.limit_angular(now.angular, wanted.angular, period)
-        return DriveState(Twist(linear, angular))
+        rise, fall = limits.linear_acceleration, limits.linear_deceleration
+        turn = limits.angular_acceleration
+        return DriveState(
+            Twist(
+                limit_speed(now.linear, wanted.linear, period, rise, fall),
+                limit_speed(now.angular, wanted.angular, period, turn, turn),
+            )
+        )
 
     @property
     @abstractmethod

@@ -226,8 +226,8 @@ class TransformBuffer:
         return bool(stamps) and stamps[0] - TOLERANCE <= stamp <= stamps[-1] + TOLERANCE
 
     def _check(self, stamp: float) -> None:
-        newest, oldest = self.newest, self._odom_from_base.stamps[0]
         if not self.covers(stamp):
+            newest, oldest = self.newest, self._odom_from_base.stamps[0]
             raise FrameError(
                 f"no pose at {stamp:.3f} s: the transform buffer covers"
                 f" {oldest:.3f} s to {newest:.3f} s"

@@ -85,7 +85,9 @@ class PathProgress:
 
     def ahead(self, distance: float) -> FloatArray:
         """Return the (k, 2) points of the path in its next `distance` metres, map frame."""
-        first, last = np.searchsorted(self._lengths, [self.travelled, self.travelled + distance])
+        travelled = self.travelled
+        first = self._lengths.searchsorted(travelled)
+        last = self._lengths.searchsorted(travelled + distance)
         return self.path.points[first : last + 1, :2]
 
     def _begin_next(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from math import atan2, cos, sin
 
 import numpy as np
@@ -66,6 +67,8 @@ class PathSegment:
         self._points = _extended(path, self.length, steered=steered)
         steps = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
+        self._vertices: list[tuple[float, float]] = list(map(tuple, self._points.tolist()))
+        self._vertex_lengths: list[float] = self._lengths.tolist()
         self._vertex, self._reach, self._aimed = 0, FIRST_REACH, 0.0
         self._steered = steered
         self.travelled, self.offset = 0.0, 0.0
@@ -113,8 +116,13 @@ class PathSegment:
         return length
 
     def _point(self, length: float) -> tuple[float, float]:
-        x, y = (float(np.interp(length, self._lengths, axis)) for axis in self._points.T)
-        return x, y
+        lengths, vertices = self._vertex_lengths, self._vertices
+        after = bisect_right(lengths, length)
+        if after == 0 or after == len(lengths):
+            return vertices[max(0, after - 1)]
+        begin, (x, y), (to_x, to_y) = lengths[after - 1], vertices[after - 1], vertices[after]
+        step, along = lengths[after] - begin, length - begin
+        return (to_x - x) / step * along + x, (to_y - y) / step * along + y
 
     def pose_ahead(self, distance: float) -> Pose2D:
         """The pose on the path `distance` metres ahead of the progress."""
@@ -135,7 +143,8 @@ class PathSegment:
     def ahead(self, distance: float) -> FloatArray:
         """Return the (k, 2) points of the path in its next `distance` metres, map frame."""
         own = self._lengths[: len(self.path.points)]
-        first, last = np.searchsorted(own, [self.travelled, self.travelled + distance])
+        first = own.searchsorted(self.travelled)
+        last = own.searchsorted(self.travelled + distance)
         return self.path.points[first : last + 1, :2]
 
     def sampled(self, distance: float, spacing: float, *, beyond: bool = False) -> FloatArray:

@@ -67,6 +67,7 @@ class Runtime:
         self._image: Image | None = None
         self._depth_image: DepthImage | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
+        self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
         self._health: BodyHealth = HEALTHY
         self._ticks_every = parameters.steps_per_tick
         self._commands = CommandHandler(parts, self.mission, self.end)
@@ -78,7 +79,7 @@ class Runtime:
         are not there, call `serve`: `step` would wait, and no operator could stop the robot.
         """
         p = self.parts
-        if isinstance(p.body, SimulatedWorld) and not p.body.rest(LONGEST_NAP):
+        if self._world is not None and not self._world.rest(LONGEST_NAP):
             return False
         if not p.objects.await_result(p.body.time, LONGEST_NAP):
             return False
@@ -260,11 +261,10 @@ class Runtime:
 
     def _freeze(self) -> bool:
         """Freeze a simulation while the robot is held and stands; return whether time stands."""
-        body = self.parts.body
         idle = (
             self.mission.is_held and self.is_standing and not self._commands.drives_to_operator_goal
         )
-        return isinstance(body, SimulatedWorld) and body.freeze(idle)
+        return self._world is not None and self._world.freeze(idle)
 
     def _serve_operator(self) -> None:
         """Apply commands and publish, without a step; time stands still."""
@@ -381,8 +381,7 @@ class Runtime:
 
     def _slept(self) -> float:
         """Wall seconds that the body has slept to keep its pace; these are not compute time."""
-        body = self.parts.body
-        return body.slept if isinstance(body, SimulatedWorld) else 0.0
+        return 0.0 if self._world is None else self._world.slept
 
     def _install_next_tree(self) -> None:
         if self._next_tree is not None and self.is_standing and not self.state.is_over:

@@ -20,7 +20,8 @@ class _Stage:
     def add(self, taken: float) -> None:
         self.total += taken
         self.count += 1
-        self.worst = max(self.worst, taken)
+        if taken > self.worst:
+            self.worst = taken
         self.overruns += taken > self.budget
 
 
@@ -57,13 +58,13 @@ class Stages:
         """
         timer = self._timers.get(name)
         if timer is None:
-            timer = self._timers[name] = StageTimer(self, name, asleep)
+            timer = self._timers[name] = StageTimer(self, self.stage(name), asleep)
         return timer
 
-    def add(self, name: str, taken: float) -> None:
+    def add(self, stage: _Stage, taken: float) -> None:
         """Add a run of a stage, wall seconds."""
         self._step += taken
-        self.stage(name).add(taken)
+        stage.add(taken)
 
     def stage(self, name: str) -> _Stage:
         """Return the times of a stage."""
@@ -77,23 +78,23 @@ class Stages:
         return {
             name: StageTiming(stage.total / stage.count, stage.worst, stage.count, stage.overruns)
             for name, stage in self.stages.items()
+            if stage.count
         }
 
 
 class StageTimer:
     """Context that measures the runs of a stage, one after the other."""
 
-    __slots__ = ("_asleep", "_began", "_name", "_stages")
+    __slots__ = ("_asleep", "_began", "_stage", "_stages")
 
-    def __init__(self, stages: Stages, name: str, asleep: Callable[[], float] | None) -> None:
-        self._stages, self._name, self._asleep = stages, name, asleep
+    def __init__(self, stages: Stages, stage: _Stage, asleep: Callable[[], float] | None) -> None:
+        self._stages, self._stage, self._asleep = stages, stage, asleep
         self._began = 0.0
 
     def __enter__(self) -> None:
-        self._began = self._awake()
+        asleep = 0.0 if self._asleep is None else self._asleep()
+        self._began = perf_counter() - asleep
 
     def __exit__(self, *_: object) -> None:
-        self._stages.add(self._name, self._awake() - self._began)
-
-    def _awake(self) -> float:
-        return perf_counter() if self._asleep is None else perf_counter() - self._asleep()
+        asleep = 0.0 if self._asleep is None else self._asleep()
+        self._stages.add(self._stage, perf_counter() - asleep - self._began)

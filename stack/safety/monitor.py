@@ -88,10 +88,7 @@ def moving_discs(tracks: Sequence[TrackedObject], base: Pose2D) -> FloatArray:
         return NOTHING_MOVES
     c, s = cos(base.heading), sin(base.heading)
     into_base = np.array([[c, -s], [s, c]])
-    discs = np.empty((len(tracks), 5))
-    discs[:, :2] = [track.position for track in tracks]
-    discs[:, 2:4] = [track.velocity for track in tracks]
+    discs = np.array([(*track.position, *track.velocity, track.radius) for track in tracks])
     discs[:, :2] = (discs[:, :2] - (base.x, base.y)) @ into_base
     discs[:, 2:4] = discs[:, 2:4] @ into_base
-    discs[:, 4] = [track.radius for track in tracks]
     return discs

@@ -66,6 +66,7 @@ class Safety:
     ) -> None:  # fmt: skip
         self.parameters, self.reason = parameters, ""
         self._robot, self._limits = robot, robot.limits
+        self._radius = robot.footprint.circumscribed_radius
         self._monitor = CollisionMonitor(robot)
         self._unseen = UnseenGroundLimit(robot)
         self._zones = ZoneMonitor(zones, robot.footprint)
@@ -288,8 +289,7 @@ class Safety:
         return 0.5 * hypot(speed, turn)
 
     def _rim_speed(self, twist: Twist) -> float:
-        radius = self._robot.footprint.circumscribed_radius
-        return hypot(twist.linear, twist.lateral) + abs(twist.angular) * radius
+        return hypot(twist.linear, twist.lateral) + abs(twist.angular) * self._radius
 
 
 def _where(contact: Contact) -> str:

@@ -238,7 +238,8 @@ class SimulatedRobot:
     def _set_wheels(self) -> None:
         wheels = self.drive.wheels
         self.physics.set_wheel_speeds(*self._wheel_motion.motor_speeds(wheels.speeds))
-        self.physics.steer(wheels.steering)
+        if wheels.steering:
+            self.physics.steer(wheels.steering)
 
     def _encoders(self) -> Encoders:
         wheels = self._wheel_motion.encoder_angles(self.physics.wheel_angles())

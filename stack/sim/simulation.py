@@ -159,12 +159,15 @@ class Simulation:
         steps = until - self._step
         pushed = [robot for robot in self._robots if robot.is_pushed]
         changing = [robot for robot in self._robots if not robot.drive.skip(steps)]
-        for _ in range(steps):
-            for robot in changing:
-                robot.drive_wheels()
-            for robot in pushed:
-                robot.advance_push(self._period)
-            self._physics.step()
+        if changing or pushed:
+            for _ in range(steps):
+                for robot in changing:
+                    robot.drive_wheels()
+                for robot in pushed:
+                    robot.advance_push(self._period)
+                self._physics.step()
+        else:
+            self._physics.step(steps)
         self._step = until
 
     def _measure(self) -> None:

@@ -107,5 +107,7 @@ class ObstaclePoints:
 
     def is_blind(self, bearing: float) -> bool:
         """Return whether no sensor covers a bearing, radians in the base frame."""
+        if not len(self.blind_sectors):
+            return False
         turn = (bearing - self.blind_sectors[:, 0]) % (2.0 * np.pi)
         return bool(np.any(turn <= self.blind_sectors[:, 1]))

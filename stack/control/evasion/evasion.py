@@ -46,6 +46,9 @@ ARM = 0.15
 KEPT = 0.25
 """Cost by which another motion must be better than the one under way."""
 
+WIDER = 0.05
+"""Distance, metres, that is kept to people in addition while an evasion is under way."""
+
 NO_MOTIONS: FloatArray = np.empty((0, 7))
 
 
@@ -95,7 +98,7 @@ class Evasion:
 
     Args:
         robot: outline, limits and kind of drive.
-        parameters: may be replaced between steps.
+        parameters: `configure` replaces them.
 
     Attributes:
         active: whether the last velocity was an evasive one.
@@ -120,12 +123,14 @@ class Evasion:
         self._limits = np.array([
             limits.linear_acceleration, limits.linear_deceleration, limits.angular_acceleration,
         ])  # fmt: skip
+        self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
         self._pushing = PushingPeople()
         self._chosen, self._candidates, self._until = -1, 0, -inf
 
     def configure(self, parameters: EvasionParameters) -> None:
         """Apply new parameters."""
         self.parameters = parameters
+        self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
 
     def step(self, wanted: Twist, situation: Situation) -> Twist:
         """Return the wanted velocity, or an evasive one.
@@ -211,12 +216,7 @@ class Evasion:
     def _costs(
         self, lanes: FloatArray, motions: FloatArray, around: Around, *, wider: bool = False
     ) -> tuple[FloatArray, FloatArray]:
-        p, twist = self.parameters, around.twist
-        padding = p.padding + (0.05 if wider else 0.0)
-        settings = np.array([
-            p.horizon, STEP, padding, p.growth, p.margin, STATIC_PADDING, p.decay,
-            p.meeting_weight, p.closeness_weight, 1.0, ARM,
-        ])  # fmt: skip
+        twist, settings = around.twist, self._wide if wider else self._narrow
         now = np.array([twist.linear, twist.lateral, twist.angular])
         costs, times = self._kernels.motion_costs(
             lanes, around.way, self._lanes.steering, motions, now, self._limits, around.discs,
@@ -233,3 +233,12 @@ class Evasion:
         near = near[(away > discs[:, 4] + AROUND).all(axis=1)]
         every = -(-len(near) // MOST_POINTS) or 1
         return np.ascontiguousarray(near[::every], dtype=np.float64)
+
+
+def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
+    """Return the parameters as `motion_costs` takes them, with padding that is wider by metres."""
+    p = parameters
+    return np.array([
+        p.horizon, STEP, p.padding + wider, p.growth, p.margin, STATIC_PADDING, p.decay,
+        p.meeting_weight, p.closeness_weight, 1.0, ARM,
+    ])  # fmt: skip

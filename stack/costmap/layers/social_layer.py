@@ -57,13 +57,13 @@ class SocialLayer(Layer):
     @staticmethod
     def kernels() -> KernelTypes:
         """Return the kernels of the layer."""
-        from stack.costmap import kernels
+        from stack.costmap.layers import kernels
 
         return kernels.SOCIAL
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
-        from stack.costmap import kernels
+        from stack.costmap.layers import kernels
 
         self._kernels: Any = kernels
         self._time = 0.0

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.costmap.layer import (
     Box,
     Canvas,
@@ -29,8 +32,18 @@ from stack.types import (
 class StaticLayer(Layer):
     """The map: occupied cells are lethal, and sensors do not clear them."""
 
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the layer."""
+        from stack.costmap.layers import kernels
+
+        return kernels.MAP
+
     def __init__(self, parameters: NoParameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
+        from stack.costmap.layers import kernels
+
+        self._kernels: Any = kernels
         self._cells: Costs = np.empty((0, 0), dtype=np.uint8)
         self._costs: Costs = np.full(256, UNKNOWN_COST, dtype=np.uint8)
         self._is_drawn = False
@@ -54,9 +67,7 @@ class StaticLayer(Layer):
 
     def paint(self, canvas: Canvas) -> None:
         """Paint occupied cells as lethal, and the map's costs where cells are unknown."""
-        ours = part(self._cells, canvas.box)
-        write = (canvas.cells == UNKNOWN_COST) | (ours == LETHAL_COST)
-        np.copyto(canvas.cells, ours, where=write)
+        self._kernels.paint_map(canvas.cells, self._cells, *canvas.box)
 
     def ground(self, box: Box) -> Costs | None:
         """Costs of the map."""

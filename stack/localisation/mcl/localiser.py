@@ -9,6 +9,7 @@ kidnap the pose follows odometry, its health drops, and searches of the map find
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -226,9 +227,12 @@ class Localiser(Estimator):
                 odometry states it.
             disturbed: whether odometry was disturbed since the last scan (a push or slip).
         """
+        last, begins = self._estimate, self._odometry.pose is None
         self._odometry.add(odometry)
         self._estimate = None
         if scan is None:
+            if last is not None and not last.rivals and not begins:
+                self._estimate = replace(last, pose=self._pose)  # nothing else changes
             return
         touched = not self._scattered and self._is_touched(scan)
         self._follow(scan, covariance, disturbed=disturbed, touched=touched)

@@ -77,13 +77,22 @@ class CameraWatch:
         colour = {} if robot.camera is None else {COLOUR_CAMERA: robot.camera.model}
         depth = {name: camera.model for name, camera in robot.depth_cameras.items()}
         self._cameras = {name: _Watched(model) for name, model in {**colour, **depth}.items()}
-        self._states: tuple[CameraState, ...] = tuple(map(CameraState, self._cameras))
+        self._looked_at: float | None = None
         self._events: list[CameraEvent] = []
 
     @property
     def states(self) -> tuple[CameraState, ...]:
         """State of every camera."""
-        return self._states
+        now = self._looked_at
+        if now is None:
+            return tuple(map(CameraState, self._cameras))
+        return tuple(
+            CameraState(
+                name, camera.on_since is not None, now - camera.newest,
+                camera.fault.word if camera.fault is not None else "",
+            )
+            for name, camera in self._cameras.items()
+        )  # fmt: skip
 
     def configure(self, parameters: CameraParameters) -> None:
         """Apply new parameters, from the next picture on."""
@@ -117,13 +126,7 @@ class CameraWatch:
                 else:
                     refused.append(name)
             self._note_silence(name, camera, now, is_on=name in requested)
-        self._states = tuple(
-            CameraState(
-                name, camera.on_since is not None, now - camera.newest,
-                camera.fault.word if camera.fault is not None else "",
-            )
-            for name, camera in self._cameras.items()
-        )  # fmt: skip
+        self._looked_at = now
         if not refused:
             return observation
         kept = {k: v for k, v in observation.measurements.items() if k not in refused}

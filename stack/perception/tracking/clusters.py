@@ -69,10 +69,8 @@ def clusters(
     linked = valid & after & (apart <= jump * jump)
     if n * abs(increment) < 2.0 * pi - 1.5 * abs(increment):
         linked[-1] = False
-    before = np.empty_like(linked)
-    before[0], before[1:] = linked[-1], linked[:-1]
-    starts = np.flatnonzero(valid & ~before)
-    ends = np.flatnonzero(valid & ~linked) + 1
+    starts = (valid & ~_preceding(linked)).nonzero()[0]
+    ends = (valid & ~linked).nonzero()[0] + 1
     if starts.size and ends[0] <= starts[0]:
         ends = np.append(ends[1:], ends[0] + n)
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
@@ -90,7 +88,7 @@ def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
     lost = ~np.isfinite(ranges)
     if not lost.any():
         return ranges
-    before, after = np.roll(ranges, 1), np.roll(ranges, -1)
+    before, after = _preceding(ranges), _shifted(ranges)
     with np.errstate(invalid="ignore"):
         same = lost & (np.abs(before - after) <= jump)  # inf - inf and nan compare as false
     means: NDArray[np.float32] = np.where(same, 0.5 * (before + after), ranges)
@@ -139,6 +137,13 @@ def _shifted(values: NDArray[Any]) -> NDArray[Any]:
     following = np.empty_like(values)
     following[:-1], following[-1] = values[1:], values[0]
     return following
+
+
+def _preceding(values: NDArray[Any]) -> NDArray[Any]:
+    """The value of the beam before for each."""
+    before = np.empty_like(values)
+    before[0], before[1:] = values[-1], values[:-1]
+    return before
 
 
 def disc_of(  # noqa: PLR0913 - of one run

@@ -61,8 +61,10 @@ class Walker:
         if self._pause_left > 0.0:
             self._pause_left = max(0.0, self._pause_left - period)
             return False
-        if self._person.yields and any(self._is_blocked_by(*robot) for robot in robots):
-            return False
+        if self._person.yields:
+            for robot, radius in robots:
+                if self._is_blocked_by(robot, radius):
+                    return False
         self._along += self._person.speed * period * share
         if self._along >= self._lengths[self._segment]:
             left_over = self._along - self._lengths[self._segment]

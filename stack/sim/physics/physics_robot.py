@@ -167,8 +167,9 @@ class PhysicsRobot:
 
     def truth(self) -> GroundTruth:
         """Return pose and velocity of the base frame in the plane."""
-        (x, y, _), r, (vx, vy, _), (_, _, spin) = self.base_state()
+        state = self.base_state()
         if self._truth is None:
+            (x, y, _), r, (vx, vy, _), (_, _, spin) = state
             forward = hypot(r[0], r[3])
             c, s = r[0] / forward, r[3] / forward
             twist = Twist(c * vx + s * vy, spin, c * vy - s * vx)
@@ -192,7 +193,8 @@ class PhysicsRobot:
         com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
         velocity, spin = self._bullet.getBaseVelocity(self.robot, physicsClientId=self.client)
         origin, turn = self._bullet.multiplyTransforms(*com, *self._from_inertial)
-        rx, ry, rz = (origin[n] - com[0][n] for n in range(3))
+        (x, y, z), centre = origin, com[0]
+        rx, ry, rz = x - centre[0], y - centre[1], z - centre[2]
         base_velocity = (
             velocity[0] + spin[1] * rz - spin[2] * ry,
             velocity[1] + spin[2] * rx - spin[0] * rz,

@@ -64,10 +64,12 @@ class PhysicsWorld:
         """Return the body numbers of everything that a robot can collide with."""
         return [*self.scene.obstacles, *(body for body in self._robots if body != robot)]
 
-    def step(self) -> None:
-        """Advance by one physics period."""
-        self.bullet.stepSimulation(self.client)
-        self.steps += 1
+    def step(self, count: int = 1) -> None:
+        """Advance by `count` physics periods."""
+        step, client = self.bullet.stepSimulation, self.client
+        for _ in range(count):
+            step(client)
+        self.steps += count
 
     def close(self) -> None:
         """Disconnect. Safe to call twice."""

@@ -40,6 +40,9 @@ PERSON_HEIGHT = 1.7
 HIDDEN_HEIGHT = -20.0
 """Height of an open door, metres: below the floor, out of sight and reach."""
 
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+"""Orientation of a body that is not turned: quaternion x, y, z, w."""
+
 PIT_COLOUR: Colour = (0.30, 0.28, 0.26)
 FLOOR_COLOUR: Colour = (0.42, 0.43, 0.44)
 PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
@@ -178,7 +181,7 @@ class Scene:
         return [(key, Mesh(corners)) for key, corners in cut if len(corners)]
 
     def _move(self, body: int, x: float, y: float, z: float, heading: float) -> None:
-        turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0))
+        turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0)) if heading else UPRIGHT
         self._bullet.resetBasePositionAndOrientation(
             body, (x, y, z), turn, physicsClientId=self._client
         )

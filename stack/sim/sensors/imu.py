@@ -10,6 +10,8 @@ from stack.sim.physics.physics_world import GRAVITY
 from stack.streams import stream
 from stack.types import Imu as ImuReading
 
+_GRAVITY = np.array([0.0, 0.0, GRAVITY])
+
 _Sample = tuple[float, ...]
 """Time, velocity before and now, spin, and the nine numbers of the rotation."""
 
@@ -42,13 +44,12 @@ class Imu:
         d, rows = self._description, np.array(self._samples)
         self._samples = []
         noise = self._random.standard_normal((len(rows), 6))
-        force = (rows[:, 4:7] - rows[:, 1:4]) * d.rate + (0.0, 0.0, GRAVITY)
+        force = (rows[:, 4:7] - rows[:, 1:4]) * d.rate + _GRAVITY
         rotations = rows[:, 10:].reshape(-1, 3, 3)
-        gyro, accelerometer = (
-            np.matmul(vectors[:, None, :], rotations)[:, 0] for vectors in (rows[:, 7:10], force)
-        )
-        return ImuReading(
-            rows[:, 0].copy(),
-            gyro + self._gyro_bias + d.gyro_noise * noise[:, :3],
-            accelerometer + self._accelerometer_bias + d.accelerometer_noise * noise[:, 3:],
-        )
+        gyro = np.matmul(rows[:, None, 7:10], rotations)[:, 0]
+        gyro += self._gyro_bias
+        gyro += d.gyro_noise * noise[:, :3]
+        accelerometer = np.matmul(force[:, None, :], rotations)[:, 0]
+        accelerometer += self._accelerometer_bias
+        accelerometer += d.accelerometer_noise * noise[:, 3:]
+        return ImuReading(rows[:, 0].copy(), gyro, accelerometer)

@@ -113,7 +113,8 @@ class Lidar:
         """Return (beams, 2) positions of the sensor and (beams,) increasing beam directions."""
         mount, stamps = self._description.mount, time + self._times
         rows = np.array([(t, pose.x, pose.y, pose.heading) for t, pose in trail])
-        if np.ptp(rows[:, 3]) > pi:
+        headings = [pose.heading for _, pose in trail]
+        if max(headings) - min(headings) > pi:
             rows[:, 3] = np.unwrap(rows[:, 3])
         x, y, heading = (np.interp(stamps, rows[:, 0], column) for column in rows[:, 1:].T)
         c, s = np.cos(heading), np.sin(heading)
@@ -186,7 +187,7 @@ class SensedScene:
         closed = [lines for name, lines in self._doors.items() if scene.doors[name]]
         robots = [robot.edges() for robot in scene.robots if robot.height > self._height]
         circles = self._circles
-        if self._sees_people:
+        if self._sees_people and len(scene.people):
             circles = np.concatenate([circles, scene.people])
         if not closed and not robots:
             return self._segments, circles

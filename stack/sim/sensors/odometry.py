@@ -65,14 +65,15 @@ class Odometry:
 
     def update(self, time: float, encoders: Encoders) -> None:
         """Add one reading of the encoders, taken at `time` seconds."""
-        angles = self._drivetrain.encoder_angles(encoders.wheels)
-        ticks = [floor(angle / self._tick) for angle in angles]
+        tick = self._tick
+        ticks = [floor(angle / tick) for angle in self._drivetrain.encoder_angles(encoders.wheels)]
         # One draw per wheel even at standstill: the random stream depends on time alone.
         draws = self._next_draws(len(ticks))
         before, self._ticks = self._ticks, ticks
         if before is None:
             return
-        self._steering = [floor(a / self._tick) * self._tick for a in encoders.steering]
+        if encoders.steering:
+            self._steering = [floor(a / tick) * tick for a in encoders.steering]
         rolled = [
             (now - then) * metres
             for now, then, metres in zip(ticks, before, self._metres_per_tick, strict=True)

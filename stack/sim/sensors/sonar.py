@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from math import inf, nan
 
-import numpy as np
-
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import SonarDescription
 from stack.sim.scene_state import SceneState
@@ -48,7 +46,7 @@ class Sonar:
             d.field_of_view / (RAYS - 1), RAYS, *self._scene.outlines(scene),
         )  # fmt: skip
         noise = stream(self._seed, f"sonar:{self._name}", step).normal(0.0, d.noise)
-        distance = float(np.min(measured)) + noise
+        distance = float(measured.min()) + noise
         if distance > d.range_max:
             distance = inf
         elif distance < d.range_min:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import f4, f8, i4, i8, njit, u1
 from numpy.typing import NDArray
@@ -17,23 +15,34 @@ HIGHEST_PASSABLE, LETHAL = 252, 254
 
 
 @njit(cache=True, nogil=True)
-def _between(distance: Array32, column: float, row: float) -> Any:
-    """Bilinear interpolation of the distance field between cell centres; FAR off the grid.
+def _narrow(
+    clearances: Array32, chosen: NDArray[np.int32], distance: Array32, disc: Array32,
+    geometry: Array32, xs: Array32, ys: Array32, cosines: Array32, sines: Array32,
+) -> None:  # fmt: skip
+    """Lower the clearances (n,) of chosen rollouts to that of one disc of the footprint.
 
-    Args:
-        distance: (rows, columns), at the centres of the cells.
-        column: cells from the left edge, float32.
-        row: cells from the bottom edge, float32.
+    Bilinear interpolation of the distance field between cell centres; FAR off the grid. Without
+    branches it is vectorised.
     """
     rows, columns = distance.shape
-    u, v = column - HALF, row - HALF
-    if not (ZERO <= u < columns - 1 and ZERO <= v < rows - 1):
-        return FAR
-    i, j = int(v), int(u)
-    du, dv = u - np.float32(j), v - np.float32(i)
-    low = distance[i, j] + du * (distance[i, j + 1] - distance[i, j])
-    high = distance[i + 1, j] + du * (distance[i + 1, j + 1] - distance[i + 1, j])
-    return low + dv * (high - low)
+    left, bottom, per_metre = geometry[0], geometry[1], geometry[2]
+    field, width = distance.ravel(), np.int32(columns)
+    last_column, last_row = np.float32(columns - 1), np.float32(rows - 1)
+    for n in range(clearances.size):
+        b = chosen[n]
+        x, y, c, s = xs[b], ys[b], cosines[b], sines[b]
+        u = (x + c * disc[0] - s * disc[1] - left) * per_metre - HALF
+        v = (y + s * disc[0] + c * disc[1] - bottom) * per_metre - HALF
+        inside = (u >= ZERO) & (u < last_column) & (v >= ZERO) & (v < last_row)
+        u, v = u if inside else ZERO, v if inside else ZERO
+        row, column = np.int32(v), np.int32(u)
+        du, dv = u - np.float32(column), v - np.float32(row)
+        place = row * width + column
+        below, above = field[place], field[place + width]
+        low = below + du * (field[place + 1] - below)
+        high = above + du * (field[place + width + 1] - above)
+        away = low + dv * (high - low) if inside else FAR
+        clearances[n] = min(clearances[n], away - disc[2])
 
 
 @njit(cache=True, nogil=True)
@@ -105,29 +114,37 @@ def near_obstacles(
         reach = max(reach, np.float32(offset) + discs[i, 2])
     far = reach + max(wanted, doubt) + diagonal
     share = ONE / np.float32(HIGHEST_PASSABLE)
+    prices = np.zeros(256, np.float32)
+    for value in range(LETHAL + 1):
+        prices[value] = share * np.float32(min(value, HIGHEST_PASSABLE))
+    all_cells, all_distances = cells.ravel(), distance.ravel()
+    width, below = np.int32(columns), np.empty(batch, np.int32)
+    near, clearances = np.empty(batch + 1, np.int32), np.empty(batch, np.float32)
     for b in range(batch):
         cost[b], repulsion[b], hits[b] = ZERO, ZERO, steps
     for t in range(steps):
+        xs, ys = poses[0, t], poses[1, t]
+        for b in range(batch):  # the cell below each rollout; without branches it is vectorised
+            across, along = (xs[b] - left) * per_metre, (ys[b] - bottom) * per_metre
+            inside = (across >= ZERO) & (across < columns) & (along >= ZERO) & (along < rows)
+            below[b] = np.int32(along) * width + np.int32(across) if inside else np.int32(-1)
+        count = 0
         for b in range(batch):
-            if hits[b] < steps:
-                continue
-            x, y = poses[0, t, b], poses[1, t, b]
-            across, along = (x - left) * per_metre, (y - bottom) * per_metre
-            if not (ZERO <= across < columns and ZERO <= along < rows):
-                continue
-            row, column = int(along), int(across)
-            value = cells[row, column]
-            if value <= LETHAL:
-                cost[b] += share * np.float32(min(value, HIGHEST_PASSABLE))
-            if distance[row, column] > far:
-                continue
-            c, s = poses[3, t, b], poses[4, t, b]
-            clearance = FAR
-            for i in range(discs.shape[0]):
-                px = (x + c * discs[i, 0] - s * discs[i, 1] - left) * per_metre
-                py = (y + s * discs[i, 0] + c * discs[i, 1] - bottom) * per_metre
-                clearance = min(clearance, _between(distance, px, py) - discs[i, 2])
-            clearance -= HALF * resolution
+            cell = below[b]
+            counts = (cell >= 0) & (hits[b] == steps)
+            cell = max(cell, np.int32(0))
+            cost[b] += prices[all_cells[cell]] if counts else ZERO
+            near[count] = b
+            count += counts & (all_distances[cell] <= far)
+        clearances[:count] = FAR
+        for i in range(discs.shape[0]):
+            _narrow(
+                clearances[:count], near, distance, discs[i], geometry,
+                xs, ys, poses[3, t], poses[4, t],
+            )  # fmt: skip
+        for n in range(count):
+            b, clearance = near[n], clearances[n] - HALF * resolution
+            x, y, c, s = xs[b], ys[b], poses[3, t, b], poses[4, t, b]
             if clearance < wanted:
                 repulsion[b] += wanted - max(clearance, ZERO)
                 if clearance < critical:
@@ -182,8 +199,14 @@ def near_moving(
         for t in range(steps):
             time = seconds * np.float32(t + 1)
             x, y = moving[k, 0] + time * moving[k, 2], moving[k, 1] + time * moving[k, 3]
+            xs, ys, near = poses[0, t], poses[1, t], np.int32(0)
+            for b in range(batch):  # most objects are far from all rollouts: vectorised
+                dx, dy = x - xs[b], y - ys[b]
+                near += np.int32(dx * dx + dy * dy <= square)
+            if near == 0:
+                continue
             for b in range(batch):
-                dx, dy = x - poses[0, t, b], y - poses[1, t, b]
+                dx, dy = x - xs[b], y - ys[b]
                 if dx * dx + dy * dy > square or hits[b] <= t:
                     continue
                 c, s = poses[3, t, b], poses[4, t, b]
@@ -274,15 +297,16 @@ def furthest_reached(
         nearest: (batch,), written: index of the path point nearest to each rollout's end.
     """
     _, steps, batch = poses.shape
-    best = np.full(batch, FAR)
+    best, found = np.full(batch, FAR), np.zeros(batch, np.int32)
+    xs, ys = poses[0, steps - 1], poses[1, steps - 1]
     for i in range(path.shape[0]):
-        px, py, index = path[i, 0], path[i, 1], i
-        for b in range(batch):
-            dx, dy = poses[0, steps - 1, b] - px, poses[1, steps - 1, b] - py
+        px, py, index = path[i, 0], path[i, 1], np.int32(i)
+        for b in range(batch):  # without branches it is vectorised
+            dx, dy = xs[b] - px, ys[b] - py
             square = dx * dx + dy * dy
-            if square < best[b]:
-                best[b] = square
-                nearest[b] = index
+            found[b] = index if square < best[b] else found[b]
+            best[b] = min(square, best[b])
+    nearest[:] = found
     clear, furthest = -1, 0
     for b in range(batch):
         furthest = max(furthest, nearest[b])
@@ -311,7 +335,8 @@ def path_alignment(
     axes, steps, batch = velocities.shape
     length = np.zeros(batch, np.float32)
     scale = np.float32(step / spacing)
-    count = ZERO
+    count, end = ZERO, np.int32(last)
+    path_x, path_y = path[:, 0].copy(), path[:, 1].copy()
     for b in range(batch):
         term[b] = ZERO
     for t in range(steps):
@@ -325,9 +350,10 @@ def path_alignment(
         if t % stride != stride - 1:
             continue
         count += ONE
-        for b in range(batch):
-            index = min(int(length[b] + HALF), last)
-            dx, dy = poses[0, t, b] - path[index, 0], poses[1, t, b] - path[index, 1]
+        xs, ys = poses[0, t], poses[1, t]
+        for b in range(batch):  # 32 bits: this way it is vectorised
+            index = min(np.int32(length[b] + HALF), end)
+            dx, dy = xs[b] - path_x[index], ys[b] - path_y[index]
             term[b] += np.sqrt(dx * dx + dy * dy)
     for b in range(batch):
         term[b] /= max(count, ONE)
