@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.localisation import kernels
 from stack.localisation.health import ScanEvaluator
 from stack.types import FloatArray, Footprint, Pose2D, Scan
 
@@ -25,6 +24,9 @@ class TouchSense:
     """
 
     def __init__(self, footprint: Footprint, evaluator: ScanEvaluator, distance: float) -> None:
+        from stack.localisation.kernels import SHORT  # imports numba
+
+        self._short = SHORT
         self._starts = footprint.points
         self._edges = np.roll(footprint.points, -1, axis=0) - footprint.points
         self._squares = np.einsum("ij,ij->i", self._edges, self._edges)
@@ -44,7 +46,7 @@ class TouchSense:
         if beams.size < _LEAST_BEAMS:
             return False
         kinds = self._evaluator.classify(pose, scan, beams)
-        return int(np.count_nonzero(kinds == kernels.SHORT)) >= _LEAST_BEAMS
+        return int(np.count_nonzero(kinds == self._short)) >= _LEAST_BEAMS
 
     def _distances(self, points: FloatArray) -> FloatArray:
         """Return the distances (m,) of points (m, 2) from the outline, base frame, metres."""

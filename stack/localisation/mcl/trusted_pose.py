@@ -80,10 +80,9 @@ class TrustedPose:
         if self._pose is None or not self.is_touched:
             return
         expected = self._expected(odometry)
-        turned = abs(wrap_angle(pose.heading - expected.heading))
-        if expected.distance_to(
-            pose
-        ) < _NEAR * parameters.push_distance and turned < _NEAR * self._angle(parameters):
+        away = expected.distance_to(pose) / parameters.push_distance
+        turned = abs(wrap_angle(pose.heading - expected.heading)) / self._angle(parameters)
+        if max(away, turned) < _NEAR:
             self._pose, self._odometry, self._driven = pose, odometry, 0.0
 
     @property
@@ -119,8 +118,7 @@ class TrustedPose:
         expected, angle = self._expected(odometry), self._angle(parameters)
         across = hypot(parameters.push_distance, _SLIP * self._driven)
         lifted = parameters.lifted_share if self._pushed else _UNNOTICED_SHARE
-        if self.is_touched:
-            lifted = parameters.carried_share
+        lifted = parameters.carried_share if self.is_touched else lifted
         found = []
         for pose in poses:
             away = expected.distance_to(pose) / across
