@@ -147,7 +147,8 @@ def test_who_walks_away_behind_the_robot_is_not_waited_for():
     toy.run(40.0, lambda: world.pose.y > 1.2)
     world.circles.clear()
     toy.tracks = lambda: [person(0.4, 0.5, world.time)]
-    assert toy.run(20.0, lambda: world.pose.y < 1.0) < 8.0  # 15 s is the longest wait
+    # Into the niche in strokes 5 s, turned round and out of it 4 s; 15 s is the longest wait.
+    assert toy.run(20.0, lambda: world.pose.y < 1.0) < 12.0
     assert toy.finish(task) is TaskStatus.SUCCEEDED
 
 
