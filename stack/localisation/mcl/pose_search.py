@@ -43,8 +43,8 @@ _FAR = 0.5
 
 _UNCONFIRMED, _PUSHED, _TOUCHED, _MOVED, _UNMOVED = -0.5, -1.0, -3.0, -6.0, -10.0
 """Log-weights of a pose that a search found, relative to the estimate: while the estimate itself
-came from a search and is not confirmed; after a push that odometry states; after a touch; with
-scans that pass through mapped walls; and with scans that only meet unmapped things."""
+came from a search and is not confirmed; after a push that odometry states; with scans that pass
+through mapped walls, after a touch and without one; with scans that only meet unmapped things."""
 
 _SAME_MATCH, _SAME_TURN, _SECOND_LOOK = 0.05, 0.05, 2.0
 """Metres, radians, seconds; two searches within this time that agree confirm a small correction."""
