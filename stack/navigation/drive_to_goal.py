@@ -51,6 +51,11 @@ MOVED = 0.1
 front of an obstacle do not count.
 """
 
+BESIDE = 0.15
+"""Distance to the path, metres, above which a robot that has evaded a person plans anew from where
+it is. It would turn back to the old path otherwise, or turn to the goal's heading beside the goal.
+"""
+
 HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
 """Failures of a robot that stands in front of an obstacle."""
 
@@ -92,6 +97,7 @@ class GoalDrive(Drive):
         self._blockages = Blockages(p.blockage_radius, p.blockage_time)
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections = 0
+        self._has_evaded = False
         self._courtesy: Courtesy | None = Courtesy(tools, self._drive_aside, self.timers)
 
     def step(self, state: NavigationState) -> Twist:
@@ -137,6 +143,10 @@ class GoalDrive(Drive):
         if self._courtesy is not None:
             self._courtesy.stop(now)
         super().stop(now)
+
+    def note_evasion(self) -> None:
+        """Note that an evasion is over: the robot may be beside its path."""
+        self._has_evaded = True
 
     def _give_way(self, state: NavigationState) -> Twist | None:
         """Return the velocity of a robot that leaves a person's way; None when it does not."""
@@ -240,6 +250,7 @@ class GoalDrive(Drive):
             request, due, wait=p.wait_for_plan, over=copy.release
         )
         self._reason, self._requested_at = reason, state.time
+        self._has_evaded = False
         self._requested_from = self._tools.planner_worker.planner
 
     @property
@@ -275,6 +286,8 @@ class GoalDrive(Drive):
             return "the path ahead is blocked"
         if progress.offset > p.off_path:
             return f"{progress.offset:.1f} m off the path"
+        if self._has_evaded and progress.offset > BESIDE:
+            return f"{progress.offset:.1f} m beside the path after an evasion"
         if follower.at_position:
             return self._correction(state)
         if follower.idles(state.time):

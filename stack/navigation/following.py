@@ -294,6 +294,9 @@ class Drive(MotionExecutor):
         """Release the controller."""
         self._follower.stop(now)
 
+    def note_evasion(self) -> None:
+        """Note that an evasion is over: the robot may be beside its path."""
+
 
 class PathDrive(Drive):
     """Follows a fixed path, without planning."""

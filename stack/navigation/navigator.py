@@ -220,7 +220,10 @@ class Navigator:
             state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles,
             self._tools.path_follower.way_ahead(FORESEEN) if self._follows_path else NO_POINTS,
         )  # fmt: skip
+        was_active = self.evasion.active
         twist = self.evasion.step(wanted, situation)
+        if was_active and not self.evasion.active and isinstance(current, Drive):
+            current.note_evasion()
         if self.evasion.active:
             if state.time >= self._evaded_at + NEW_EVASION:
                 self._emit("evasion", "leaving the way of a person who walks towards the robot")

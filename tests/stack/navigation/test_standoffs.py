@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import hypot
+from math import hypot, pi
 
 import numpy as np
 import pytest
@@ -208,3 +208,16 @@ def test_the_robot_lets_somebody_out_of_a_narrow_passage():
     assert abs(world.pose.y - 1.5) > 0.6
     toy.tracks = list
     assert toy.finish(task) is TaskStatus.SUCCEEDED
+
+
+def test_a_robot_that_has_evaded_somebody_plans_from_where_it_is():
+    """It would first turn back to its path, or turn to the goal's heading beside the goal."""
+    toy = ToyDrive(ToyWorld(room(10.0, 6.0), robot(), Pose2D(1.0, 3.0)))
+    goal, walk = Pose2D(5.0, 3.0, pi), -0.8
+    toy.tracks = lambda: [person(9.0 + walk * toy.world.time, 2.8, toy.world.time, (walk, 0.0))]
+    task = toy.navigator.navigate_to(goal)
+    assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
+    reasons = [fields["reason"] for kind, _, fields in toy.events if kind == "replan"]
+    assert "evasion" in toy.kinds()
+    assert any(reason.endswith("m beside the path after an evasion") for reason in reasons), reasons
+    assert toy.world.pose.distance_to(goal) < 0.03
