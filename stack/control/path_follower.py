@@ -99,6 +99,16 @@ class PathFollower(Lifecycle):
         for controller in self._controllers():
             controller.stop(now)
 
+    @property
+    def reverses(self) -> bool:
+        """Whether the robot can follow a path forward or backward, as its headings say."""
+        drivetrain = self._robot.drivetrain
+        return (
+            drivetrain.turns_in_place
+            and not drivetrain.can_move_sideways
+            and (self._robot.limits.reverse_speed > 0.0)
+        )
+
     def progress_on(self, path: Path) -> PathProgress:
         """Return the progress at the beginning of a path, as this robot drives it."""
         return PathProgress(

@@ -227,6 +227,11 @@ class LocaliserParameters:
         help="distance from the body within which something unmapped touches it; 0: touches are "
         "not looked for",
     )  # fmt: skip
+    touch_speed: float = parameter(
+        0.15, "m/s", at_least=0.0, at_most=2.0,
+        help="standard deviation of the speed at which what touches the robot may push it; the "
+        "particles then spread also while its wheels stand",
+    )  # fmt: skip
     carried_share: float = parameter(
         0.003, above=0.0, at_most=1.0,
         help="after a touch, probability of a place far from the trusted pose, relative to one at "

@@ -9,6 +9,7 @@ import numpy as np
 
 from stack.costmap.route_costs import blocked_at, route_cost
 from stack.errors import NavigationError
+from stack.geometry.path_progress import PathProgress
 from stack.navigation.blockages import Blockages
 from stack.navigation.following import (
     Drive,
@@ -16,6 +17,7 @@ from stack.navigation.following import (
     drive_feedback,
     standing,
 )
+from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import Courtesy
 from stack.navigation.people.narrow_meeting import REACH
 from stack.navigation.people.standoff import blocked_by, nearest
@@ -97,7 +99,7 @@ class GoalDrive(Drive):
         self._blockages = Blockages(p.blockage_radius, p.blockage_time)
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections = 0
-        self._has_evaded = False
+        self._has_evaded = self._may_back_out = self._backs_out = False
         self._courtesy: Courtesy | None = Courtesy(tools, self._drive_aside, self.timers)
 
     def step(self, state: NavigationState) -> Twist:
@@ -168,7 +170,7 @@ class GoalDrive(Drive):
         """Return the drive to a passing place, which gives way to nobody."""
         task = MotionTask(f"drive to ({place.x:.1f}, {place.y:.1f})", lambda _: None)
         drive = GoalDrive(task, self._tools, [place], None)
-        drive._courtesy = None
+        drive._courtesy, drive._may_back_out = None, True
         return drive
 
     @property
@@ -273,7 +275,7 @@ class GoalDrive(Drive):
 
     def _replan_reason(self, state: NavigationState) -> str | None:
         """Reason to plan now; ROUTINE to search for a better path, None for no plan."""
-        p, follower, progress = self._tools.parameters, self._follower, self._follower.progress
+        follower, progress = self._follower, self._follower.progress
         if self.path is None or progress is None:
             return "first plan"
         if self._tools.planner_worker.planner is not self._planner:
@@ -284,15 +286,23 @@ class GoalDrive(Drive):
             return "an obstacle is in the way"
         if self._blocked_at is not None:
             return "the path ahead is blocked"
-        if progress.offset > p.off_path:
-            return f"{progress.offset:.1f} m off the path"
-        if self._has_evaded and progress.offset > BESIDE:
-            return f"{progress.offset:.1f} m beside the path after an evasion"
+        if beside := self._beside_path(progress, state):
+            return beside
         if follower.at_position:
             return self._correction(state)
         if follower.idles(state.time):
             return "stopped short of the goal"
         return self._routine(state.time)
+
+    def _beside_path(self, progress: PathProgress, state: NavigationState) -> str | None:
+        """Reason for a plan from where the robot is and as it faces; None if it needs none."""
+        if progress.offset > self._tools.parameters.off_path:
+            return f"{progress.offset:.1f} m off the path"
+        if self._has_evaded and progress.offset > BESIDE:
+            return f"{progress.offset:.1f} m beside the path after an evasion"
+        if self._backs_out and should_turn(progress.remaining, state, self._tools):
+            return "there is room to turn round"
+        return None
 
     def _routine(self, time: float) -> str | None:
         due = time >= self._requested_at + self._tools.parameters.replan_period - 1e-9
@@ -333,7 +343,7 @@ class GoalDrive(Drive):
             return
         self._planner = self._requested_from
         if self._reason != ROUTINE or self._clearly_better(answer, state.time):
-            self._adopt(answer, state.time)
+            self._adopt(answer, state)
 
     def _unless_too_far(self, plan: Plan) -> Plan | Failure:
         """Return the plan, or a failure when it ends farther from the goal than the tolerance."""
@@ -392,13 +402,15 @@ class GoalDrive(Drive):
         new = route_cost(costs, plan.path.points)
         return new < (1.0 - self._tools.parameters.replan_gain) * now - 0.1
 
-    def _adopt(self, plan: Plan, time: float) -> None:
+    def _adopt(self, plan: Plan, state: NavigationState) -> None:
         first = self.path is None
         if self._blocked_at is not None:
-            self._blockages.note(self._blocked_at, time)
-        self.path, self._leg_ends = plan.path, plan.leg_ends
-        self.task.path = plan.path
-        self._follower.set_path(plan.path, time)
+            self._blockages.note(self._blocked_at, state.time)
+        path = backed_out(plan.path, state, self._tools) if self._may_back_out else plan.path
+        self._backs_out = path is not plan.path
+        self.path = self.task.path = path
+        self._leg_ends = plan.leg_ends
+        self._follower.set_path(path, state.time)
         self._blocked_at, self._seen_version = None, -1
         length = round(plan.path.length, 3)
         if first:

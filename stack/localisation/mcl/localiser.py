@@ -60,6 +60,9 @@ _UNTESTED_HEALTH = 0.8
 _MATCH_DEVIATION = 0.05
 """Metres; standard deviation of a pose that is compared with a scan."""
 
+_TOUCHED_TURN = 0.1
+"""Standard deviation of the turning speed of a touched robot besides odometry, rad/s."""
+
 _USUAL = 0.25
 """Place of a fit between the 5th percentile (0) and the median (1) at true poses, which another
 place needs in a scan to take over from a trusted pose without a disturbance of odometry."""
@@ -403,6 +406,8 @@ class Localiser(Estimator):
     ) -> None:
         """Process the motion since the last scan."""
         p = self.parameters
+        if touched:
+            covariance = self._pushed(scan.stamp, covariance)
         distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
         self._travelled = distance + 0.5 * turn
         self._trusted.drive(distance, pushed=disturbed, touched=touched)
@@ -411,6 +416,14 @@ class Localiser(Estimator):
             self._recovery.disturb(scan.stamp)
         if touched:
             self._recovery.touch(scan.stamp)
+            self._odometry.doubt_standstill()
+
+    def _pushed(self, stamp: float, covariance: FloatArray | None) -> FloatArray:
+        """Return the (3, 3) covariance of the motion since the last scan of a touched robot."""
+        seconds = self._odometry.seconds_to(stamp)
+        deviations = seconds * np.array([*(self.parameters.touch_speed,) * 2, _TOUCHED_TURN])
+        pushes = np.diag(deviations**2)
+        return pushes if covariance is None else pushes + covariance
 
     def _is_touched(self, scan: Scan) -> bool:
         """Return whether a scan shows that something touches the robot.

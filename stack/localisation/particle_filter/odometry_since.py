@@ -112,6 +112,14 @@ class OdometrySince:
         self._scanned = stamp, self.pose
         return hypot(step.x, step.y), abs(step.heading)
 
+    def seconds_to(self, stamp: float) -> float:
+        """Return the seconds from the last scan to a stamp; 0 before the first one."""
+        return 0.0 if self._scanned is None else max(0.0, stamp - self._scanned[0])
+
+    def doubt_standstill(self) -> None:
+        """Let the next scan weight the particles although the wheels stand."""
+        self._still_scans = 0
+
     def is_update_due(self, distance: float, angle: float, *, settled: bool) -> bool:
         """Return whether the scan that was added last should weight the particles.
 

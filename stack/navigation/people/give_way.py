@@ -9,6 +9,7 @@ import numpy as np
 
 from stack.lifecycle import Timers
 from stack.navigation.following import Drive, Tools
+from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
 from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
 from stack.navigation.people.standoff import Standoff, nearest
@@ -21,8 +22,8 @@ TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
 ARRIVED = 0.15
 """Metres to the passing place at which the robot is there."""
 
-BACK, TURNING_ROOM = 0.5, 0.03
-"""Metres that a robot without room to turn backs up at most, and the room that it needs."""
+BACK = 0.5
+"""Metres that a robot without room to turn backs up at most."""
 
 LOOK_AGAIN = 0.5
 """Seconds between two searches for a passing place."""
@@ -225,9 +226,7 @@ class Courtesy:
 
     def _can_turn(self, state: NavigationState) -> bool:
         """Whether nothing is within the circle in which the robot turns."""
-        points = state.obstacles.points
-        reach = self._tools.bodies.circumscribed + TURNING_ROOM
-        return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
+        return can_turn(state.obstacles.points, self._tools.bodies.circumscribed)
 
     def _is_in_front(self, at: tuple[float, float]) -> bool:
         """Whether a person is on the part of the way that leads to where the robot left it."""

@@ -110,3 +110,23 @@ def test_nobody_who_touches_it_leaves_the_trusted_pose_where_it_was():
     trusted.follow(Pose2D(0.3, 0.0), HERE, P)
     trusted.drive(0.0, pushed=False, touched=True)
     assert trusted.log_priors([HERE], HERE, P) == [0.0]
+
+
+def pushed_slowly(parameters: LocaliserParameters) -> float:
+    """Largest error while a person pushes the robot back by 1 m at 0.1 m/s and the wheels stand."""
+    place, generator, start = office(), np.random.default_rng(7), Pose2D(2.5, 2.7, 0.4)
+    reach, worst = robot().footprint.front, 0.0
+    localiser = settled(place, start, generator)
+    localiser.configure(parameters)
+    for step in range(100):
+        truth = start.compose(Pose2D(-0.01 * step, 0.0, 0.0))
+        place.people[:] = [beside(truth, reach + 0.2, 0.0)]
+        localiser.process(HERE, place.scan(truth, 1.1 + 0.1 * step, generator))
+        worst = max(worst, localiser.estimate.pose.distance_to(truth))
+    return worst
+
+
+def test_the_pose_follows_a_slow_push_while_the_wheels_stand():
+    """Two deviations of the pose at standstill, and the way of 0.3 s."""
+    assert pushed_slowly(LocaliserParameters()) < 0.05
+    assert pushed_slowly(LocaliserParameters(touch_speed=0.0)) > 0.1
