@@ -113,7 +113,29 @@ class TransformBuffer:
         """Return (n, 3) x, y, heading of the base at (n,) stamps; see `pose_at`."""
         if stamps.size == 0:
             return np.empty((0, 3))
-        first, last = float(stamps.min()), float(stamps.max())
+        known, rows = self.odometry_between(float(stamps.min()), float(stamps.max()))
+        x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
+        odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
+        if frame == "odom":
+            return odom
+        return np.array([
+            _row(self.map_from_odom(stamp).compose(Pose2D(*row)))
+            for stamp, row in zip(stamps.tolist(), odom.tolist(), strict=True)
+        ])  # fmt: skip
+
+    def odometry_between(self, first: float, last: float) -> tuple[FloatArray, FloatArray]:
+        """Return the odometry poses from which those at stamps in an interval are interpolated.
+
+        Args:
+            first: seconds on the body's clock.
+            last: not before `first`, seconds.
+
+        Returns:
+            (k,) stamps, and (k, 3) x, y, heading in the odom frame; headings without jumps.
+
+        Raises:
+            FrameError: a stamp is outside the buffer.
+        """
         self._check(first)
         self._check(last)
         poses = self._odom_from_base
@@ -123,14 +145,7 @@ class TransformBuffer:
         rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
         if np.abs(rows[1:, 2] - rows[:-1, 2]).max(initial=0.0) > pi:
             rows[:, 2] = np.unwrap(rows[:, 2])
-        x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
-        odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
-        if frame == "odom":
-            return odom
-        return np.array([
-            _row(self.map_from_odom(stamp).compose(Pose2D(*row)))
-            for stamp, row in zip(stamps.tolist(), odom.tolist(), strict=True)
-        ])  # fmt: skip
+        return known, rows
 
     def map_from_odom(self, stamp: float) -> Pose2D:
         """Return the odom frame's pose in the map frame at a stamp.

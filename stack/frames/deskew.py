@@ -9,7 +9,6 @@ Mapping in Real-time", RSS 2014, section V.
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, sin
 
 import numpy as np
 
@@ -45,22 +44,13 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
     """
     if scan.time_increment == 0.0:
         return scan
-    base = frames.pose_at("odom", scan.stamp)
-    x, y, heading = frames.poses_at("odom", scan.stamps).T
-    mount, angles = scan.mount, scan.angles
-    turned = (heading - base.heading + np.pi) % (2.0 * np.pi) - np.pi
-    # the sensor's position at each beam's stamp, from that at the scan's stamp
-    forward, aside = np.cos(heading) - cos(base.heading), np.sin(heading) - sin(base.heading)
-    ahead = x - base.x + mount.x * forward - mount.y * aside
-    left = y - base.y + mount.x * aside + mount.y * forward
-    c, s = cos(base.heading + mount.heading), sin(base.heading + mount.heading)
-    ahead, left = c * ahead + s * left, c * left - s * ahead
-    # the end point along and across the beam; an infinite range gives no change of bearing
-    bearings = angles + turned
-    cosine, sine = np.cos(bearings), np.sin(bearings)
-    along = scan.ranges + (cosine * ahead + sine * left)
-    across = cosine * left - sine * ahead
-    change = np.arctan2(across, along)
-    change[np.isnan(change)] = 0.0
-    ranges = np.hypot(along, across).astype(np.float32)
-    return replace(scan, ranges=ranges, bearings=bearings + change, time_increment=0.0)
+    from stack.frames.kernels import deskewed  # imports numba
+
+    base, mount = frames.pose_at("odom", scan.stamp), scan.mount
+    times = scan.stamps
+    ranges, bearings = deskewed(
+        scan.ranges.astype(np.float64), scan.angles, times,
+        *frames.odometry_between(float(times.min()), float(times.max())),
+        (base.x, base.y, base.heading), (mount.x, mount.y, mount.heading),
+    )  # fmt: skip
+    return replace(scan, ranges=ranges, bearings=bearings, time_increment=0.0)

@@ -66,6 +66,40 @@ def _are_beside(directions, px, py, qx, qy, clear):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, nogil=True)
+def origins_along(times, stamps, poses, x, y, heading, beams):  # type: ignore[no-untyped-def]
+    """Compute where a lidar that moves while it turns is at each beam.
+
+    Args:
+        times: (n,) of the beams, rising, seconds.
+        stamps: (k,) of the poses, rising, seconds.
+        poses: (k, 3) x, y, heading of the base, headings without jumps.
+        x: of the lidar, base frame, metres.
+        y: of the lidar, base frame, metres.
+        heading: of the lidar, base frame, radians.
+        beams: (n,) directions of the beams, lidar frame, radians.
+
+    Returns:
+        (n, 2) origins and (n,) directions of the beams, in the frame of the poses.
+    """
+    origins, directions = np.empty((times.size, 2)), np.empty(times.size)
+    last, before = stamps.size - 1, 0
+    for beam in range(times.size):
+        while before < last and stamps[before + 1] <= times[beam]:
+            before += 1
+        base_x, base_y, turn = poses[before]
+        if before < last and times[beam] > stamps[before]:
+            step, since = stamps[before + 1] - stamps[before], times[beam] - stamps[before]
+            base_x = (poses[before + 1, 0] - base_x) / step * since + base_x
+            base_y = (poses[before + 1, 1] - base_y) / step * since + base_y
+            turn = (poses[before + 1, 2] - turn) / step * since + turn
+        c, s = cos(turn), sin(turn)
+        origins[beam, 0] = base_x + c * x - s * y
+        origins[beam, 1] = base_y + s * x + c * y
+        directions[beam] = turn + heading + beams[beam]
+    return origins, directions
+
+
+@njit(cache=True, nogil=True)
 def cast_from(origins, directions, segments, circles):  # type: ignore[no-untyped-def]
     """Compute the distance along each beam of a lidar that moves while it turns.
 
@@ -239,6 +273,9 @@ def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
 
 CAST = ((cast, (f8, f8, f8, f8, i8, f8[:, ::1], f8[:, ::1])),)
 """Entry points, with the types that lidars and sonars call them with; then of turning lidars."""
-CAST_FROM = ((cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),)
+CAST_TURNING = (
+    (origins_along, (f8[::1], f8[::1], f8[:, ::1], f8, f8, f8, f8[::1])),
+    (cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),
+)
 CAST_RAYS = ((cast_rays, (f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])),)
 """Of lidars in worlds with mirrors."""

@@ -44,7 +44,7 @@ class Lidar:
         """Return the kernels that the scans of such a lidar in a world call."""
         from stack.sim.sensors import kernels
 
-        own = kernels.CAST_FROM if description.rotation_time > 0.0 else kernels.CAST
+        own = kernels.CAST_TURNING if description.rotation_time > 0.0 else kernels.CAST
         return (*own, *(kernels.CAST_RAYS if mirror_faces(world) else ()))
 
     def __init__(
@@ -111,17 +111,14 @@ class Lidar:
 
     def _origins(self, trail: Trail, time: float) -> tuple[FloatArray, FloatArray]:
         """Return (beams, 2) positions of the sensor and (beams,) increasing beam directions."""
-        mount, stamps = self._description.mount, time + self._times
-        rows = np.array([(t, pose.x, pose.y, pose.heading) for t, pose in trail])
-        headings = [pose.heading for _, pose in trail]
-        if max(headings) - min(headings) > pi:
-            rows[:, 3] = np.unwrap(rows[:, 3])
-        x, y, heading = (np.interp(stamps, rows[:, 0], column) for column in rows[:, 1:].T)
-        c, s = np.cos(heading), np.sin(heading)
-        origins = np.empty((stamps.size, 2))
-        origins[:, 0] = x + c * mount.x - s * mount.y
-        origins[:, 1] = y + s * mount.x + c * mount.y
-        return origins, heading + mount.heading + self._beams
+        mount = self._description.mount
+        stamps, poses = _rows(trail)
+        origins: FloatArray
+        directions: FloatArray
+        origins, directions = self._kernels.origins_along(
+            time + self._times, stamps, poses, mount.x, mount.y, mount.heading, self._beams
+        )
+        return origins, directions
 
     def _follow_reflections(
         self, ranges: FloatArray, trail: Trail, time: float, outlines: tuple[FloatArray, FloatArray]
@@ -159,6 +156,15 @@ class Lidar:
         lost = random.random(d.beams) < d.dropout
         ranges[ranges < d.range_min] = np.nan
         ranges[lost | (ranges > d.range_max)] = inf
+
+
+def _rows(trail: Trail) -> tuple[FloatArray, FloatArray]:
+    """Return the times (k,) of a trail and its poses (k, 3), with headings without jumps."""
+    poses = np.array([(pose.x, pose.y, pose.heading) for _, pose in trail])
+    headings = poses[:, 2].tolist()
+    if max(headings) - min(headings) > pi:
+        poses[:, 2] = np.unwrap(poses[:, 2])
+    return np.array([time for time, _ in trail]), poses
 
 
 class SensedScene:
