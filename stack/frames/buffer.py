@@ -248,7 +248,8 @@ class TransformBuffer:
         stamps = self._odom_from_base.stamps
         known = np.array(list(islice(stamps, start - 1, start + count)))
         inside = np.minimum(known[1:], until) - np.maximum(known[:-1], since)
-        return np.clip(inside / np.diff(known), 0.0, 1.0)
+        shares: FloatArray = np.clip(inside / np.diff(known), 0.0, 1.0)
+        return shares
 
     def covers(self, stamp: float) -> bool:
         """Return whether there is a pose in the odom frame at a stamp."""

@@ -8,8 +8,6 @@ Mapping in Real-time", RSS 2014, section V.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from stack.errors import FrameError
@@ -53,4 +51,7 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
         *frames.odometry_between(float(times.min()), float(times.max())),
         (base.x, base.y, base.heading), (mount.x, mount.y, mount.heading),
     )  # fmt: skip
-    return replace(scan, ranges=ranges, bearings=bearings, time_increment=0.0)
+    return Scan(
+        scan.stamp, ranges, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max,
+        mount, time_increment=0.0, bearings=bearings,
+    )  # fmt: skip

@@ -160,6 +160,13 @@ class PoseEstimate:
     thresholds: HealthThresholds = HealthThresholds()
     obscured: bool = False
 
+    def moved_to(self, pose: Pose2D) -> PoseEstimate:
+        """Return the estimate at another pose, with nothing else changed."""
+        return PoseEstimate(
+            pose, self.covariance, self.health, self.map_from_odom, self.corrected_at, self.jumps,
+            self.rivals, self.thresholds, self.obscured,
+        )  # fmt: skip
+
     @property
     def is_lost(self) -> bool:
         """Whether the scans fit neither the pose nor any rival: ambiguity alone is not LOST."""

@@ -164,14 +164,10 @@ class Evasion:
             self._pushing.clear()
             return np.empty((0, 6))
         discs = self._pushing.expected(situation.time, situation.tracks, situation.pose, discs)
-        speeds = np.hypot(discs[:, 2], discs[:, 3])
-        if not (speeds >= p.moving_speed).any():
-            return np.empty((0, 6))
-        limits = self._robot.limits
-        reach = p.horizon * (speeds + limits.linear_speed) + self._radius + discs[:, 4]
-        near = np.hypot(discs[:, 0], discs[:, 1]) <= reach
-        walking = near & (speeds >= p.moving_speed)
-        return np.ascontiguousarray(discs[near]) if walking.any() else np.empty((0, 6))
+        coming: FloatArray = self._kernels.who_comes(
+            discs, p.moving_speed, p.horizon, self._robot.limits.linear_speed, self._radius
+        )
+        return coming
 
     def _decide(
         self, wanted: Twist, situation: Situation, discs: FloatArray, *, resting: bool

@@ -63,7 +63,7 @@ class ParticleFilter:
         self, field: SignedDistanceField, evaluator: ScanEvaluator, motion: MotionModel,
         parameters: LocaliserParameters, generator: np.random.Generator,
     ) -> None:  # fmt: skip
-        from stack.localisation import kernels
+        from stack.localisation.particle_filter import kernels
         from stack.localisation.search import kernels as search_kernels
 
         self._kernels, self._field, self._evaluator = kernels, field, evaluator

@@ -68,13 +68,14 @@ def find_narrow_meeting(
     """
     if len(path) < 2 or not people:
         return None
-    steps = np.diff(path, axis=0)
-    lengths = np.hypot(*steps.T)
+    steps = path[1:] - path[:-1]
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     found: list[Meeting] = []
     for person in people:
-        away = np.hypot(*(path - person.position).T)
-        nearest = int(np.argmin(away))
+        off = path - person.position
+        away = np.hypot(off[:, 0], off[:, 1])
+        nearest = int(away.argmin())
         if away[nearest] > BESIDE or along[nearest] < NEAREST:
             continue
         onward = steps[min(nearest, len(steps) - 1)]

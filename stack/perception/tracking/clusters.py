@@ -110,7 +110,7 @@ def beams_towards(scan: Scan, angles: FloatArray) -> NDArray[np.intp]:
         return even
     n, increment = scan.ranges.size, scan.angle_increment
     round_turn = round(2.0 * pi / abs(increment))
-    index = np.clip(even % round_turn, 0, n - 1)
+    index = np.minimum(even % round_turn, n - 1)
     off = scan.bearings[index] - (scan.angle_min + increment * index)
     return np.rint((angles - off - scan.angle_min) / increment).astype(np.intp)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -34,4 +33,4 @@ def without_objects(scan: Scan, pose: Pose2D, objects: Sequence[TrackedObject]) 
         return scan
     masked = scan.ranges.copy()
     masked[hit] = np.nan
-    return replace(scan, ranges=masked)
+    return scan.with_ranges(masked)

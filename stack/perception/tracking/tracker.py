@@ -12,7 +12,6 @@ seen through is not there any more.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import replace
 from math import floor, hypot, sqrt
 
 import numpy as np
@@ -161,7 +160,7 @@ class Tracker:
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
         settings = self.parameters
-        scan = replace(scan, ranges=bridged(scan.ranges, settings.jump))
+        scan = scan.with_ranges(bridged(scan.ranges, settings.jump))
         ranges = scan.ranges.astype(np.float64)
         valid = np.isfinite(ranges) & (ranges <= settings.range)
         ignored: NDArray[np.bool_] | None = None
@@ -203,9 +202,10 @@ class Tracker:
         distances = self._mahalanobis(discs)
         confirm = self.parameters.confirm
         pairs = sorted(
-            (self._filters[order].hits < confirm, float(distances[order, index]), index, order)
-            for order, index in np.argwhere(distances <= self.parameters.gate).tolist()
-            if self._may_be(self._filters[order], discs[index])
+            (self._filters[order].hits < confirm, distance, index, order)
+            for order, row in enumerate(distances.tolist())
+            for index, distance in enumerate(row)
+            if distance <= self.parameters.gate and self._may_be(self._filters[order], discs[index])
         )
         taken: set[int] = set()
         updated: set[int] = set()

@@ -35,6 +35,7 @@ class Sonar:
 
         self._cast = cast
         self._description, self._seed, self._name = description, seed, name
+        self._stream = f"sonar:{name}"
         self._scene = SensedScene(world, description.height, glass=True)
 
     def reading(self, robot: Pose2D, scene: SceneState, step: int, time: float) -> RangeReading:
@@ -45,8 +46,8 @@ class Sonar:
             sensor.x, sensor.y, sensor.heading - d.field_of_view / 2.0,
             d.field_of_view / (RAYS - 1), RAYS, *self._scene.outlines(scene),
         )  # fmt: skip
-        noise = stream(self._seed, f"sonar:{self._name}", step).normal(0.0, d.noise)
-        distance = float(measured.min()) + noise
+        noise = stream(self._seed, self._stream, step).normal(0.0, d.noise)
+        distance = min(measured.tolist()) + noise
         if distance > d.range_max:
             distance = inf
         elif distance < d.range_min:
