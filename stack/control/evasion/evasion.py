@@ -222,13 +222,11 @@ class Evasion:
 
     def _points(self, points: FloatArray, discs: FloatArray) -> FloatArray:
         """Return the near points that belong to no disc, thinned out."""
-        near = points[np.hypot(points[:, 0], points[:, 1]) <= REACH + self._radius]
-        if not len(near):
-            return np.empty((0, 2))
-        away = np.hypot(near[:, :1] - discs[:, 0], near[:, 1:] - discs[:, 1])
-        near = near[(away > discs[:, 4] + AROUND).all(axis=1)]
+        near: FloatArray = self._kernels.points_beside(
+            np.ascontiguousarray(points), discs, REACH + self._radius, AROUND
+        )
         every = -(-len(near) // MOST_POINTS) or 1
-        return np.ascontiguousarray(near[::every], dtype=np.float64)
+        return np.ascontiguousarray(near[::every])
 
 
 def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:

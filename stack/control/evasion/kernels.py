@@ -41,6 +41,28 @@ def who_comes(
 
 
 @njit(cache=True, nogil=True)
+def points_beside(points: FloatArray, discs: FloatArray, reach: float, around: float) -> FloatArray:
+    """Return the points (m, 2) within reach that belong to no disc.
+
+    Args:
+        points: (n, 2) base frame, metres.
+        discs: (k, 6) as for `walking_times`.
+        reach: metres from the base.
+        around: metres round a disc within which points belong to it.
+    """
+    found, count = np.empty_like(points), 0
+    for i in range(points.shape[0]):
+        x, y = points[i, 0], points[i, 1]
+        is_free = hypot(x, y) <= reach
+        for k in range(discs.shape[0]):
+            is_free = is_free and hypot(x - discs[k, 0], y - discs[k, 1]) > discs[k, 4] + around
+        if is_free:
+            found[count, 0], found[count, 1] = x, y
+            count += 1
+    return found[:count].copy()
+
+
+@njit(cache=True, nogil=True)
 def evenly_spaced(path: FloatArray, reach: float, spacing: float) -> FloatArray:
     """Return points (m, 2) at equal distances along the first `reach` metres of a path (n, 2)."""
     last = path.shape[0] - 1
@@ -286,6 +308,7 @@ def motion_costs(
 _PLANE, _ROW = f8[:, ::1], f8[::1]
 EVASION = (
     (who_comes, (_PLANE, *4 * (f8,))),
+    (points_beside, (_PLANE, _PLANE, f8, f8)),
     (evenly_spaced, (_PLANE, f8, f8)),
     (walking_times, (_PLANE, _PLANE, f8, f8, f8)),
     (way_beside, (_PLANE,)),
