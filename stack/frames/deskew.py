@@ -46,9 +46,9 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
 
     base, mount = frames.pose_at("odom", scan.stamp), scan.mount
     times = scan.stamps
+    first, last = sorted((float(times[0]), float(times[-1])))
     ranges, bearings = deskewed(
-        scan.ranges.astype(np.float64), scan.angles, times,
-        *frames.odometry_between(float(times.min()), float(times.max())),
+        scan.ranges.astype(np.float64), scan.angles, times, *frames.odometry_between(first, last),
         (base.x, base.y, base.heading), (mount.x, mount.y, mount.heading),
     )  # fmt: skip
     return Scan(

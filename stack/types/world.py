@@ -47,6 +47,8 @@ class TrackedObject:
 
     def at(self, time: float) -> TrackedObject:
         """The object extrapolated to another time at constant velocity; covariance unchanged."""
+        if time == self.stamp:
+            return self
         return replace(self, stamp=time, position=self.position_after(time - self.stamp))
 
 

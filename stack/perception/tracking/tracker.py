@@ -133,7 +133,8 @@ class Tracker:
         ]  # fmt: skip
         self._places.look(self._views[-1])
         found = [(item.state[0], item.state[1], item.radius) for item in self._standing()]
-        self._places.note(np.array(found).reshape(-1, 3), time)
+        if found:
+            self._places.note(np.array(found), time)
         return tuple(item.track(time) for item in self._filters if item.has_moved)
 
     @property

@@ -161,7 +161,7 @@ class Lidar:
 def _rows(trail: Trail) -> tuple[FloatArray, FloatArray]:
     """Return the times (k,) of a trail and its poses (k, 3), with headings without jumps."""
     poses = np.array([(pose.x, pose.y, pose.heading) for _, pose in trail])
-    headings = poses[:, 2].tolist()
+    headings = [pose.heading for _, pose in trail]
     if max(headings) - min(headings) > pi:
         poses[:, 2] = np.unwrap(poses[:, 2])
     return np.array([time for time, _ in trail]), poses
