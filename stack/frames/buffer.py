@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections import deque
-from itertools import islice
+from itertools import islice, pairwise
 from math import pi
 from typing import Generic, Literal, TypeVar
 
@@ -142,10 +142,11 @@ class TransformBuffer:
         start = max(0, bisect_right(poses.stamps, first) - 1)
         end = bisect_right(poses.stamps, last) + 1
         known = np.array(list(islice(poses.stamps, start, end)))
-        rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
-        if np.abs(rows[1:, 2] - rows[:-1, 2]).max(initial=0.0) > pi:
-            rows[:, 2] = np.unwrap(rows[:, 2])
-        return known, rows
+        rows = [_row(step.pose) for step in islice(poses.values, start, end)]
+        found = np.array(rows)
+        if any(abs(after[2] - before[2]) > pi for before, after in pairwise(rows)):
+            found[:, 2] = np.unwrap(found[:, 2])
+        return known, found
 
     def map_from_odom(self, stamp: float) -> Pose2D:
         """Return the odom frame's pose in the map frame at a stamp.

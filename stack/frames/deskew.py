@@ -45,10 +45,10 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
     from stack.frames.kernels import deskewed  # imports numba
 
     base, mount = frames.pose_at("odom", scan.stamp), scan.mount
-    times = scan.stamps
-    first, last = sorted((float(times[0]), float(times[-1])))
+    half = abs(scan.time_increment) * 0.5 * (scan.ranges.size - 1)
     ranges, bearings = deskewed(
-        scan.ranges.astype(np.float64), scan.angles, times, *frames.odometry_between(first, last),
+        scan.ranges.astype(np.float64), scan.angles, scan.stamp, scan.time_increment,
+        *frames.odometry_between(scan.stamp - half, scan.stamp + half),
         (base.x, base.y, base.heading), (mount.x, mount.y, mount.heading),
     )  # fmt: skip
     return Scan(

@@ -15,7 +15,7 @@ Vector = tuple[float, float, float]
 
 @njit(cache=True, nogil=True)
 def deskewed(
-    ranges: FloatArray, angles: FloatArray, times: FloatArray,
+    ranges: FloatArray, angles: FloatArray, stamp: float, increment: float,
     stamps: FloatArray, poses: FloatArray, base: Vector, mount: Vector,
 ) -> tuple[NDArray[np.float32], FloatArray]:  # fmt: skip
     """Express the end points of beams in the sensor frame at one stamp.
@@ -23,7 +23,8 @@ def deskewed(
     Args:
         ranges: (n,) metres; +inf: no return; NaN: invalid.
         angles: (n,) beam directions in the sensor frame at each beam's time, radians.
-        times: (n,) at which the beams are measured, seconds.
+        stamp: of the middle of the scan, seconds.
+        increment: seconds from beam to beam.
         stamps: (k,) of the poses, rising, seconds.
         poses: (k, 3) x, y, heading of the base, odom frame; headings without jumps.
         base: x, y, heading of the base at the stamp of the scan, odom frame.
@@ -37,9 +38,9 @@ def deskewed(
     mount_x, mount_y, mount_heading = mount
     base_cosine, base_sine = cos(base_heading), sin(base_heading)
     c, s = cos(base_heading + mount_heading), sin(base_heading + mount_heading)
-    last, before = stamps.size - 1, 0
+    last, before, middle = stamps.size - 1, 0, 0.5 * (ranges.size - 1)
     for beam in range(ranges.size):
-        time = times[beam]
+        time = stamp + increment * (beam - middle)
         while before > 0 and stamps[before] > time:
             before -= 1
         while before < last and stamps[before + 1] <= time:
@@ -69,5 +70,5 @@ def deskewed(
 
 
 _VECTOR = types.UniTuple(f8, 3)  # type: ignore[no-untyped-call]
-DESKEWING = ((deskewed, (*3 * (f8[::1],), f8[::1], f8[:, ::1], _VECTOR, _VECTOR)),)
+DESKEWING = ((deskewed, (f8[::1], f8[::1], f8, f8, f8[::1], f8[:, ::1], _VECTOR, _VECTOR)),)
 """Entry point, with the types that the deskewing calls it with."""
