@@ -134,8 +134,10 @@ def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
 def expire(marked_at, oldest, top, bottom, left, right):
     """Clear marks older than `oldest` in a box.
 
-    Returns the box of the cleared cells and the box of the marks that remain.
+    Returns the box of the cleared cells, the box of the marks that remain, and the time of the
+    oldest of these, inf without any.
     """
+    earliest = np.inf
     cleared_top, cleared_bottom, cleared_left, cleared_right = bottom, top - 1, right, left - 1
     kept_top, kept_bottom, kept_left, kept_right = bottom, top - 1, right, left - 1
     for row in range(top, bottom):
@@ -150,8 +152,9 @@ def expire(marked_at, oldest, top, bottom, left, right):
             else:
                 kept_top, kept_bottom = min(kept_top, row), max(kept_bottom, row)
                 kept_left, kept_right = min(kept_left, column), max(kept_right, column)
+                earliest = min(earliest, np.float64(time))
     cleared = cleared_top, cleared_bottom + 1, cleared_left, cleared_right + 1
-    return cleared, (kept_top, kept_bottom + 1, kept_left, kept_right + 1)
+    return cleared, (kept_top, kept_bottom + 1, kept_left, kept_right + 1), earliest
 
 
 @njit(cache=True, nogil=True)
