@@ -132,10 +132,11 @@ def near_obstacles(
         for b in range(batch):  # the cell below each rollout; without branches it is vectorised
             across, along = (xs[b] - left) * per_metre, (ys[b] - bottom) * per_metre
             inside = (across >= ZERO) & (across < columns) & (along >= ZERO) & (along < rows)
+            inside &= hits[b] == steps
             below[b] = np.int32(along) * width + np.int32(across) if inside else nowhere
         count = 0
         for b in range(batch):
-            cell = below[b] if hits[b] == steps else nowhere
+            cell = below[b]
             cost[b] += prices[cell]
             near[count] = b
             count += is_near[cell]
