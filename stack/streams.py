@@ -15,8 +15,13 @@ def stream(seed: int, name: str, step: int = 0) -> np.random.Generator:
     using one sensor does not change any other result.
     """
     # An array of words is the same entropy as a list of integers, and faster.
-    entropy = np.array([*_words(seed), *_words(step), *_words_of(name)], dtype=np.uint32)
+    entropy = np.array(entropy_of(seed, name, step), dtype=np.uint32)
     return np.random.Generator(np.random.PCG64(entropy))
+
+
+def entropy_of(seed: int, name: str, step: int) -> list[int]:
+    """Return the words of 32 bits that seed the stream for (seed, name, step)."""
+    return [*_words(seed), *_words(step), *_words_of(name)]
 
 
 def _words(number: int) -> list[int]:

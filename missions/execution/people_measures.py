@@ -6,6 +6,7 @@ to 1.2 m; here between the surfaces of robot and person.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, hypot, inf, isfinite, sin
 from typing import Any
@@ -14,6 +15,8 @@ import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.types import FloatArray, Footprint, Pose2D, Twist
+
+Velocity = tuple[float, float]
 
 INTIMATE, PERSONAL = 0.45, 1.2
 """Metres between the surfaces that bound Hall's zones."""
@@ -65,10 +68,12 @@ class PeopleContact:
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
+    """A step; people: x, y and radius of each, in the frame of the pose."""
+
     time: float
     pose: Pose2D
     twist: Twist
-    people: FloatArray
+    people: list[list[float]]
 
 
 class PeopleMeasures:
@@ -116,14 +121,14 @@ class PeopleMeasures:
             twist: true velocity, base frame.
             people: (n, 3) x, y and radius of everybody who is there; same frame as the pose.
         """
-        now, before = _Moment(time, pose, twist, people), self._before
+        now, before = _Moment(time, pose, twist, people.tolist()), self._before
         self._before = now
         self._stand(now)
-        if not len(people) or (before is not None and time <= before.time):
+        if not now.people or (before is not None and time <= before.time):
             return
-        gaps = self._gaps(pose, people)
-        nearest = int(gaps.argmin())
-        gap = float(gaps[nearest])
+        gaps: list[float] = self._gaps(pose, people).tolist()
+        gap = min(gaps)
+        nearest = gaps.index(gap)
         self.least_distance = min(self.least_distance, max(0.0, gap))
         self._hold(now, gap)
         if before is None or len(before.people) != len(people):
@@ -131,7 +136,10 @@ class PeopleMeasures:
         period = time - before.time
         self.intimate += period * (gap < INTIMATE)
         self.personal += period * (gap < PERSONAL)
-        velocities = (people[:, :2] - before.people[:, :2]) / period
+        velocities = [
+            ((x - old_x) / period, (y - old_y) / period)
+            for (x, y, _), (old_x, old_y, _) in zip(now.people, before.people, strict=True)
+        ]
         self._look_ahead(now, gaps, velocities)
         if gap <= TOUCH:
             if time - self._touched_at >= EPISODE_GAP:
@@ -172,15 +180,16 @@ class PeopleMeasures:
         )
         return gaps
 
-    def _look_ahead(self, now: _Moment, gaps: FloatArray, velocities: FloatArray) -> None:
+    def _look_ahead(
+        self, now: _Moment, gaps: Sequence[float], velocities: Sequence[Velocity]
+    ) -> None:
         """Update the smallest time to collision, of discs with the distance of the surfaces."""
         c, s = cos(now.pose.heading), sin(now.pose.heading)
         own = (
             c * now.twist.linear - s * now.twist.lateral,
             s * now.twist.linear + c * now.twist.lateral,
         )
-        rows = zip(gaps.tolist(), now.people.tolist(), velocities.tolist(), strict=True)
-        for gap, person, velocity in rows:
+        for gap, person, velocity in zip(gaps, now.people, velocities, strict=True):
             if gap <= TOUCH or gap > 2.0 * LONGEST_COLLISION_TIME:
                 continue
             dx, dy = person[0] - now.pose.x, person[1] - now.pose.y
@@ -212,14 +221,15 @@ class PeopleMeasures:
             self.standoffs, self._counted = self.standoffs + 1, True
 
 
-def _contact(before: _Moment, person: int, velocity: FloatArray) -> PeopleContact:
+def _contact(before: _Moment, person: int, velocity: Velocity) -> PeopleContact:
     """Return the contact that follows a moment with a person who moves at a velocity."""
     pose, twist = before.pose, before.twist
-    x, y = before.people[person, 0] - pose.x, before.people[person, 1] - pose.y
+    x, y, _ = before.people[person]
+    x, y = x - pose.x, y - pose.y
     away = max(hypot(x, y), 1e-9)
-    x, y = float(x) / away, float(y) / away
+    x, y = x / away, y / away
     c, s = cos(pose.heading), sin(pose.heading)
     own = (c * twist.linear - s * twist.lateral) * x + (s * twist.linear + c * twist.lateral) * y
-    theirs = -float(velocity[0]) * x - float(velocity[1]) * y
+    theirs = -velocity[0] * x - velocity[1] * y
     turns = hypot(twist.linear, twist.lateral) <= TOWARDS < abs(twist.angular)
     return PeopleContact(before.time, own, theirs, turns)

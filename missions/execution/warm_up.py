@@ -13,9 +13,11 @@ from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
+from stack.drivetrain.description import RobotDescription
 from stack.navigation.navigator import Navigator
 from stack.perception import smoothing
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.tracking.tracker import Tracker
 from stack.safety.safety import Safety
 
 SECONDS_EACH = 1.5
@@ -79,7 +81,7 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     found: dict[str, KernelTypes] = {
         "sensors": () if replayed else _sensor_kernels(plan),
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
-        "perception": (*smoothing.kernels(plan.robot), *memory),
+        "perception": (*_scan_kernels(plan.robot), *memory),
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": (*Navigator.kernels(), *Evasion.kernels()),
     }
@@ -89,6 +91,16 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
         found["exploration"] = EXPLORATION
     return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}
+
+
+def _scan_kernels(robot: RobotDescription) -> KernelTypes:
+    """Return the kernels that process the scans of a robot; none if it has no lidar."""
+    if not robot.all_lidars:
+        return ()
+    from stack.frames.kernels import DESKEWING  # imports numba
+
+    turns = any(lidar.rotation_time for lidar in robot.real_lidars.values())
+    return (*(DESKEWING if turns else ()), *smoothing.kernels(robot), *Tracker.kernels())
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:

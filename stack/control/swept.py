@@ -45,6 +45,7 @@ class SweptFootprint:
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
         self._radius = footprint.circumscribed_radius
         self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
+        self._grown: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
         self._near: tuple[CostGrid | None, NDArray[np.uint8]] = (None, np.empty((0, 0), np.uint8))
 
     def arc(self, costs: CostGrid, pose: Pose2D, twist: Twist, horizon: float) -> tuple[float, int]:
@@ -135,9 +136,10 @@ class SweptFootprint:
         if self._exact:
             return self._corners
         # The whole cell counts: its centre lies within half a diagonal of the footprint.
-        away = np.linalg.norm(self._corners, axis=1, keepdims=True)
-        grown: FloatArray = self._corners * (1.0 + 2.0 * resolution / away)
-        return grown
+        if self._grown[0] != resolution:
+            away = np.linalg.norm(self._corners, axis=1, keepdims=True)
+            self._grown = (resolution, self._corners * (1.0 + 2.0 * resolution / away))
+        return self._grown[1]
 
     def body(self, resolution: float) -> FloatArray:
         """(m, 2) points that fill the footprint, at most 0.7 cells apart, base frame."""

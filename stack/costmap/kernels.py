@@ -107,18 +107,23 @@ def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
     bottom = min(int(np.floor((corners[:, 1].max() - origin_y) / resolution)) + 1, rows)
     left = max(int(np.floor((corners[:, 0].min() - origin_x) / resolution)), 0)
     right = min(int(np.floor((corners[:, 0].max() - origin_x) / resolution)) + 1, columns)
+    crossings = np.empty(corners.shape[0])
     for row in range(top, bottom):
         y = origin_y + (row + 0.5) * resolution
+        count, last = 0, corners.shape[0] - 1
+        for corner in range(corners.shape[0]):
+            x1, y1 = corners[corner, 0], corners[corner, 1]
+            x2, y2 = corners[last, 0], corners[last, 1]
+            if (y1 > y) != (y2 > y):
+                crossings[count] = x1 + (y - y1) * (x2 - x1) / (y2 - y1)
+                count += 1
+            last = corner
         for column in range(left, right):
             x = origin_x + (column + 0.5) * resolution
             inside = False
-            last = corners.shape[0] - 1
-            for corner in range(corners.shape[0]):
-                x1, y1 = corners[corner, 0], corners[corner, 1]
-                x2, y2 = corners[last, 0], corners[last, 1]
-                if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+            for crossing in range(count):
+                if x < crossings[crossing]:
                     inside = not inside
-                last = corner
             if inside:
                 marked_at[row, column] = NEVER
                 seen[row, column] = 1
@@ -129,8 +134,10 @@ def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
 def expire(marked_at, oldest, top, bottom, left, right):
     """Clear marks older than `oldest` in a box.
 
-    Returns the box of the cleared cells and the box of the marks that remain.
+    Returns the box of the cleared cells, the box of the marks that remain, and the time of the
+    oldest of these, inf without any.
     """
+    earliest = np.inf
     cleared_top, cleared_bottom, cleared_left, cleared_right = bottom, top - 1, right, left - 1
     kept_top, kept_bottom, kept_left, kept_right = bottom, top - 1, right, left - 1
     for row in range(top, bottom):
@@ -145,8 +152,9 @@ def expire(marked_at, oldest, top, bottom, left, right):
             else:
                 kept_top, kept_bottom = min(kept_top, row), max(kept_bottom, row)
                 kept_left, kept_right = min(kept_left, column), max(kept_right, column)
+                earliest = min(earliest, np.float64(time))
     cleared = cleared_top, cleared_bottom + 1, cleared_left, cleared_right + 1
-    return cleared, (kept_top, kept_bottom + 1, kept_left, kept_right + 1)
+    return cleared, (kept_top, kept_bottom + 1, kept_left, kept_right + 1), earliest
 
 
 @njit(cache=True, nogil=True)
@@ -259,9 +267,9 @@ def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, righ
     shift, width = left - canvas_left, right - left
     for row in range(top, bottom):
         source, target = canvas[row - canvas_top, shift : shift + width], base[row, left:right]
-        differences = 0
-        for column in range(width):
-            differences |= source[column] ^ target[column]
+        differences = np.uint8(0)
+        for column in range(width):  # in 8 bits: this way it is vectorised
+            differences = np.uint8(differences | (source[column] ^ target[column]))
         if differences == 0:
             continue
         first, last = 0, width - 1
@@ -342,9 +350,28 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
                 target[column] = cost
 
 
+@njit(cache=True, nogil=True)
+def first_collision(cells, origin_x, origin_y, resolution, points, x, y, near, least):
+    """Number of the first point (n, 2) on a cost from `least` to LETHAL; -1 without one.
+
+    Points within `near` metres of (x, y), and those off the grid, do not count.
+    """
+    rows, columns = cells.shape
+    for number in range(points.shape[0]):
+        row = int(np.floor((points[number, 1] - origin_y) / resolution))
+        column = int(np.floor((points[number, 0] - origin_x) / resolution))
+        if not (0 <= row < rows and 0 <= column < columns):
+            continue
+        if least <= cells[row, column] <= LETHAL:
+            if np.hypot(points[number, 0] - x, points[number, 1] - y) > near:
+                return number
+    return -1
+
+
 INFLATION = (
     (inflate, (u1[:, ::1], u1[:, ::1], u1[::1], *5 * (i8,))),
     (write_changed, (u1[:, ::1], u1[:, ::1], *6 * (i8,))),
+    (first_collision, (u1[:, ::1], f8, f8, f8, f8[:, ::1], f8, f8, f8, i8)),
 )
 """Entry points of every costmap, with the types that it calls them with; then of layers."""
 OBSTACLES = (

@@ -28,6 +28,9 @@ Box = tuple[int, int, int, int]
 """First row, last row + 1, first column, last column + 1; empty if a pair does not increase."""
 NO_BOX: Box = (0, 0, 0, 0)
 
+ALIGNED = 0.01
+"""Share of a cell by which grids of equal resolution may be shifted and still have equal cells."""
+
 
 @dataclass(frozen=True, slots=True)
 class CellProvenance:
@@ -315,8 +318,12 @@ def sampled(grid: OccupancyGrid, frame: Frame, box: Box, outside: int) -> NDArra
     """Return the grid's values at a box's cell centres, (rows, columns); `outside` off the grid."""
     scale = frame.resolution / grid.resolution
     (x, y), (left, low) = frame.origin, grid.origin
-    row = np.floor((y - low) / grid.resolution + (np.arange(*box[:2]) + 0.5) * scale)
-    column = np.floor((x - left) / grid.resolution + (np.arange(*box[2:]) + 0.5) * scale)
+    down, right = (y - low) / grid.resolution, (x - left) / grid.resolution
+    if scale == 1.0 and max(abs(down - round(down)), abs(right - round(right))) < ALIGNED:
+        shift = box[0] + round(down), box[2] + round(right)
+        return shifted(grid.cells, (box[1] - box[0], box[3] - box[2]), shift, outside)
+    row = np.floor(down + (np.arange(*box[:2]) + 0.5) * scale)
+    column = np.floor(right + (np.arange(*box[2:]) + 0.5) * scale)
     values = np.full((row.size, column.size), outside, dtype=np.int8)
     on_rows, rows = _within(row.astype(int), grid.cells.shape[0])
     on_columns, columns = _within(column.astype(int), grid.cells.shape[1])

@@ -5,8 +5,10 @@ One box around all marks would be as large as the square around a minute's drive
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from stack.costmap.layer import Box, is_some, joined, moved
@@ -23,9 +25,16 @@ class MarkBoxes:
 
         self._kernels: Any = kernels
         self._boxes: dict[tuple[int, int], Box] = {}
+        self._oldest: dict[tuple[int, int], float] = {}  # no mark of the tile is older, seconds
 
-    def add(self, box: Box) -> None:
-        """Remember that a box may contain new marks."""
+    def add(self, box: Box, time: float = -inf) -> None:
+        """Remember that a box may contain new marks.
+
+        Args:
+            box: cells.
+            time: of the marks, seconds; -inf: of any time.
+        """
+        time = float(np.float32(time))  # as the marks store it
         if not is_some(box):
             return
         top, bottom, left, right = box
@@ -35,17 +44,20 @@ class MarkBoxes:
                     max(top, row), min(bottom, row + TILE),
                     max(left, column), min(right, column + TILE),
                 )  # fmt: skip
-                known = self._boxes.get((row, column))
-                self._boxes[row, column] = inside if known is None else joined([known, inside])
+                tile = row, column
+                known = self._boxes.get(tile)
+                self._boxes[tile] = inside if known is None else joined([known, inside])
+                self._oldest[tile] = min(self._oldest.get(tile, inf), time)
 
     def clear(self) -> None:
         """Forget all boxes: there are no marks."""
-        self._boxes = {}
+        self._boxes, self._oldest = {}, {}
 
     def move(self, shape: tuple[int, int], shift: tuple[int, int]) -> None:
         """Follow a move of the grid; marks that leave it are gone."""
-        boxes, self._boxes = self._boxes, {}
-        self.add(moved(joined(boxes.values()), shape, shift))
+        whole, oldest = joined(self._boxes.values()), min(self._oldest.values(), default=inf)
+        self.clear()
+        self.add(moved(whole, shape, shift), oldest)
 
     def expire(self, marked_at: NDArray[Any], oldest: float) -> Box:
         """Clear marks before `oldest`; return the box of the cleared cells.
@@ -56,10 +68,12 @@ class MarkBoxes:
         """
         cleared = []
         for tile, box in list(self._boxes.items()):
-            gone, kept = self._kernels.expire(marked_at, oldest, *box)
+            if self._oldest[tile] >= oldest:
+                continue
+            gone, kept, self._oldest[tile] = self._kernels.expire(marked_at, oldest, *box)
             cleared.append(gone)
             if is_some(kept):
                 self._boxes[tile] = kept
             else:
-                del self._boxes[tile]
+                del self._boxes[tile], self._oldest[tile]
         return joined(cleared)

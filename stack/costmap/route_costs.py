@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from stack.types import (
     INSCRIBED_COST,
-    LETHAL_COST,
     UNKNOWN_COST,
     CostGrid,
     FloatArray,
@@ -49,7 +48,10 @@ def blocked_at(
         least: costs from this value on are collisions; LETHAL_COST: only obstacles on the path
             itself.
     """
-    under = costs_under(costs, points)
-    away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
-    bad = np.flatnonzero((under >= least) & (under <= LETHAL_COST) & (away > near))
-    return (float(points[bad[0], 0]), float(points[bad[0], 1])) if bad.size else None
+    from stack.costmap.kernels import first_collision  # imports numba
+
+    number: int = first_collision(
+        costs.cells, *costs.origin, costs.resolution, np.ascontiguousarray(points[:, :2]),
+        pose.x, pose.y, near, least,
+    )  # fmt: skip
+    return (float(points[number, 0]), float(points[number, 1])) if number >= 0 else None

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections import deque
-from itertools import islice
+from itertools import islice, pairwise
 from math import pi
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
 from stack.errors import FrameError
-from stack.types import FloatArray, Odometry, Pose2D, PoseEstimate, wrap_angle
+from stack.types import NO_COVARIANCE, FloatArray, Odometry, Pose2D, PoseEstimate, wrap_angle
 
 Frame = Literal["odom", "map"]
 
@@ -113,16 +113,7 @@ class TransformBuffer:
         """Return (n, 3) x, y, heading of the base at (n,) stamps; see `pose_at`."""
         if stamps.size == 0:
             return np.empty((0, 3))
-        first, last = float(stamps.min()), float(stamps.max())
-        self._check(first)
-        self._check(last)
-        poses = self._odom_from_base
-        start = max(0, bisect_right(poses.stamps, first) - 1)
-        end = bisect_right(poses.stamps, last) + 1
-        known = np.array(list(islice(poses.stamps, start, end)))
-        rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
-        if np.abs(rows[1:, 2] - rows[:-1, 2]).max(initial=0.0) > pi:
-            rows[:, 2] = np.unwrap(rows[:, 2])
+        known, rows = self.odometry_between(float(stamps.min()), float(stamps.max()))
         x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
         odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
         if frame == "odom":
@@ -131,6 +122,31 @@ class TransformBuffer:
             _row(self.map_from_odom(stamp).compose(Pose2D(*row)))
             for stamp, row in zip(stamps.tolist(), odom.tolist(), strict=True)
         ])  # fmt: skip
+
+    def odometry_between(self, first: float, last: float) -> tuple[FloatArray, FloatArray]:
+        """Return the odometry poses from which those at stamps in an interval are interpolated.
+
+        Args:
+            first: seconds on the body's clock.
+            last: not before `first`, seconds.
+
+        Returns:
+            (k,) stamps, and (k, 3) x, y, heading in the odom frame; headings without jumps.
+
+        Raises:
+            FrameError: a stamp is outside the buffer.
+        """
+        self._check(first)
+        self._check(last)
+        poses = self._odom_from_base
+        start = max(0, bisect_right(poses.stamps, first) - 1)
+        end = bisect_right(poses.stamps, last) + 1
+        known = np.array(list(islice(poses.stamps, start, end)))
+        rows = [_row(step.pose) for step in islice(poses.values, start, end)]
+        found = np.array(rows)
+        if any(abs(after[2] - before[2]) > pi for before, after in pairwise(rows)):
+            found[:, 2] = np.unwrap(found[:, 2])
+        return known, found
 
     def map_from_odom(self, stamp: float) -> Pose2D:
         """Return the odom frame's pose in the map frame at a stamp.
@@ -175,10 +191,12 @@ class TransformBuffer:
         Raises:
             FrameError: a stamp is outside the buffer.
         """
-        first, last = self._odom_at(since), self._odom_at(until)
-        steps, shares = self._steps_between(since, until)
-        if not any(step.step_covariance.any() for step in steps):
+        start, steps = self._steps_between(since, until)
+        covariances = [step.step_covariance for step in steps]
+        if not any(each is not NO_COVARIANCE and each.any() for each in covariances):
             return np.zeros((3, 3))
+        first, last = self._odom_at(since), self._odom_at(until)
+        shares = self._shares(start, len(steps), since, until)
         rows = np.array([_row(step.pose) for step in steps])
         end = last.relative_to(first)
         c, s = np.cos(first.heading), np.sin(first.heading)
@@ -190,7 +208,7 @@ class TransformBuffer:
         spread[:, 0, 2] = -(end.y - (c * dy - s * dx))
         spread[:, 1, 2] = end.x - (c * dx + s * dy)
         spread[:, 2, 2] = 1.0
-        errors = np.array([step.step_covariance for step in steps]) * shares[:, None, None]
+        errors = np.array(covariances) * shares[:, None, None]
         total: FloatArray = (spread @ errors @ spread.transpose(0, 2, 1)).sum(axis=0)
         return 0.5 * (total + total.T)
 
@@ -204,21 +222,35 @@ class TransformBuffer:
         Raises:
             FrameError: a stamp is outside the buffer.
         """
+        return any(step.disturbed for step in self._steps_between(since, until)[1])
+
+    def _steps_between(self, since: float, until: float) -> tuple[int, list[Odometry]]:
+        """Return the odometry at the end of each step in an interval, and the first one's number.
+
+        Raises:
+            FrameError: a stamp is outside the buffer.
+        """
         self._check(since)
         self._check(until)
-        return any(step.disturbed for step in self._steps_between(since, until)[0])
-
-    def _steps_between(self, since: float, until: float) -> tuple[list[Odometry], FloatArray]:
-        """Return the odometry at the end of each step in an interval, and the steps' shares in it.
-
-        The share of a step is the part of its time inside the interval.
-        """
         stamps = self._odom_from_base.stamps
         start = max(1, bisect_right(stamps, since))
-        steps = list(islice(self._odom_from_base.values, start, bisect_left(stamps, until) + 1))
-        known = np.array(list(islice(stamps, start - 1, start + len(steps))))
+        end = bisect_left(stamps, until) + 1
+        return start, list(islice(self._odom_from_base.values, start, end))
+
+    def _shares(self, start: int, count: int, since: float, until: float) -> FloatArray:
+        """Return (count,) the part of the time of each step that is inside an interval.
+
+        Args:
+            start: number of the first step.
+            count: of the steps.
+            since: begin of the interval, seconds.
+            until: its end, seconds.
+        """
+        stamps = self._odom_from_base.stamps
+        known = np.array(list(islice(stamps, start - 1, start + count)))
         inside = np.minimum(known[1:], until) - np.maximum(known[:-1], since)
-        return steps, np.clip(inside / np.diff(known), 0.0, 1.0)
+        shares: FloatArray = np.clip(inside / np.diff(known), 0.0, 1.0)
+        return shares
 
     def covers(self, stamp: float) -> bool:
         """Return whether there is a pose in the odom frame at a stamp."""

@@ -8,9 +8,6 @@ Mapping in Real-time", RSS 2014, section V.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import cos, sin
-
 import numpy as np
 
 from stack.errors import FrameError
@@ -45,22 +42,16 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
     """
     if scan.time_increment == 0.0:
         return scan
-    base = frames.pose_at("odom", scan.stamp)
-    x, y, heading = frames.poses_at("odom", scan.stamps).T
-    mount, angles = scan.mount, scan.angles
-    turned = (heading - base.heading + np.pi) % (2.0 * np.pi) - np.pi
-    # the sensor's position at each beam's stamp, from that at the scan's stamp
-    forward, aside = np.cos(heading) - cos(base.heading), np.sin(heading) - sin(base.heading)
-    ahead = x - base.x + mount.x * forward - mount.y * aside
-    left = y - base.y + mount.x * aside + mount.y * forward
-    c, s = cos(base.heading + mount.heading), sin(base.heading + mount.heading)
-    ahead, left = c * ahead + s * left, c * left - s * ahead
-    # the end point along and across the beam; an infinite range gives no change of bearing
-    bearings = angles + turned
-    cosine, sine = np.cos(bearings), np.sin(bearings)
-    along = scan.ranges + (cosine * ahead + sine * left)
-    across = cosine * left - sine * ahead
-    change = np.arctan2(across, along)
-    change[np.isnan(change)] = 0.0
-    ranges = np.hypot(along, across).astype(np.float32)
-    return replace(scan, ranges=ranges, bearings=bearings + change, time_increment=0.0)
+    from stack.frames.kernels import deskewed  # imports numba
+
+    base, mount = frames.pose_at("odom", scan.stamp), scan.mount
+    half = abs(scan.time_increment) * 0.5 * (scan.ranges.size - 1)
+    ranges, bearings = deskewed(
+        scan.ranges.astype(np.float64), scan.angles, scan.stamp, scan.time_increment,
+        *frames.odometry_between(scan.stamp - half, scan.stamp + half),
+        (base.x, base.y, base.heading), (mount.x, mount.y, mount.heading),
+    )  # fmt: skip
+    return Scan(
+        scan.stamp, ranges, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max,
+        mount, time_increment=0.0, bearings=bearings,
+    )  # fmt: skip

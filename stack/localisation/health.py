@@ -42,6 +42,8 @@ _OBJECT_ANGLE = np.radians(6.0)
 _WIDE_OBJECT = np.radians(30.0)
 """Radians; a person at 0.8 m. Wider objects are rare."""
 
+_WIDEST = float(np.sqrt(_WIDE_OBJECT / _OBJECT_ANGLE))
+
 _LEAST_RUN = 3
 """Adjacent beams that an object has at least. At edges of doors and furniture the cells of the map
 move one or two beams, always in favour of the same one of two equal rooms."""
@@ -107,16 +109,14 @@ class ScanEvaluator:
         """Return the comparison with a pose of the base, and class and credit of each beam."""
         beams = spread(scan.ranges.size, VIEW_BEAMS)
         kinds, credits = self.classified(pose, scan, beams)
-        counts = np.bincount(kinds, minlength=7)
+        counts: list[int] = np.bincount(kinds, minlength=7).tolist()
         k = self._kernels
-        known = max(1, int(counts[k.MATCHED] + counts[k.SHORT] + counts[k.LONG]))
-        ranges = np.nan_to_num(scan.ranges[beams].astype(np.float64), posinf=scan.range_max)
-        step = scan.angle_increment * scan.ranges.size / max(1, beams.size)
+        known = max(1, counts[k.MATCHED] + counts[k.SHORT] + counts[k.LONG])
         view = ScanView(
             self.share(kinds, credits),
-            int(counts[k.SHORT]) / known,
-            int(counts[k.LONG]) / known,
-            self._cost(kinds, ranges, abs(step)) + self._cost_of_place(pose),
+            counts[k.SHORT] / known,
+            counts[k.LONG] / known,
+            self._cost(kinds, scan, beams) + self._cost_of_place(pose),
         )
         return view, kinds, credits
 
@@ -125,30 +125,25 @@ class ScanEvaluator:
         cost = float(self._costs[self._kernels.LONG] * np.sqrt(pi / _OBJECT_ANGLE))
         return cost if self._field.is_blocked(pose) else 0.0
 
-    def _cost(self, kinds: NDArray[np.int8], ranges: FloatArray, step: float) -> float:
+    def _cost(self, kinds: NDArray[np.int8], scan: Scan, beams: NDArray[np.int64]) -> float:
         """Return the cost of the runs of adjacent beams that the map does not explain.
 
         Adjacent beams of similar range meet the same object, so the cost of a run grows with the
         root of its angle, up to _WIDE_OBJECT; what is wider is as much worse as it is wider. Runs
         shorter than _LEAST_RUN are no objects.
         """
-        costs = self._costs[kinds]
-        if not costs.any():
-            return 0.0
-        gaps = np.abs(ranges[1:] - ranges[:-1]) > _GAP
-        ends = np.flatnonzero((costs[1:] != costs[:-1]) | gaps)
-        begins = np.concatenate([[0], ends + 1])
-        lengths = np.diff(np.concatenate([begins, [costs.size]]))
-        objects = lengths >= _LEAST_RUN
-        angles = lengths[objects] * (step / _OBJECT_ANGLE)
-        sizes = np.maximum(np.sqrt(angles), angles / np.sqrt(_WIDE_OBJECT / _OBJECT_ANGLE))
-        return float((costs[begins[objects]] * sizes).sum())
+        step = abs(scan.angle_increment * scan.ranges.size / max(1, beams.size))
+        costs: FloatArray = self._kernels.object_costs(
+            kinds, scan.ranges[beams].astype(np.float64), self._costs, scan.range_max, _GAP,
+            _LEAST_RUN, step / _OBJECT_ANGLE, _WIDEST,
+        )  # fmt: skip
+        return float(costs.sum())
 
     def share(self, kinds: NDArray[np.int8], credits: FloatArray) -> float:
         """Return the share in [0, 1] of classified beams that the map explains."""
-        weights = _WEIGHTS[kinds]
-        total = float(weights.sum())
-        credit = float(credits.sum()) + 0.5 * float((kinds == self._kernels.SILENT).sum())
+        counts = np.bincount(kinds, minlength=7)
+        total = float(_WEIGHTS @ counts)
+        credit = float(credits.sum()) + 0.5 * float(counts[self._kernels.SILENT])
         # Where most of the map is unknown, a few matching beams must not give a good fit.
         return credit / max(total, _LEAST_EVIDENCE * kinds.size, 1.0)
 

@@ -118,6 +118,7 @@ class ObstacleMemory:
         self.parameters = parameters
         self._sensors: Mapping[str, Sensor] = {**robot.all_lidars, **robot.sonars}
         self._newest: dict[str, _Measured] = {}
+        self._views: Mapping[str, RangeView] = {}
         self._blind_sectors = blind_sectors(robot)
         self._ground = (
             GroundMemory(robot, self._sensors.values(), MARGIN)
@@ -148,17 +149,19 @@ class ObstacleMemory:
         for name, reading in observation.of(RangeReading).items():
             view = RangeView(frames.pose_at("odom", reading.stamp), reading)
             new[name] = _Measured(arc_points(reading), view)
-        self._newest.update(new)
-        visible = self._compensated(now, frames)
+        here = frames.pose_at("odom", now)
+        if new:
+            self._newest.update(new)
+            self._views = {name: measured.view for name, measured in self._newest.items()}
+        visible = self._compensated(here, frames)
         remembered = self._remember(visible, now, frames, fresh=bool(new))
         ground = self._see_ground([measured.view for measured in new.values()], now, frames)
         ages = {name: self._age(name, now) for name in self._sensors}
-        near = _near(depth.points, frames.pose_at("odom", now), self.parameters.depth_range)
+        near = _near(depth.points, here, self.parameters.depth_range)
         more = [part for part in (remembered, near) if len(part)]
         points = np.concatenate([visible, *more]) if more else visible
-        views = {name: measured.view for name, measured in self._newest.items()}
         return ObstaclePoints(
-            now, points, {**ages, **depth.ages}, self._blind_sectors, views, ground
+            now, points, {**ages, **depth.ages}, self._blind_sectors, self._views, ground
         )
 
     def _see_ground(
@@ -174,14 +177,14 @@ class ObstacleMemory:
     def _age(self, name: str, now: float) -> float:
         return now - self._newest[name].stamp if name in self._newest else inf
 
-    def _compensated(self, now: float, frames: TransformBuffer) -> FloatArray:
-        """Return (m, 2) the newest points of every sensor, base frame now."""
-        found, here = [np.empty((0, 2))], frames.pose_at("odom", now).inverse()
+    def _compensated(self, here: Pose2D, frames: TransformBuffer) -> FloatArray:
+        """Return (m, 2) the newest points of every sensor, base frame at its pose now."""
+        found, to_base = [np.empty((0, 2))], here.inverse()
         for name in self._sensors:
             measured = self._newest.get(name)
             # one before the start of the buffer is too old; its age says so
             if measured is not None and frames.covers(measured.stamp) and len(measured.points):
-                found.append(here.compose(measured.view.base).transform(measured.points))
+                found.append(to_base.compose(measured.view.base).transform(measured.points))
         return np.concatenate(found)
 
     def _remember(

@@ -7,8 +7,6 @@ would close every gap that is only centimetres wider than the robot.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from stack.compilation import KernelTypes
@@ -59,4 +57,4 @@ def smoothed(scan: Scan) -> Scan:
     ranges = smooth_ranges(
         scan.ranges.astype(np.float64), scan.angles, NEIGHBOURS, SPAN, SAME_SURFACE
     )
-    return replace(scan, ranges=ranges.astype(np.float32))
+    return scan.with_ranges(ranges.astype(np.float32))

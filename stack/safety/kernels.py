@@ -71,7 +71,8 @@ def time_to_contact(
     smallest = 0.004 / fastest
     for i in range(points.shape[0]):
         x, y = points[i, 0], points[i, 1]
-        if hypot(x, y) - radius - padding > fastest * min(best, horizon):
+        farthest = radius + padding + fastest * min(best, horizon)
+        if x * x + y * y > farthest * farthest:
             continue
         limit = min(padding, signed_distance(corners, x, y) - slack)
         time = 0.0

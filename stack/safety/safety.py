@@ -146,6 +146,9 @@ class Safety:
         for name, age in obstacles.ages.items():
             is_picture = self._robot.delivers_pictures(name)
             longest = p.picture_stop_after if is_picture else p.stale_after
+            slows = is_picture and age > p.picture_slow_after + 1e-9
+            if age <= longest + 1e-9 and not slows:
+                continue
             what = f"{name} {self._robot.word_for_measurement(name)}"
             if age > longest + 1e-9:
                 self.reason = (
@@ -154,8 +157,7 @@ class Safety:
                     else f"stopped: the newest {what} is {age:.2f} s old"
                 )
                 return STANDSTILL
-            if is_picture and age > p.picture_slow_after + 1e-9:
-                aged = f"slower: the newest {what} is {age:.2f} s old"
+            aged = f"slower: the newest {what} is {age:.2f} s old"
         speed = self._rim_speed(twist)
         if not aged or speed <= p.picture_slow_speed:
             return twist

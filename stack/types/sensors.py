@@ -53,6 +53,13 @@ class Scan:
             return self.bearings
         return self.angle_min + self.angle_increment * np.arange(self.ranges.size, dtype=np.float64)
 
+    def with_ranges(self, ranges: NDArray[np.float32]) -> Scan:
+        """Return the scan with other ranges (n,) along its beams."""
+        return Scan(
+            self.stamp, ranges, self.angle_min, self.angle_increment, self.range_min,
+            self.range_max, self.mount, self.time_increment, self.bearings,
+        )  # fmt: skip
+
     def points(self) -> FloatArray:
         """(m, 2) end points of the beams that returned, in the base frame, metres."""
         hit = np.isfinite(self.ranges)

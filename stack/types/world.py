@@ -47,6 +47,8 @@ class TrackedObject:
 
     def at(self, time: float) -> TrackedObject:
         """The object extrapolated to another time at constant velocity; covariance unchanged."""
+        if time == self.stamp:
+            return self
         return replace(self, stamp=time, position=self.position_after(time - self.stamp))
 
 
@@ -159,6 +161,13 @@ class PoseEstimate:
     rivals: tuple[RivalPose, ...] = ()
     thresholds: HealthThresholds = HealthThresholds()
     obscured: bool = False
+
+    def moved_to(self, pose: Pose2D) -> PoseEstimate:
+        """Return the estimate at another pose, with nothing else changed."""
+        return PoseEstimate(
+            pose, self.covariance, self.health, self.map_from_odom, self.corrected_at, self.jumps,
+            self.rivals, self.thresholds, self.obscured,
+        )  # fmt: skip
 
     @property
     def is_lost(self) -> bool:

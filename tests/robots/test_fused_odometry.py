@@ -134,7 +134,7 @@ def test_undisturbed_drives_are_better_than_wheels_and_gyro_and_learn_the_bias(s
         assert distance < 0.04 and angle < radians(0.8)
         plain, turned = drive.error(drive.wheels_alone)
         assert (plain, turned) > (distance, angle)
-        bias = float(drive.body._robot._imu._gyro_bias[2])
+        bias = float(drive.body._robot._imu._bias[2])
         assert drive.ekf.gyro_bias == pytest.approx(bias, abs=0.001)
         assert not any(odometry.disturbed for odometry in drive.fused)
 

@@ -164,14 +164,10 @@ class Evasion:
             self._pushing.clear()
             return np.empty((0, 6))
         discs = self._pushing.expected(situation.time, situation.tracks, situation.pose, discs)
-        speeds = np.hypot(discs[:, 2], discs[:, 3])
-        if not (speeds >= p.moving_speed).any():
-            return np.empty((0, 6))
-        limits = self._robot.limits
-        reach = p.horizon * (speeds + limits.linear_speed) + self._radius + discs[:, 4]
-        near = np.hypot(discs[:, 0], discs[:, 1]) <= reach
-        walking = near & (speeds >= p.moving_speed)
-        return np.ascontiguousarray(discs[near]) if walking.any() else np.empty((0, 6))
+        coming: FloatArray = self._kernels.who_comes(
+            discs, p.moving_speed, p.horizon, self._robot.limits.linear_speed, self._radius
+        )
+        return coming
 
     def _decide(
         self, wanted: Twist, situation: Situation, discs: FloatArray, *, resting: bool
@@ -226,13 +222,11 @@ class Evasion:
 
     def _points(self, points: FloatArray, discs: FloatArray) -> FloatArray:
         """Return the near points that belong to no disc, thinned out."""
-        near = points[np.hypot(points[:, 0], points[:, 1]) <= REACH + self._radius]
-        if not len(near):
-            return np.empty((0, 2))
-        away = np.hypot(near[:, :1] - discs[:, 0], near[:, 1:] - discs[:, 1])
-        near = near[(away > discs[:, 4] + AROUND).all(axis=1)]
+        near: FloatArray = self._kernels.points_beside(
+            np.ascontiguousarray(points), discs, REACH + self._radius, AROUND
+        )
         every = -(-len(near) // MOST_POINTS) or 1
-        return np.ascontiguousarray(near[::every], dtype=np.float64)
+        return np.ascontiguousarray(near[::every])
 
 
 def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, exp, hypot, inf, sin
+from math import ceil, cos, exp, hypot, inf, sin
 
 import numpy as np
 from numba import f8, i8, njit
@@ -15,6 +15,74 @@ TURN_COSINE = 0.35
 
 NEAR_END = 0.7
 """Seconds to the end of a path that a robot which slows down for it keeps."""
+
+
+@njit(cache=True, nogil=True)
+def who_comes(
+    discs: FloatArray, walking_speed: float, horizon: float, speed: float, radius: float
+) -> FloatArray:
+    """Return the discs (m, 6) that a robot may meet within a horizon; none if all of them stand.
+
+    Args:
+        discs: (k, 6) as for `walking_times`, base frame.
+        walking_speed: m/s from which a disc walks.
+        horizon: seconds.
+        speed: highest of the robot, m/s.
+        radius: circumscribed radius of the robot, metres.
+    """
+    found, count, walks = np.empty_like(discs), 0, False
+    for k in range(discs.shape[0]):
+        own = hypot(discs[k, 2], discs[k, 3])
+        if hypot(discs[k, 0], discs[k, 1]) <= horizon * (own + speed) + radius + discs[k, 4]:
+            found[count] = discs[k]
+            count += 1
+            walks = walks or own >= walking_speed
+    return found[: count if walks else 0].copy()
+
+
+@njit(cache=True, nogil=True)
+def points_beside(points: FloatArray, discs: FloatArray, reach: float, around: float) -> FloatArray:
+    """Return the points (m, 2) within reach that belong to no disc.
+
+    Args:
+        points: (n, 2) base frame, metres.
+        discs: (k, 6) as for `walking_times`.
+        reach: metres from the base.
+        around: metres round a disc within which points belong to it.
+    """
+    found, count = np.empty_like(points), 0
+    for i in range(points.shape[0]):
+        x, y = points[i, 0], points[i, 1]
+        is_free = hypot(x, y) <= reach
+        for k in range(discs.shape[0]):
+            is_free = is_free and hypot(x - discs[k, 0], y - discs[k, 1]) > discs[k, 4] + around
+        if is_free:
+            found[count, 0], found[count, 1] = x, y
+            count += 1
+    return found[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def evenly_spaced(path: FloatArray, reach: float, spacing: float) -> FloatArray:
+    """Return points (m, 2) at equal distances along the first `reach` metres of a path (n, 2)."""
+    last = path.shape[0] - 1
+    lengths = np.zeros(last + 1)
+    for i in range(last):
+        step = hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
+        lengths[i + 1] = lengths[i] + step
+    count = ceil((min(lengths[last], reach) + 1e-9) / spacing)
+    points, before = np.empty((count, 2)), 0
+    for i in range(count):
+        along = spacing * i
+        while before < last and lengths[before + 1] <= along:
+            before += 1
+        points[i] = path[before]
+        if before < last and along > lengths[before]:
+            step, share = lengths[before + 1] - lengths[before], along - lengths[before]
+            for axis in range(2):
+                rise = path[before + 1, axis] - path[before, axis]
+                points[i, axis] = rise / step * share + path[before, axis]
+    return points
 
 
 @njit(cache=True, nogil=True)
@@ -239,6 +307,9 @@ def motion_costs(
 
 _PLANE, _ROW = f8[:, ::1], f8[::1]
 EVASION = (
+    (who_comes, (_PLANE, *4 * (f8,))),
+    (points_beside, (_PLANE, _PLANE, f8, f8)),
+    (evenly_spaced, (_PLANE, f8, f8)),
     (walking_times, (_PLANE, _PLANE, f8, f8, f8)),
     (way_beside, (_PLANE,)),
     (lane_twist, (_PLANE, i8, _ROW, f8, f8, _ROW)),

@@ -70,11 +70,9 @@ class Lanes:
         """
         if not self._usable or len(path) < 2 or wanted.linear < SLOWEST:
             return NO_WAY
-        lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-        along = np.arange(0.0, min(lengths[-1], reach) + 1e-9, SPACING)
-        if len(along) < 2:
+        points = self._kernels.evenly_spaced(np.ascontiguousarray(path), reach, SPACING)
+        if len(points) < 2:
             return NO_WAY
-        points = np.column_stack([np.interp(along, lengths, path[:, axis]) for axis in (0, 1)])
         found: FloatArray = self._kernels.way_beside(
             np.ascontiguousarray(pose.inverse().transform(points))
         )

@@ -61,7 +61,8 @@ class PushingPeople:
         """
         known = {track.id: self._walk(track, time) for track in tracks}
         self._walks = {number: walk for number, walk in known.items() if walk is not None}
-        found = np.column_stack([discs, np.zeros(len(discs))])
+        found = np.zeros((len(discs), 6))
+        found[:, :5] = discs
         for row, track in enumerate(tracks):
             walk = self._walks.get(track.id)
             if walk is None or hypot(*track.velocity) >= STOPPED:

@@ -50,6 +50,7 @@ class Mppi(PathController[MppiParameters]):
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
         self._outline: tuple[float, Outline] | None = None
+        self._obstacles: Obstacles | None = None
         self._keeps_clear = False
         super().__init__(parameters, robot, period)
 
@@ -87,7 +88,9 @@ class Mppi(PathController[MppiParameters]):
         reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead
         path = LocalPath.of(segment, state.pose, costs, reach, p.path_spacing)
         body = self._swept.body(costs.resolution)
-        around = Obstacles.of(costs, state.pose, body, state.tracks if p.moving_weight else ())
+        tracks = state.tracks if p.moving_weight else ()
+        around = Obstacles.of(costs, state.pose, body, tracks, self._obstacles)
+        self._obstacles = around
         outline = self._outline_for(costs.resolution)
         optimiser.limit_reverse(p.blind_speed if state.blind_behind else inf)
         optimiser.shift()

@@ -13,6 +13,8 @@ import numpy as np
 from numba import f4, f8, i8, njit
 from numpy.typing import NDArray
 
+from stack.types import FloatArray
+
 Array32 = NDArray[np.float32]
 
 ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
@@ -44,20 +46,29 @@ def sample(
 
 @njit(cache=True, nogil=True)
 def pursue(
-    path: Array32, start: Array32, bounds: Array32, speed: float, lookahead: float,
-    column: int, controls: Array32,
+    path: Array32, start: Array32, bounds: Array32, pursuits: FloatArray, first: int,
+    controls: Array32,
 ) -> None:  # fmt: skip
-    """Write the controls of a pure pursuit of the path (Coulter 1992) into one column.
+    """Write the controls of pure pursuits of the path (Coulter 1992) into neighbouring columns.
 
     Args:
         path: (n, 2) points, the robot at the origin.
         start: (5,) as for `roll_out`.
         bounds: (10,) as for `roll_out`.
-        speed: to drive at, m/s.
-        lookahead: lookahead distance, metres.
-        column: index of the column in the controls.
+        pursuits: (k, 2) speed to drive at, m/s, and lookahead distance, metres.
+        first: index of the first column in the controls.
         controls: (axes, steps, batch), written.
     """
+    for k in range(pursuits.shape[0]):
+        speed, lookahead = pursuits[k]
+        _pursue(path, start, bounds, speed, lookahead, first + k, controls)
+
+
+@njit(cache=True, nogil=True)
+def _pursue(
+    path: Array32, start: Array32, bounds: Array32, speed: float, lookahead: float,
+    column: int, controls: Array32,
+) -> None:  # fmt: skip
     axes, steps, _ = controls.shape
     step, heading, fastest = float(bounds[8]), float(bounds[9]), float(bounds[2])
     tightest = 1.0 / float(bounds[7]) if bounds[7] > ZERO else 0.0
@@ -190,7 +201,7 @@ def weighted_mean(controls: Array32, costs: Array32, temperature: float, plan: A
 
 
 ROLLOUTS = (
-    (pursue, (f4[:, ::1], f4[::1], f4[::1], f8, f8, i8, f4[:, :, ::1])),
+    (pursue, (f4[:, ::1], f4[::1], f4[::1], f8[:, ::1], i8, f4[:, :, ::1])),
     (roll_out, (f4[:, :, ::1], f4[::1], f4[::1], f4[:, :, ::1], f4[:, :, ::1], f4[::1])),
     (sample, (f4[:, ::1], f4[:, :, ::1], i8[::1], f4[::1], f4[:, :, ::1])),
     (weighted_mean, (f4[:, :, ::1], f4[::1], f8, f4[:, ::1])),

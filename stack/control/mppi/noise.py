@@ -64,7 +64,8 @@ class NoiseTable:
         r = self._correlation
         middle = plan.astype(np.float64)
         weighed = (1.0 + r * r) * middle
-        weighed[:, [0, -1]] -= r * r * middle[:, [0, -1]]
+        weighed[:, 0] -= r * r * middle[:, 0]
+        weighed[:, -1] -= r * r * middle[:, -1]
         weighed[:, 1:] -= r * middle[:, :-1]
         weighed[:, :-1] -= r * middle[:, 1:]
         weighed /= (1.0 - r * r) * np.square(self._deviations)[:, None]

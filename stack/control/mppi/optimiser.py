@@ -27,6 +27,8 @@ DODGES = (
 """Factors on the top speed forward or backward, and angles in radians, of the evasive motions added
 near people."""
 
+DODGE_SHARES = np.array([share for share, _ in DODGES], np.float32)
+
 
 def savitzky_golay(half: int, order: int) -> FloatArray:
     """Return the (2 half + 1,) weights of a Savitzky-Golay filter at the centre of its window.
@@ -62,6 +64,9 @@ class Optimiser:
         self._single = Rollouts(self._axes, p.steps, 1)
         self._bounds = bounds(p, robot)
         self._reverse_speed = float(self._bounds[1])
+        self._pursuits = np.array([(share * self.top_speed, ahead) for share, ahead in PURSUITS])
+        self._dodging_turns = dodging_turns(p, float(self._bounds[2]))
+        self._places, self._shift = np.arange(p.steps), period / p.time_step
         self._filter = savitzky_golay(HISTORY, 2)
         self._past = np.zeros((self._axes, HISTORY))
         self.plan: Array32 = np.zeros((self._axes, p.steps), np.float32)
@@ -82,10 +87,8 @@ class Optimiser:
 
     def shift(self) -> None:
         """Shift the plan by one control period; its last controls are held."""
-        times = np.arange(self.parameters.steps) + self._period / self.parameters.time_step
-        places = np.arange(self.parameters.steps)
         for axis in self.plan:
-            axis[:] = np.interp(times, places, axis)
+            axis[:] = np.interp(self._places + self._shift, self._places, axis)
 
     def improve(
         self, heading: float, twist: Twist, path: LocalPath, obstacles: Obstacles, body: Outline
@@ -159,10 +162,7 @@ class Optimiser:
         controls[:, :, 1:5] = 0.0
         controls[1, :, 2], controls[1, :, 3], controls[0, :, 4] = top[2], -top[2], -top[1]
         start = self._start(heading, twist)
-        for column, (share, lookahead) in enumerate(PURSUITS, 5):
-            self._kernels.pursue(
-                path.points, start, top, share * self.top_speed, lookahead, column, controls
-            )
+        self._kernels.pursue(path.points, start, top, self._pursuits, 5, controls)
 
     def _dodge(self, controls: Array32) -> None:
         """Add evasive motions: a turn, then straight on.
@@ -170,13 +170,12 @@ class Optimiser:
         Noise around a plan that stops rarely finds them. Among moving people, a robot that can only
         collide or wait freezes (Trautman and Krause, "Unfreezing the robot", IROS 2010).
         """
-        step, fastest = self.parameters.time_step, float(self._bounds[2])
         first = 5 + len(PURSUITS)
-        for column, (share, turn) in enumerate(DODGES, first):
-            turning = min(self.parameters.steps, round(abs(turn) / (fastest * step)))
-            controls[:, :, column] = 0.0
-            controls[0, :, column] = share * (self._bounds[0] if share > 0.0 else self._bounds[1])
-            controls[1, :turning, column] = np.copysign(fastest, turn)
+        columns = slice(first, first + len(DODGES))
+        tops = np.where(DODGE_SHARES > 0.0, self._bounds[0], self._bounds[1])
+        controls[:, :, columns] = 0.0
+        controls[0, :, columns] = DODGE_SHARES * tops
+        controls[1, :, columns] = self._dodging_turns
 
     def _start(self, heading: float, twist: Twist) -> Array32:
         start = [twist.linear, twist.angular, twist.lateral, cos(heading), sin(heading)]
@@ -194,12 +193,25 @@ class Optimiser:
         for axis, past, top in zip(self.plan, self._past, self._tops(), strict=True):
             padded = np.concatenate([past, axis, np.repeat(axis[-1:], HISTORY)])
             axis[:] = np.convolve(padded, self._filter, "valid")
-            np.clip(axis, -top[0], top[1], out=axis)
+            np.minimum(np.maximum(axis, -top[0]), top[1], out=axis)
 
     def _tops(self) -> list[tuple[float, float]]:
         """Top speeds backward and forward of each axis."""
         top, back, fastest, sideways = (float(bound) for bound in self._bounds[:4])
         return [(back, top), (fastest, fastest), (sideways, sideways)][: self._axes]
+
+
+def dodging_turns(p: MppiParameters, fastest: float) -> Array32:
+    """Return the turning speeds (steps, k) of the evasive motions, rad/s.
+
+    Args:
+        p: of the controller.
+        fastest: turning speed, rad/s.
+    """
+    turns = np.array([turn for _, turn in DODGES])
+    turning = np.rint(np.abs(turns) / (fastest * p.time_step))  # steps
+    speeds = np.where(np.arange(p.steps)[:, None] < turning, np.copysign(fastest, turns), 0.0)
+    return speeds.astype(np.float32)
 
 
 def bounds(p: MppiParameters, robot: RobotDescription) -> Array32:

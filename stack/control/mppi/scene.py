@@ -45,6 +45,7 @@ class Obstacles:
             metre, metres per cell.
         moving: (k, 5) float32 of moving objects: x, y relative to the robot in axes parallel to
             the map's, velocity along both, radius.
+        covers: whether the footprint covers lethal cells.
     """
 
     cells: NDArray[np.uint8]
@@ -52,11 +53,13 @@ class Obstacles:
     lethal: NDArray[np.int32]
     geometry: Array32
     moving: Array32
+    covers: bool = False
 
     @staticmethod
     def of(
-        costs: CostGrid, pose: Pose2D, body: FloatArray, tracks: Sequence[TrackedObject] = ()
-    ) -> Obstacles:
+        costs: CostGrid, pose: Pose2D, body: FloatArray, tracks: Sequence[TrackedObject] = (),
+        before: Obstacles | None = None,
+    ) -> Obstacles:  # fmt: skip
         """Create from a costmap around a pose.
 
         Args:
@@ -64,31 +67,44 @@ class Obstacles:
             pose: of the robot, map frame.
             body: (m, 2) points that fill the footprint, base frame, metres.
             tracks: moving objects at the current time, map frame.
+            before: those of the last command; distances in the same grid are taken from there.
         """
-        free = (costs.cells != LETHAL_COST).view(np.uint8)
+        cells = costs.cells
         covered = pose.transform(body)
         columns, rows = (
             np.floor((covered[:, k] - costs.origin[k]) / costs.resolution).astype(int)
             for k in (0, 1)
         )
-        inside = (rows >= 0) & (rows < free.shape[0]) & (columns >= 0) & (columns < free.shape[1])
-        free[rows[inside], columns[inside]] = 1
-        if free.all():
-            distance = np.full(free.shape, NO_OBSTACLE, np.float32)
+        inside = (rows >= 0) & (rows < cells.shape[0]) & (columns >= 0) & (columns < cells.shape[1])
+        rows, columns = rows[inside], columns[inside]
+        covers = bool((cells[rows, columns] == LETHAL_COST).any())
+        if before is not None and before.cells is cells and not (covers or before.covers):
+            distance, lethal = before.distance, before.lethal
         else:
-            distance = distances_to_zero(free) * np.float32(costs.resolution)
+            free = (cells != LETHAL_COST).view(np.uint8)
+            free[rows, columns] = 1
+            distance, lethal = _distances(free, costs.resolution)
         x, y = costs.origin
         geometry = [x - pose.x, y - pose.y, 1.0 / costs.resolution, costs.resolution]
-        lethal = np.zeros((free.shape[0] + 2, free.shape[1] + 2), np.int32)
-        lethal[1:-1, 1:-1] = free == 0
         moving = [
             (track.position[0] - pose.x, track.position[1] - pose.y, *track.velocity, track.radius)
             for track in tracks
         ]
         return Obstacles(
-            costs.cells, distance, lethal, np.array(geometry, np.float32),
-            np.array(moving, np.float32).reshape(-1, 5),
+            cells, distance, lethal, np.array(geometry, np.float32),
+            np.array(moving, np.float32).reshape(-1, 5), covers,
         )  # fmt: skip
+
+
+def _distances(free: NDArray[np.uint8], resolution: float) -> tuple[Array32, NDArray[np.int32]]:
+    """Return `distance` and `lethal` of `Obstacles` for cells that are 0 where they are lethal."""
+    if free.all():
+        distance = np.full(free.shape, NO_OBSTACLE, np.float32)
+    else:
+        distance = distances_to_zero(free) * np.float32(resolution)
+    lethal = np.zeros((free.shape[0] + 2, free.shape[1] + 2), np.int32)
+    lethal[1:-1, 1:-1] = free == 0
+    return distance, lethal
 
 
 @dataclass(frozen=True, slots=True)

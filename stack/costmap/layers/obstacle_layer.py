@@ -137,7 +137,7 @@ class ObstacleLayer(Layer):
             scan.ranges, scan.angles, _is_closed(scan), scan.range_max,
             settings.obstacle_range, settings.clearing_range, time, clearable,
         )  # fmt: skip
-        self._marks.add(box)
+        self._marks.add(box, time)
         return box
 
     def _clear_footprint(self, pose: Pose2D) -> Box:

@@ -169,7 +169,7 @@ class RangeLayer(Layer):
             (sensor.x - end, sensor.y - end), (sensor.x + end, sensor.y + end)
         )
         self._source = reading.source
-        self._heard.add(box)
+        self._heard.add(box, time)
         self._kernels.hear(
             self._probability, self._heard_at, *self.frame.origin, self.frame.resolution,
             sensor.x, sensor.y, sensor.heading, distance if returned else inf, end,

@@ -16,7 +16,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
 from stack.localisation.parameters import OdometryFusionParameters
-from stack.types import FloatArray, Observation, Odometry, Pose2D, Twist, wrap_angle
+from stack.types import Observation, Odometry, Pose2D, Twist, wrap_angle
 
 
 class WheelGyroOdometry(OdometryFusion):
@@ -80,9 +80,10 @@ class WheelGyroOdometry(OdometryFusion):
         by_hand = False
         if imu is not None and imu.stamps.size:
             rates = imu.angular_velocity[:, 2]
-            by_hand = abs(float(rates.mean()) - self._bias.value) > p.bias_tolerance
+            mean = float(rates.sum()) / rates.size
+            by_hand = abs(mean - self._bias.value) > p.bias_tolerance
             if standing and not by_hand:
-                self._bias.learn(rates, p.bias_samples)
+                self._bias.learn(mean, rates.size, p.bias_samples)
             if wheels.twist == Twist() and not by_hand:
                 return 0.0
         return raw - self._bias.value * elapsed
@@ -95,11 +96,17 @@ class _GyroBias:
         self.value = 0.0
         self._samples = 0
 
-    def learn(self, rates: FloatArray, most: int) -> None:
-        """Update the bias with yaw rates (n,) measured at rest, rad/s; `most`: samples averaged."""
-        self._samples = min(self._samples + rates.size, most)
-        gain = min(1.0, rates.size / self._samples)
-        self.value += gain * (float(rates.mean()) - self.value)
+    def learn(self, mean: float, samples: int, most: int) -> None:
+        """Update the bias with yaw rates measured at rest.
+
+        Args:
+            mean: of the rates, rad/s.
+            samples: number of the rates.
+            most: samples that are averaged.
+        """
+        self._samples = min(self._samples + samples, most)
+        gain = min(1.0, samples / self._samples)
+        self.value += gain * (mean - self.value)
 
 
 def with_rotation(moved: Pose2D, rotation: float) -> Pose2D:

@@ -9,7 +9,6 @@ kidnap the pose follows odometry, its health drops, and searches of the map find
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,10 +82,12 @@ class Localiser(Estimator):
     def kernels(parameters: LocaliserParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of the filter and of the search."""
         from stack.localisation import kernels
+        from stack.localisation.particle_filter.kernels import FILTER
         from stack.localisation.search import kernels as search_kernels
         from stack.localisation.views import kernels as view_kernels
 
-        return (*kernels.LOCALISATION, *search_kernels.SEARCH, *view_kernels.VIEWS)
+        own = (*kernels.LOCALISATION, *FILTER)
+        return (*own, *search_kernels.SEARCH, *view_kernels.VIEWS)
 
     def __init__(
         self,
@@ -235,7 +236,7 @@ class Localiser(Estimator):
         self._estimate = None
         if scan is None:
             if last is not None and not last.rivals and not begins:
-                self._estimate = replace(last, pose=self._pose)  # nothing else changes
+                self._estimate = last.moved_to(self._pose)
             return
         touched = not self._scattered and self._is_touched(scan)
         self._follow(scan, covariance, disturbed=disturbed, touched=touched)

@@ -34,6 +34,9 @@ since beams are not independent."""
 _WEIGHT = np.array([0.1])
 """Metres; distance of a point to the surface at which it observes a quarter."""
 
+_LEAST_SPREAD = np.diag([1e-6, 1e-6, 1e-6])
+"""Covariance that a prior of an alignment has at least, metres and radians."""
+
 _WIDEST = 1.0
 """Metres; particles with a larger deviation are not one place, and are not widened."""
 
@@ -63,7 +66,7 @@ class ParticleFilter:
         self, field: SignedDistanceField, evaluator: ScanEvaluator, motion: MotionModel,
         parameters: LocaliserParameters, generator: np.random.Generator,
     ) -> None:  # fmt: skip
-        from stack.localisation import kernels
+        from stack.localisation.particle_filter import kernels
         from stack.localisation.search import kernels as search_kernels
 
         self._kernels, self._field, self._evaluator = kernels, field, evaluator
@@ -174,7 +177,7 @@ class ParticleFilter:
 
     def _align(self, mode: Mode, points: FloatArray) -> None:
         """Align the scan to the map, with the mean and covariance of the particles as prior."""
-        spread_out = mode.covariance + np.diag([1e-6, 1e-6, 1e-6])
+        spread_out = mode.covariance + _LEAST_SPREAD
         information = _POINT_VARIANCE * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
         refined = self._kernels.refine_pose(
             self._field.distances, *self._field.placement, as_row(mode.pose), information,

@@ -68,14 +68,16 @@ def find_narrow_meeting(
     """
     if len(path) < 2 or not people:
         return None
-    steps = np.diff(path, axis=0)
-    lengths = np.hypot(*steps.T)
+    on_path = [(person, _nearest(path, person)) for person in people]
+    beside = [(person, nearest) for person, (nearest, away) in on_path if away <= BESIDE]
+    if not beside:
+        return None
+    steps = path[1:] - path[:-1]
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     found: list[Meeting] = []
-    for person in people:
-        away = np.hypot(*(path - person.position).T)
-        nearest = int(np.argmin(away))
-        if away[nearest] > BESIDE or along[nearest] < NEAREST:
+    for person, nearest in beside:
+        if along[nearest] < NEAREST:
             continue
         onward = steps[min(nearest, len(steps) - 1)]
         coming = -float(onward @ person.velocity) / max(float(hypot(*onward)), 1e-9)
@@ -89,6 +91,14 @@ def find_narrow_meeting(
             way = path[: nearest + 1][::-1]
             found.append(Meeting(person, way, float(along[nearest]) / coming))
     return min(found, key=lambda meeting: meeting.seconds, default=None)
+
+
+def _nearest(path: FloatArray, person: TrackedObject) -> tuple[int, float]:
+    """Return the number of the point of a path nearest to a person, and its distance, metres."""
+    x, y = person.position
+    away = np.hypot(path[:, 0] - x, path[:, 1] - y)
+    nearest = int(away.argmin())
+    return nearest, float(away[nearest])
 
 
 def least_width(costs: CostGrid, path: FloatArray, at: FloatArray, enough: float) -> float:

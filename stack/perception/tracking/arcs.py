@@ -22,6 +22,9 @@ DEPTH = 0.08
 UNIT, FAR = 0.001, 100.0
 """Metres: OpenCV finds depths of whole numbers only; a cluster's shadow ends behind all returns."""
 
+LEAST_RETURNS = 4
+"""Of a cluster that may be two bodies."""
+
 LEAST_POINTS = 8
 ITERATIONS = 4
 
@@ -76,9 +79,10 @@ def _deepest(points: FloatArray) -> int | None:
     """Index of the return deepest behind the hull, the first of the second body; None: convex."""
     import cv2
 
-    if len(points) < 4:
+    if len(points) < LEAST_RETURNS:
         return None
-    shadow = FAR / np.hypot(points[[-1, 0], 0], points[[-1, 0], 1])[:, None] * points[[-1, 0]]
+    ends = points[[-1, 0]]
+    shadow = FAR / np.hypot(ends[:, 0], ends[:, 1])[:, None] * ends
     contour = np.rint(np.vstack((points, shadow)) / UNIT).astype(np.int32)[:, None]
     hull = np.sort(cv2.convexHull(contour, returnPoints=False).ravel())[:, None]
     found = cv2.convexityDefects(contour, hull)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, cos, floor, hypot, pi, sin
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.tracking.arcs import convex_parts, fit_arc
+from stack.perception.tracking.arcs import LEAST_RETURNS, convex_parts, fit_arc
 from stack.types import FloatArray, Pose2D, Scan
 
 NOT_ROUND = 0.12
@@ -60,20 +59,9 @@ def clusters(
     Returns:
         (first, last + 1) of each run; beam indices are modulo n.
     """
-    n = ranges.size
-    if not valid.any():
-        return []
-    safe = np.where(valid, ranges, 0.0)
-    following, after = _shifted(safe), _shifted(valid)
-    apart = safe * safe + following * following - (2.0 * cos(increment)) * safe * following
-    linked = valid & after & (apart <= jump * jump)
-    if n * abs(increment) < 2.0 * pi - 1.5 * abs(increment):
-        linked[-1] = False
-    starts = (valid & ~_preceding(linked)).nonzero()[0]
-    ends = (valid & ~linked).nonzero()[0] + 1
-    if starts.size and ends[0] <= starts[0]:
-        ends = np.append(ends[1:], ends[0] + n)
-    return list(zip(starts.tolist(), ends.tolist(), strict=True))
+    from stack.perception.tracking.kernels import linked_runs  # imports numba
+
+    return [(first, end) for first, end in linked_runs(ranges, increment, jump, valid).tolist()]
 
 
 def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
@@ -85,14 +73,9 @@ def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
         ranges: (n,) metres; inf or nan: no return.
         jump: largest difference of the neighbours, metres.
     """
-    lost = ~np.isfinite(ranges)
-    if not lost.any():
-        return ranges
-    before, after = _preceding(ranges), _shifted(ranges)
-    with np.errstate(invalid="ignore"):
-        same = lost & (np.abs(before - after) <= jump)  # inf - inf and nan compare as false
-    means: NDArray[np.float32] = np.where(same, 0.5 * (before + after), ranges)
-    return means
+    from stack.perception.tracking.kernels import bridge  # imports numba
+
+    return bridge(ranges, jump)
 
 
 def covers_full_turn(scan: Scan) -> bool:
@@ -127,23 +110,9 @@ def beams_towards(scan: Scan, angles: FloatArray) -> NDArray[np.intp]:
         return even
     n, increment = scan.ranges.size, scan.angle_increment
     round_turn = round(2.0 * pi / abs(increment))
-    index = np.clip(even % round_turn, 0, n - 1)
+    index = np.minimum(even % round_turn, n - 1)
     off = scan.bearings[index] - (scan.angle_min + increment * index)
     return np.rint((angles - off - scan.angle_min) / increment).astype(np.intp)
-
-
-def _shifted(values: NDArray[Any]) -> NDArray[Any]:
-    """The value of the next beam for each; a tenth of the time of np.roll."""
-    following = np.empty_like(values)
-    following[:-1], following[-1] = values[1:], values[0]
-    return following
-
-
-def _preceding(values: NDArray[Any]) -> NDArray[Any]:
-    """The value of the beam before for each."""
-    before = np.empty_like(values)
-    before[0], before[1:] = values[-1], values[:-1]
-    return before
 
 
 def disc_of(  # noqa: PLR0913 - of one run
@@ -222,6 +191,8 @@ def returns_of(scan: Scan, beams: NDArray[np.intp], bearings: FloatArray) -> Flo
 def parts_of(scan: Scan, run: tuple[int, int]) -> list[tuple[int, int]]:
     """Return the runs of a cluster's bodies that touch or stand close together."""
     first, end = run
+    if end - first < LEAST_RETURNS:
+        return [run]
     beams = np.arange(first, end)
     parts = convex_parts(returns_of(scan, beams, bearings_of(scan, beams)))
     return [(first + begin, first + stop) for begin, stop in parts]

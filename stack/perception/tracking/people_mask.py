@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from stack.types import FloatArray, Pose2D, Scan, TrackedObject
+from stack.types import Pose2D, Scan, TrackedObject
 
 AROUND = 0.12
 """Metres round a tracked object within which returns belong to it."""
@@ -23,16 +22,15 @@ def without_objects(scan: Scan, pose: Pose2D, objects: Sequence[TrackedObject]) 
     """
     if not objects:
         return scan
+    from stack.perception.tracking.kernels import end_at_discs  # imports numba
+
     sensor = pose.compose(scan.mount)
-    ranges = np.where(np.isfinite(scan.ranges), scan.ranges, 0.0).astype(np.float64)
-    angles = scan.angles + sensor.heading
-    x, y = sensor.x + ranges * np.cos(angles), sensor.y + ranges * np.sin(angles)
-    places: FloatArray = np.array([item.position for item in objects])
-    reach = np.array([item.radius + AROUND for item in objects])
-    away = np.hypot(x[:, None] - places[:, 0], y[:, None] - places[:, 1])
-    hit = (ranges > 0.0) & (away <= reach).any(axis=1)
+    discs = np.array([(*item.position, item.radius + AROUND) for item in objects])
+    hit = end_at_discs(
+        scan.ranges.astype(np.float64), scan.angles, sensor.x, sensor.y, sensor.heading, discs
+    )
     if not hit.any():
         return scan
     masked = scan.ranges.copy()
     masked[hit] = np.nan
-    return replace(scan, ranges=masked)
+    return scan.with_ranges(masked)

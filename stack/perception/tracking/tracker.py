@@ -12,12 +12,12 @@ seen through is not there any more.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import replace
 from math import floor, hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.perception.tracking.arcs import fit_arc
 from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, parts_of, spread_of
 from stack.perception.tracking.object_filter import SAME_SIZE, ObjectFilter
@@ -66,6 +66,13 @@ class Tracker:
     along its surface, or jumps to another thing; so an object has moved only if most of its returns
     lie on ground that was seen free a moment ago, or its returns of then on ground seen free now.
     """
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the tracker."""
+        from stack.perception.tracking.kernels import TRACKING  # imports numba
+
+        return TRACKING
 
     def __init__(self, parameters: TrackerParameters, static: OccupancyGrid | None = None) -> None:
         """Create a tracker without tracks.
@@ -126,7 +133,8 @@ class Tracker:
         ]  # fmt: skip
         self._places.look(self._views[-1])
         found = [(item.state[0], item.state[1], item.radius) for item in self._standing()]
-        self._places.note(np.array(found).reshape(-1, 3), time)
+        if found:
+            self._places.note(np.array(found), time)
         return tuple(item.track(time) for item in self._filters if item.has_moved)
 
     @property
@@ -153,12 +161,12 @@ class Tracker:
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
         settings = self.parameters
-        scan = replace(scan, ranges=bridged(scan.ranges, settings.jump))
+        scan = scan.with_ranges(bridged(scan.ranges, settings.jump))
         ranges = scan.ranges.astype(np.float64)
         valid = np.isfinite(ranges) & (ranges <= settings.range)
         ignored: NDArray[np.bool_] | None = None
         if self._static is not None:
-            ignored = valid & self._on_map(pose, scan, valid)
+            ignored = self._on_map(pose, scan, valid)
             valid &= ~ignored
         found = []
         for cluster in clusters(ranges, scan.angle_increment, settings.jump, valid):
@@ -175,18 +183,15 @@ class Tracker:
         return found
 
     def _on_map(self, pose: Pose2D, scan: Scan, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return (n,) whether a beam ends on or near an obstacle of the map."""
+        """Return (n,) whether a valid beam ends on or near an obstacle of the map."""
         assert self._static is not None
-        ranges = np.where(valid, scan.ranges, 0.0)
-        sensor, resolution = pose.compose(scan.mount), self._static.resolution
-        angles = scan.angles + sensor.heading
-        rows, columns = self._near_map.shape
-        x, y = self._static.origin
-        column = ((ranges * np.cos(angles) + (sensor.x - x)) / resolution).astype(np.intp)
-        row = ((ranges * np.sin(angles) + (sensor.y - y)) / resolution).astype(np.intp)
-        # rounding towards zero puts what is up to a cell outside into the border, which is harmless
-        on_grid = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        near: NDArray[np.bool_] = self._near_map[row * on_grid, column * on_grid] & on_grid
+        from stack.perception.tracking.kernels import end_in_cells  # imports numba
+
+        sensor, (x, y) = pose.compose(scan.mount), self._static.origin
+        near: NDArray[np.bool_] = end_in_cells(
+            scan.ranges.astype(np.float64), scan.angles, valid,
+            sensor.x - x, sensor.y - y, sensor.heading, self._static.resolution, self._near_map,
+        )  # fmt: skip
         return near
 
     def _correct(self, discs: list[Disc]) -> set[int]:
@@ -198,9 +203,10 @@ class Tracker:
         distances = self._mahalanobis(discs)
         confirm = self.parameters.confirm
         pairs = sorted(
-            (self._filters[order].hits < confirm, float(distances[order, index]), index, order)
-            for order, index in np.argwhere(distances <= self.parameters.gate).tolist()
-            if self._may_be(self._filters[order], discs[index])
+            (self._filters[order].hits < confirm, distance, index, order)
+            for order, row in enumerate(distances.tolist())
+            for index, distance in enumerate(row)
+            if distance <= self.parameters.gate and self._may_be(self._filters[order], discs[index])
         )
         taken: set[int] = set()
         updated: set[int] = set()

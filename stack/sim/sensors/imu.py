@@ -10,10 +10,10 @@ from stack.sim.physics.physics_world import GRAVITY
 from stack.streams import stream
 from stack.types import Imu as ImuReading
 
-_GRAVITY = np.array([0.0, 0.0, GRAVITY])
+Vector = tuple[float, float, float]
 
 _Sample = tuple[float, ...]
-"""Time, velocity before and now, spin, and the nine numbers of the rotation."""
+"""Time, angular velocity and specific force without errors, base frame."""
 
 
 class Imu:
@@ -22,16 +22,21 @@ class Imu:
     def __init__(self, description: ImuDescription, seed: int) -> None:
         self._description = description
         self._random = stream(seed, "imu")
-        self._gyro_bias = self._random.normal(0.0, description.gyro_bias, 3)
-        self._accelerometer_bias = self._random.normal(0.0, description.accelerometer_bias, 3)
-        self._velocity: tuple[float, float, float] | None = None
+        gyro_bias = self._random.normal(0.0, description.gyro_bias, 3)
+        accelerometer_bias = self._random.normal(0.0, description.accelerometer_bias, 3)
+        self._bias = np.concatenate([gyro_bias, accelerometer_bias])
+        self._noise = np.repeat([description.gyro_noise, description.accelerometer_noise], 3)
+        self._velocity: Vector | None = None
         self._samples: list[_Sample] = []
 
     def sample(self, time: float, state: BaseState) -> None:
         """Take one sample; call at the sensor's rate."""
-        before = state.velocity if self._velocity is None else self._velocity
+        (x, y, z), before = state.velocity, self._velocity or state.velocity
         self._velocity = state.velocity
-        self._samples.append((time, *before, *state.velocity, *state.spin, *state.rotation))
+        rate = self._description.rate
+        force = (x - before[0]) * rate, (y - before[1]) * rate, (z - before[2]) * rate + GRAVITY
+        turning = _into_base(state.spin, state.rotation)
+        self._samples.append((time, *turning, *_into_base(force, state.rotation)))
 
     def reset_velocity(self) -> None:
         """Forget the last velocity, so that a lifted robot measures no jump of it."""
@@ -41,15 +46,14 @@ class Imu:
         """Return the samples since the last call, or None without any."""
         if not self._samples:
             return None
-        d, rows = self._description, np.array(self._samples)
-        self._samples = []
-        noise = self._random.standard_normal((len(rows), 6))
-        force = (rows[:, 4:7] - rows[:, 1:4]) * d.rate + _GRAVITY
-        rotations = rows[:, 10:].reshape(-1, 3, 3)
-        gyro = np.matmul(rows[:, None, 7:10], rotations)[:, 0]
-        gyro += self._gyro_bias
-        gyro += d.gyro_noise * noise[:, :3]
-        accelerometer = np.matmul(force[:, None, :], rotations)[:, 0]
-        accelerometer += self._accelerometer_bias
-        accelerometer += d.accelerometer_noise * noise[:, 3:]
-        return ImuReading(rows[:, 0].copy(), gyro, accelerometer)
+        rows, self._samples = np.array(self._samples), []
+        measured = rows[:, 1:] + self._bias
+        measured += self._noise * self._random.standard_normal(measured.shape)
+        return ImuReading(rows[:, 0].copy(), measured[:, :3].copy(), measured[:, 3:].copy())
+
+
+def _into_base(vector: Vector, rotation: tuple[float, ...]) -> Vector:
+    """Return a vector of the world frame in the base frame; rotation: `BaseState.rotation`."""
+    x, y, z = vector
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = rotation
+    return x * xx + y * yx + z * zx, x * xy + y * yy + z * zy, x * xz + y * yz + z * zz

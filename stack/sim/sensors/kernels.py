@@ -1,4 +1,4 @@
-"""Ray caster for lidar and sonar: beams against segments and circles in the scan plane."""
+"""Ray caster for lidar and sonar: beams against segments and circles in the scan plane; seeds."""
 
 from __future__ import annotations
 
@@ -10,8 +10,50 @@ from numba import f8, i8, njit
 ROUNDING = 1e-9
 """Relative extension of a segment at both ends, so that no beam passes between two segments."""
 
+WORD = 0xFFFFFFFF
+"""The lowest 32 bits."""
+
 CLEAR_OF_FAN = 1e-6
 """Metres beside a fan of beams from which on no rounding lets an obstacle reach it."""
+
+
+@njit(cache=True, nogil=True)
+def seed_state(entropy):  # type: ignore[no-untyped-def]
+    """Hash entropy into the state of a generator, as NumPy's SeedSequence does.
+
+    M. E. O'Neill, "Developing a seed_seq Alternative", 2015. NumPy guarantees that its seeds and
+    streams do not change. Words of 32 bits are computed with in 64.
+
+    Args:
+        entropy: (n,) int64 words of 32 bits, n >= 4.
+
+    Returns:
+        (4,) uint64.
+    """
+    pool, factor = np.empty(4, np.int64), 0x43B0D7E5
+    for i in range(4):
+        pool[i], factor = _hashed(entropy[i], factor, 0x931E8875)
+    for source in range(entropy.size):
+        for target in range(4):
+            if source != target:
+                word = pool[source] if source < 4 else entropy[source]
+                word, factor = _hashed(word, factor, 0x931E8875)
+                mixed = (0xCA01F9DD * pool[target] - 0x4973F715 * word) & WORD
+                pool[target] = mixed ^ (mixed >> 16)
+    state, factor = np.empty(4, np.uint64), 0x8B51F9DD
+    for i in range(4):
+        low, factor = _hashed(pool[2 * i % 4], factor, 0x58F38DED)
+        high, factor = _hashed(pool[(2 * i + 1) % 4], factor, 0x58F38DED)
+        state[i] = low | (high << 32)
+    return state
+
+
+@njit(cache=True, nogil=True)
+def _hashed(word, factor, next_factor):  # type: ignore[no-untyped-def]
+    """Hash a word of 32 bits; return it and the factor of the next one."""
+    factor_now = (factor * next_factor) & WORD
+    product = ((word ^ factor) * factor_now) & WORD
+    return product ^ (product >> 16), factor_now
 
 
 @njit(cache=True, nogil=True)
@@ -63,6 +105,40 @@ def _are_beside(directions, px, py, qx, qy, clear):  # type: ignore[no-untyped-d
     (rx, ry), (lx, ly) = directions[0], directions[-1]
     is_left = lx * py - ly * px > clear and lx * qy - ly * qx > clear
     return is_left or (ry * px - rx * py > clear and ry * qx - rx * qy > clear)
+
+
+@njit(cache=True, nogil=True)
+def origins_along(times, stamps, poses, x, y, heading, beams):  # type: ignore[no-untyped-def]
+    """Compute where a lidar that moves while it turns is at each beam.
+
+    Args:
+        times: (n,) of the beams, rising, seconds.
+        stamps: (k,) of the poses, rising, seconds.
+        poses: (k, 3) x, y, heading of the base, headings without jumps.
+        x: of the lidar, base frame, metres.
+        y: of the lidar, base frame, metres.
+        heading: of the lidar, base frame, radians.
+        beams: (n,) directions of the beams, lidar frame, radians.
+
+    Returns:
+        (n, 2) origins and (n,) directions of the beams, in the frame of the poses.
+    """
+    origins, directions = np.empty((times.size, 2)), np.empty(times.size)
+    last, before = stamps.size - 1, 0
+    for beam in range(times.size):
+        while before < last and stamps[before + 1] <= times[beam]:
+            before += 1
+        base_x, base_y, turn = poses[before]
+        if before < last and times[beam] > stamps[before]:
+            step, since = stamps[before + 1] - stamps[before], times[beam] - stamps[before]
+            base_x = (poses[before + 1, 0] - base_x) / step * since + base_x
+            base_y = (poses[before + 1, 1] - base_y) / step * since + base_y
+            turn = (poses[before + 1, 2] - turn) / step * since + turn
+        c, s = cos(turn), sin(turn)
+        origins[beam, 0] = base_x + c * x - s * y
+        origins[beam, 1] = base_y + s * x + c * y
+        directions[beam] = turn + heading + beams[beam]
+    return origins, directions
 
 
 @njit(cache=True, nogil=True)
@@ -237,8 +313,13 @@ def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
     return low, high
 
 
+SEEDING = ((seed_state, (i8[::1],)),)
+"""Entry points, with the types that sensors call them with: of their noise; then of ray casts."""
 CAST = ((cast, (f8, f8, f8, f8, i8, f8[:, ::1], f8[:, ::1])),)
-"""Entry points, with the types that lidars and sonars call them with; then of turning lidars."""
-CAST_FROM = ((cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),)
+"""Of lidars and sonars; then of turning lidars."""
+CAST_TURNING = (
+    (origins_along, (f8[::1], f8[::1], f8[:, ::1], f8, f8, f8, f8[::1])),
+    (cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),
+)
 CAST_RAYS = ((cast_rays, (f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])),)
 """Of lidars in worlds with mirrors."""

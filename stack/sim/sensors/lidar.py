@@ -24,8 +24,8 @@ from stack.sim.physics.meshes import box_outline, slab, wall_pillars, wall_slabs
 from stack.sim.physics.mirrors import CLEAR_OF_MIRROR, mirror_faces, mirrors_at, reflected
 from stack.sim.physics.scene import PERSON_HEIGHT
 from stack.sim.scene_state import RobotShape, SceneState
+from stack.sim.sensors.noise import MeasurementStreams
 from stack.sim.worlds.world import Door, World
-from stack.streams import stream
 from stack.types import FloatArray, Pose2D, Scan
 
 Trail = Sequence[tuple[float, Pose2D]]
@@ -44,7 +44,8 @@ class Lidar:
         """Return the kernels that the scans of such a lidar in a world call."""
         from stack.sim.sensors import kernels
 
-        own = kernels.CAST_FROM if description.rotation_time > 0.0 else kernels.CAST
+        own = kernels.CAST_TURNING if description.rotation_time > 0.0 else kernels.CAST
+        own = (*own, *MeasurementStreams.kernels())
         return (*own, *(kernels.CAST_RAYS if mirror_faces(world) else ()))
 
     def __init__(
@@ -63,7 +64,7 @@ class Lidar:
         from stack.sim.sensors import kernels  # imports numba
 
         self._kernels, self._carrier = kernels, carrier
-        self._description, self._seed, self._name = description, seed, name
+        self._description, self._streams = description, MeasurementStreams(seed, name)
         self._scene = SensedScene(world, description.height)
         n, turn = description.beams, min(description.field_of_view, 2.0 * pi)
         full = turn > 2.0 * pi - 1e-6
@@ -111,17 +112,14 @@ class Lidar:
 
     def _origins(self, trail: Trail, time: float) -> tuple[FloatArray, FloatArray]:
         """Return (beams, 2) positions of the sensor and (beams,) increasing beam directions."""
-        mount, stamps = self._description.mount, time + self._times
-        rows = np.array([(t, pose.x, pose.y, pose.heading) for t, pose in trail])
-        headings = [pose.heading for _, pose in trail]
-        if max(headings) - min(headings) > pi:
-            rows[:, 3] = np.unwrap(rows[:, 3])
-        x, y, heading = (np.interp(stamps, rows[:, 0], column) for column in rows[:, 1:].T)
-        c, s = np.cos(heading), np.sin(heading)
-        origins = np.empty((stamps.size, 2))
-        origins[:, 0] = x + c * mount.x - s * mount.y
-        origins[:, 1] = y + s * mount.x + c * mount.y
-        return origins, heading + mount.heading + self._beams
+        mount = self._description.mount
+        stamps, poses = _rows(trail)
+        origins: FloatArray
+        directions: FloatArray
+        origins, directions = self._kernels.origins_along(
+            time + self._times, stamps, poses, mount.x, mount.y, mount.heading, self._beams
+        )
+        return origins, directions
 
     def _follow_reflections(
         self, ranges: FloatArray, trail: Trail, time: float, outlines: tuple[FloatArray, FloatArray]
@@ -154,11 +152,20 @@ class Lidar:
 
     def _add_errors(self, ranges: FloatArray, step: int) -> None:
         d = self._description
-        random = stream(self._seed, self._name, step)
+        random = self._streams.at(step)
         ranges += random.normal(0.0, d.noise, d.beams)
         lost = random.random(d.beams) < d.dropout
         ranges[ranges < d.range_min] = np.nan
         ranges[lost | (ranges > d.range_max)] = inf
+
+
+def _rows(trail: Trail) -> tuple[FloatArray, FloatArray]:
+    """Return the times (k,) of a trail and its poses (k, 3), with headings without jumps."""
+    poses = np.array([(pose.x, pose.y, pose.heading) for _, pose in trail])
+    headings = [pose.heading for _, pose in trail]
+    if max(headings) - min(headings) > pi:
+        poses[:, 2] = np.unwrap(poses[:, 2])
+    return np.array([time for time, _ in trail]), poses
 
 
 class SensedScene:

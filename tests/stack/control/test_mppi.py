@@ -138,8 +138,8 @@ def pursued(*points, speed=0.8, lookahead=0.6, steps=3, limits=FREE, **parameter
     controls = np.zeros((2, steps, 1), np.float32)
     kernels.pursue(
         np.array(points, np.float32), np.array([0.0, 0.0, 0.0, 1.0, 0.0], np.float32),
-        bounds(MppiParameters(**parameters), moving("differential", **limits)), speed, lookahead,
-        0, controls,
+        bounds(MppiParameters(**parameters), moving("differential", **limits)),
+        np.array([[speed, lookahead]]), 0, controls,
     )  # fmt: skip
     return controls[:, :, 0]
 

@@ -37,8 +37,9 @@ def test_expiry_clears_what_a_search_of_every_cell_clears(seed, oldest):
     part[:] = np.where(random.random(part.shape) < 0.3, random.uniform(0.0, 10.0, part.shape), -inf)
     expected = marked_at.copy()
     old = expire_everywhere(expected, oldest)
-    cleared, kept = kernels.expire(marked_at, oldest, top, top + 5, left, left + 5)
+    cleared, kept, earliest = kernels.expire(marked_at, oldest, top, top + 5, left, left + 5)
     assert np.array_equal(marked_at, expected)
+    assert earliest == expected[expected > -inf].min(initial=inf)
     for (low, high, first, last), cells in ((cleared, old), (kept, expected > -inf)):
         rows, columns = np.nonzero(cells)
         if rows.size:
@@ -61,7 +62,7 @@ def test_expiry_in_tiles_clears_what_a_search_of_every_cell_clears(seed):
         box = (top, min(top + random.integers(1, 200), 300), left, left + 40)
         seen_now = random.random((box[1] - box[0], 40)) < 0.05
         marked_at[box[0] : box[1], box[2] : box[3]][seen_now] = time
-        boxes.add(box)
+        boxes.add(box, time if random.random() < 0.8 else -inf)
         if time % 4 == 1:
             shift = tuple(int(n) for n in random.integers(-60, 60, 2))
             marked_at = shifted(marked_at, shape, shift, -inf)

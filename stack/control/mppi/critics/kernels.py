@@ -114,10 +114,15 @@ def near_obstacles(
         reach = max(reach, np.float32(offset) + discs[i, 2])
     far = reach + max(wanted, doubt) + diagonal
     share = ONE / np.float32(HIGHEST_PASSABLE)
-    prices = np.zeros(256, np.float32)
+    by_value = np.zeros(256, np.float32)
     for value in range(LETHAL + 1):
-        prices[value] = share * np.float32(min(value, HIGHEST_PASSABLE))
-    all_cells, all_distances = cells.ravel(), distance.ravel()
+        by_value[value] = share * np.float32(min(value, HIGHEST_PASSABLE))
+    all_cells, all_distances, nowhere = cells.ravel(), distance.ravel(), np.int32(cells.size)
+    # of each cell, and of none: its price, and whether a rollout above it is near an obstacle
+    prices, is_near = np.zeros(nowhere + 1, np.float32), np.zeros(nowhere + 1, np.uint8)
+    for number in range(cells.size):
+        prices[number] = by_value[all_cells[number]]
+        is_near[number] = all_distances[number] <= far
     width, below = np.int32(columns), np.empty(batch, np.int32)
     near, clearances = np.empty(batch + 1, np.int32), np.empty(batch, np.float32)
     for b in range(batch):
@@ -127,15 +132,14 @@ def near_obstacles(
         for b in range(batch):  # the cell below each rollout; without branches it is vectorised
             across, along = (xs[b] - left) * per_metre, (ys[b] - bottom) * per_metre
             inside = (across >= ZERO) & (across < columns) & (along >= ZERO) & (along < rows)
-            below[b] = np.int32(along) * width + np.int32(across) if inside else np.int32(-1)
+            inside &= hits[b] == steps
+            below[b] = np.int32(along) * width + np.int32(across) if inside else nowhere
         count = 0
         for b in range(batch):
             cell = below[b]
-            counts = (cell >= 0) & (hits[b] == steps)
-            cell = max(cell, np.int32(0))
-            cost[b] += prices[all_cells[cell]] if counts else ZERO
+            cost[b] += prices[cell]
             near[count] = b
-            count += counts & (all_distances[cell] <= far)
+            count += is_near[cell]
         clearances[:count] = FAR
         for i in range(discs.shape[0]):
             _narrow(
