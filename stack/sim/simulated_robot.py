@@ -11,7 +11,7 @@ import numpy as np
 from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.sim.battery import Battery
-from stack.sim.physics.contacts import ContactCounter
+from stack.sim.physics.contacts import ContactCounter, Touch, depths
 from stack.sim.physics.friction import FrictionZones
 from stack.sim.physics.physics_robot import PhysicsRobot
 from stack.sim.physics.physics_world import PhysicsWorld
@@ -51,7 +51,7 @@ class SimulatedRobot:
         physics: the robot's bodies in the physics.
         drive: wheel controller; it takes the commands.
         clearance: smallest distance so far to an obstacle, metres; at most CLEARANCE_REACH.
-        touched: names of what the robot touches.
+        touched: by name, the depth by which the robot and what it touches overlap, metres.
         due: physics step up to which the robot lets time pass.
         wants_freeze: whether the robot asks for time to stand.
         radius: distance from the base to the farthest corner, metres.
@@ -92,7 +92,7 @@ class SimulatedRobot:
             description.footprint.front,
         )
         self._contacts, self._drops = ContactCounter(), world.drops
-        self.touched: set[str] = set()
+        self.touched: dict[str, float] = {}
         self._push: PushMotion | None = None
         self._pushed_at = -inf
         self.physics = PhysicsRobot(physics, description, start)
@@ -247,17 +247,17 @@ class SimulatedRobot:
 
     def _count_contacts(self, time: float, truth: GroundTruth) -> None:
         touching = [*self.physics.touching(), *self._fallen(truth.pose)]
-        self.touched = {name for name, _, _ in touching}
+        self.touched = depths(touching)
         if self.is_pushed:
             self._pushed_at = time
         # What touches the robot while it is pushed is the push's contact, not the drive's.
         own = Twist() if time - self._pushed_at <= PUSH_ENDS else truth.twist
         if self._contacts.update(time, bool(touching), own):
-            obstacle, x, y = touching[0]
+            obstacle, (x, y), _ = touching[0]
             self.report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")
 
-    def _fallen(self, pose: Pose2D) -> list[tuple[str, float, float]]:
-        """Return the drops below the robot: with what, and x, y of the base in metres.
+    def _fallen(self, pose: Pose2D) -> list[Touch]:
+        """Return the drops below the robot, at the place of the base.
 
         It falls when a wheel, or a point at three quarters of the way to the outline, has no floor.
         """
@@ -267,7 +267,8 @@ class SimulatedRobot:
             [self.physics.wheel_places, 0.75 * self.description.footprint.points]
         )
         points = pose.transform(below)
-        return [(d.name or "a drop", pose.x, pose.y) for d in self._drops if d.contains(points)]
+        here = pose.x, pose.y
+        return [Touch(d.name or "a drop", here) for d in self._drops if d.contains(points)]
 
     def _measure(self, name: str, scene: SceneState, step: int, time: float) -> None:
         truth = self.truth.pose

@@ -187,7 +187,10 @@ class Simulation:
         places = [
             (truth.pose, robot.radius) for robot, truth in zip(self._robots, truths, strict=True)
         ]
-        touched = {name for robot in self._robots for name in robot.touched}
+        touched: dict[str, float] = {}
+        for robot in self._robots:
+            for name, depth in robot.touched.items():
+                touched[name] = max(depth, touched.get(name, 0.0))
         if self.people.walk(period, places, self.doors, touched):
             self._physics.scene.place_people(self.people.positions)
         for robot, truth in zip(self._robots, truths, strict=True):

@@ -8,12 +8,21 @@ STOPPING_TIME = 0.2
 STANDING_TIME = 2.0
 """Seconds for which the person then stands."""
 
+PRESSED = 0.02
+"""Depth in metres by which the bodies of person and robot overlap if the robot cannot give way: it
+stands before a wall. One that can overlaps by at most 1.9 cm, at 1.3 m/s.
+"""
+
+RECOIL = -1.0
+"""Share of the wanted speed of a person who presses a robot against something: a step back."""
+
 
 class Bump:
     """Slows a person down who touches a robot.
 
     The bodies of people are moved and have no mass in the physics: without this a person would
-    push a robot along for as long as they touch.
+    push a robot along for as long as they touch, and press it into a wall, out of which the physics
+    would throw it at several metres per second.
     """
 
     def __init__(self) -> None:
@@ -24,15 +33,18 @@ class Bump:
         """Whether a touch still slows the person down."""
         return self._since is not None
 
-    def share(self, period: float, touches: bool) -> float:
-        """Return the share of the wanted speed, 0 to 1, for the next `period` seconds.
+    def share(self, period: float, touch: float | None) -> float:
+        """Return the share of the wanted speed, 0 to 1 or `RECOIL`, for the next seconds.
 
         Args:
             period: seconds.
-            touches: whether a robot touches the person now.
+            touch: depth by which a robot and the person overlap now, metres; None: no touch.
         """
+        if touch is not None and touch > PRESSED:
+            self._since = STOPPING_TIME
+            return RECOIL
         if self._since is None:
-            if not touches:
+            if touch is None:
                 return 1.0
             self._since = 0.0
         self._since += period

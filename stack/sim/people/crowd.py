@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from stack.types import FloatArray
 
 NOWHERE = (float("nan"), float("nan"))
 """Position of a recorded person whose track has not begun or has ended."""
+
+NOBODY: Mapping[str, float] = MappingProxyType({})
 
 
 class People:
@@ -64,7 +67,7 @@ class People:
 
     def walk(
         self, period: float, robots: Robots, closed_doors: Mapping[str, bool] | None = None,
-        touched: Collection[str] = (),
+        touched: Mapping[str, float] = NOBODY,
     ) -> bool:  # fmt: skip
         """Advance everyone by `period` seconds; return whether anyone moved.
 
@@ -72,20 +75,21 @@ class People:
             period: seconds.
             robots: pose and circumscribed radius of each robot.
             closed_doors: whether each door is closed.
-            touched: names of the people whom a robot touches.
+            touched: by name, the depth by which a robot and a person overlap whom it touches,
+                metres.
         """
-        names, nobody = self._names, not touched
+        names = self._names
         moved = False
         for n, walker in self._loops.items():
-            if walker.walk(period, robots, touches=not nobody and names[n] in touched):
+            if walker.walk(period, robots, touch=touched.get(names[n])):
                 self.positions[n] = (walker.x, walker.y)
                 moved = True
         for n, recorded in self._recorded.items():
-            if recorded.walk(period, touches=not nobody and names[n] in touched):
+            if recorded.walk(period, touch=touched.get(names[n])):
                 self.positions[n] = _position(recorded)
                 moved = True
         if self._crowd is not None:
-            touches = [names[n] in touched for n in self._by_force]
+            touches = [touched.get(names[n]) for n in self._by_force]
             self._crowd.walk(period, robots, closed_doors or {}, touches)
             self._place_crowd()
             moved = True

@@ -45,19 +45,19 @@ class Walker:
         self._advance(person.start * sum(self._lengths))
         self.x, self.y = self._position()
 
-    def walk(self, period: float, robots: Robots, *, touches: bool = False) -> bool:
+    def walk(self, period: float, robots: Robots, *, touch: float | None = None) -> bool:
         """Advance by `period` seconds; return whether the person moved.
 
         Args:
             period: seconds.
             robots: where they are.
-            touches: whether a robot touches the person.
+            touch: depth by which a robot and the person overlap, metres; None: no touch.
         """
         share = 1.0
-        if touches or self._bump.is_under_way:
-            share = self._bump.share(period, touches)
-            if share == 0.0:
-                return False
+        if touch is not None or self._bump.is_under_way:
+            share = self._bump.share(period, touch)
+            if share <= 0.0:
+                return self._step_back(self._person.speed * period * -share)
         if self._pause_left > 0.0:
             self._pause_left = max(0.0, self._pause_left - period)
             return False
@@ -74,6 +74,13 @@ class Walker:
                 self._advance(left_over)
         self.x, self.y = self._position()
         return True
+
+    def _step_back(self, distance: float) -> bool:
+        """Go back by a distance in metres, at most to the last corner; return whether it did."""
+        before = self._along
+        self._along = max(0.0, before - distance)
+        self.x, self.y = self._position()
+        return self._along != before
 
     def _advance(self, distance: float) -> None:
         """Go to `distance` metres after the start of the current segment."""

@@ -31,12 +31,17 @@ class RecordedWalker:
         self.is_present = False
         self._place()
 
-    def walk(self, period: float, *, touches: bool = False) -> bool:
-        """Advance by `period` seconds; return whether the person moved, came or left."""
-        share = self._bump.share(period, touches)
+    def walk(self, period: float, *, touch: float | None = None) -> bool:
+        """Advance by `period` seconds; return whether the person moved, came or left.
+
+        Args:
+            period: seconds.
+            touch: depth by which a robot and the person overlap, metres; None: no touch.
+        """
+        share = self._bump.share(period, touch)
         if share == 0.0:
             return False
-        self._clock += period * share
+        self._clock = max(0.0, self._clock + period * share)
         if self._clock >= self._duration:
             self._clock -= self._duration
         before = (self.x, self.y, self.is_present)

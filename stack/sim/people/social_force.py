@@ -109,7 +109,7 @@ class SocialForcePeople:
 
     def walk(
         self, period: float, robots: Robots, closed_doors: Mapping[str, bool],
-        touched: Sequence[bool],
+        touched: Sequence[float | None],
     ) -> None:  # fmt: skip
         """Advance everyone by `period` seconds.
 
@@ -117,7 +117,8 @@ class SocialForcePeople:
             period: seconds.
             robots: pose and circumscribed radius of each.
             closed_doors: whether each door of the world is closed.
-            touched: for each person whether a robot touches them.
+            touched: for each person the depth by which a robot and they overlap, metres; None: no
+                touch.
         """
         seen = self._robots_seen(robots, period)
         self._attend(period, touched)
@@ -179,16 +180,17 @@ class SocialForcePeople:
         wanted *= np.where(stands, 0.0, self._speeds)[:, None]
         return wanted
 
-    def _attend(self, period: float, touched: Sequence[bool]) -> None:
+    def _attend(self, period: float, touched: Sequence[float | None]) -> None:
         """Decide who watches the robots: for spells, with each person's probability."""
         self._spell_left -= period
         over = self._spell_left <= 0.0
         if over.any():
             self._notices[over] = self._random.random(int(over.sum())) < self._attention[over]
             self._spell_left[over] = SPELL
-        if any(touched):  # nobody overlooks what they bump into
-            self._notices[np.array(touched)] = True
-            self._spell_left[np.array(touched)] = SPELL
+        touching = np.array([touch is not None for touch in touched])
+        if touching.any():  # nobody overlooks what they bump into
+            self._notices[touching] = True
+            self._spell_left[touching] = SPELL
 
     def _robots_seen(self, robots: Robots, period: float) -> FloatArray:
         """Return the robots as the people see them, a reaction time late: (r, 5)."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
 from stack.body import ContactTally
 from stack.types import Twist
 
@@ -10,6 +13,28 @@ EPISODE_GAP = 0.5
 
 MOVING_SPEED = 0.02
 """Speed, m/s and rad/s, above which the robot counts as moving."""
+
+
+class Touch(NamedTuple):
+    """A place at which the robot touches something.
+
+    Attributes:
+        name: of what it touches.
+        place: x, y in the world frame, metres.
+        depth: by which the bodies overlap, metres.
+    """
+
+    name: str
+    place: tuple[float, float]
+    depth: float = 0.0
+
+
+def depths(touches: Iterable[Touch]) -> dict[str, float]:
+    """Return, by name, the largest depth by which the robot and what it touches overlap, metres."""
+    found: dict[str, float] = {}
+    for touch in touches:
+        found[touch.name] = max(touch.depth, found.get(touch.name, 0.0))
+    return found
 
 
 class ContactCounter:

@@ -17,6 +17,7 @@ from stack.body import GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
 from stack.sim.physics import bullet as loader
+from stack.sim.physics.contacts import Touch
 from stack.sim.physics.drive_joints import STEERING_TORQUE, DriveJoints, find_drive_joints
 from stack.sim.physics.physics_world import GRAVITY, PhysicsWorld
 from stack.types import FloatArray, Pose2D, Twist
@@ -205,11 +206,11 @@ class PhysicsRobot:
         self._truth, self._state_step = None, self.world.steps
         return self._state
 
-    def touching(self) -> list[tuple[str, float, float]]:
-        """Return the contacts except those with the floor: with what, and x, y in metres."""
+    def touching(self) -> list[Touch]:
+        """Return the contacts except those with the floor."""
         floor, name_of = self.world.scene.floor, self.world.name_of
         return [
-            (name_of(point[2]), point[6][0], point[6][1])
+            Touch(name_of(point[2]), point[6][:2], max(0.0, -point[8]))
             for point in self._bullet.getContactPoints(self.robot, physicsClientId=self.client)
             if point[2] != floor and (point[8] <= 0.0 or point[9] > 0.0)
         ]

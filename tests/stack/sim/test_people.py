@@ -123,11 +123,45 @@ def test_the_same_seed_gives_the_same_walk_and_another_seed_another():
 
 def test_who_touches_a_robot_stops_and_goes_on_later():
     bump = Bump()
-    shares = [bump.share(PERIOD, True) for _ in range(1000)]
+    shares = [bump.share(PERIOD, 0.01) for _ in range(1000)]
     # At 1 m/s: 0.2 s of stopping is a push by 10 cm, at most five times in 10 s.
     assert 0.05 < sum(shares[:220]) * PERIOD < 0.13
     assert sum(shares) * PERIOD < 0.65
-    assert Bump().share(PERIOD, False) == 1.0
+    assert Bump().share(PERIOD, None) == 1.0
+
+
+def test_who_presses_a_robot_against_something_steps_back_and_stands():
+    bump = Bump()
+    assert bump.share(PERIOD, 0.01) > 0.9
+    assert bump.share(PERIOD, 0.03) == -1.0
+    shares = [bump.share(PERIOD, 0.01) for _ in range(220)]
+    assert shares[:190] == [0.0] * 190  # for two seconds
+    assert shares[-1] > 0.0
+
+
+@pytest.mark.parametrize("model", ["loop", "social_force", "recorded"])
+@pytest.mark.parametrize("heading", [0.0, 0.8, 1.57])
+def test_nobody_presses_a_robot_into_a_wall_out_of_which_it_is_thrown(model, heading):
+    """The physics would part bodies that overlap by 10 cm at 2 to 7 m/s."""
+    way = np.array([[0.0, 0.0], [2.3 if model == "social_force" else 8.0, 0.0]])
+    track = np.array([[0.0, 0.0, 0.0, 1.3, 0.0], [6.0, 7.8, 0.0, 1.3, 0.0]])
+    person = Person("Ada", way, speed=1.3, yields=False, model=model, attention=0.0)
+    if model == "recorded":
+        person = Person("Ada", way, model=model, track=track, recorded_duration=6.0)
+    wall = Wall(np.array([[2.6, -3.0], [2.6, 3.0]]))
+    world = replace(EMPTY, people=(person,), walls=(wall,))
+    body = SimulatedBody(ROVER, world, start=Pose2D(2.0, 0.0, heading), seed=0)
+    places, speeds = [], []
+    try:
+        for _ in range(100):
+            drive(body, Twist(), 0.05)
+            truth = body.truth
+            places.append(truth.pose.x)
+            speeds.append(np.hypot(truth.twist.linear, truth.twist.lateral))
+    finally:
+        body.close()
+    assert 2.0 <= max(places) < 2.6
+    assert max(speeds) < 1.4  # the walking speed
 
 
 def test_somebody_who_does_not_yield_pushes_a_robot_but_does_not_drag_it_along():

@@ -119,9 +119,10 @@ def test_distance_to_the_nearest_thing_but_the_floor(build):
 def test_touching_names_the_thing_and_the_place(build):
     physics = build(world=replace(EMPTY, boxes=(Box(Pose2D(0.42, 0.0), (0.5, 1.0, 0.5)),)))
     physics.world.step()
-    name, x, _ = physics.touching()[0]
-    assert name == "a static obstacle"
-    assert x == pytest.approx(0.17, abs=0.02)
+    touch = physics.touching()[0]
+    assert touch.name == "a static obstacle"
+    assert touch.place[0] == pytest.approx(0.17, abs=0.02)
+    assert touch.depth == pytest.approx(0.01, abs=0.002)  # from 0.17 to the hull's end at 0.18
 
 
 def test_two_worlds_in_one_process_do_not_mix(build):
