@@ -54,8 +54,8 @@ front of an obstacle do not count.
 """
 
 BESIDE = 0.15
-"""Distance to the path, metres, above which a robot that has evaded a person plans anew from where
-it is. It would turn back to the old path otherwise, or turn to the goal's heading beside the goal.
+"""Distance to the path, metres, above which a robot that has evaded a person replans from its pose.
+Otherwise it would turn back to the old path, or turn to the goal's heading beside the goal.
 """
 
 HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
@@ -301,7 +301,7 @@ class GoalDrive(Drive):
         if self._has_evaded and progress.offset > BESIDE:
             return f"{progress.offset:.1f} m beside the path after an evasion"
         if self._backs_out and should_turn(progress.remaining, state, self._tools):
-            return "there is room to turn round"
+            return "there is room to turn"
         return None
 
     def _routine(self, time: float) -> str | None:
