@@ -234,8 +234,8 @@ class _Tracer:
         ) <= STEP  # fmt: skip
         parts, left = [], np.ones(len(front), dtype=np.bool_)
         while left.any():
-            part, size = touching[left.argmax()], 0
-            while (count := np.count_nonzero(part)) > size:
+            part, size = touching[int(left.argmax())], 0
+            while (count := int(np.count_nonzero(part))) > size:
                 part, size = touching[part].any(axis=0), count
             parts.append(front[part])
             left &= ~part
