@@ -100,8 +100,11 @@ def sense(
 
 
 @njit(cache=True, nogil=True)
-def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
-    """Clear the cells with their centre in a polygon (n, 2), metres. Returns the cells' box."""
+def clear_polygon(marked_at, others, value, origin_x, origin_y, resolution, corners):
+    """Clear the cells with their centre in a polygon (n, 2), metres. Returns the cells' box.
+
+    In `others`, of the same shape, these cells get a value.
+    """
     rows, columns = marked_at.shape
     top = max(int(np.floor((corners[:, 1].min() - origin_y) / resolution)), 0)
     bottom = min(int(np.floor((corners[:, 1].max() - origin_y) / resolution)) + 1, rows)
@@ -126,7 +129,7 @@ def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
                     inside = not inside
             if inside:
                 marked_at[row, column] = NEVER
-                seen[row, column] = 1
+                others[row, column] = value
     return top, bottom, left, right
 
 
@@ -383,12 +386,13 @@ INFLATION = (
 """Entry points of every costmap, with the types that it calls them with; then of layers."""
 OBSTACLES = (
     (sense, (f4[:, ::1], u1[:, ::1], *6 * (f8,), f4[::1], f8[::1], b1, *5 * (f8,))),
-    (clear_polygon, (f4[:, ::1], u1[:, ::1], f8, f8, f8, f8[:, ::1])),
+    (clear_polygon, (f4[:, ::1], u1[:, ::1], i8, f8, f8, f8, f8[:, ::1])),
     (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
     (paint_marks, (u1[:, ::1], f4[:, ::1], u1[:, ::1], i8, i8, i8, i8)),
 )
 RANGES = (
     (hear, (f4[:, ::1], f4[:, ::1], *13 * (f8,), i8, i8, i8, i8)),
+    (clear_polygon, (f4[:, ::1], f4[:, ::1], *4 * (f8,), f8[:, ::1])),
     (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
 )
 DENOISING = (
