@@ -221,7 +221,8 @@ class _Tracer:
 
     def _width_of(self, front: Cells) -> float:
         rows, columns = np.divmod(front, self._columns)
-        return float(self._lines.cell * (max(np.ptp(rows), np.ptp(columns)) + 1))
+        extent = max(rows[-1] - rows[0], columns.max() - columns.min())  # cells are in order
+        return float(self._lines.cell * (extent + 1))
 
     def _parts(self, front: Cells) -> list[Cells]:
         """Return the connected parts of a front."""
@@ -231,13 +232,14 @@ class _Tracer:
         touching = np.maximum(
             np.abs(rows[:, None] - rows), np.abs(columns[:, None] - columns)
         ) <= STEP  # fmt: skip
-        labels = np.arange(len(front))
-        while True:
-            lowest = np.where(touching, labels, len(front)).min(axis=1)
-            if np.array_equal(lowest, labels):
-                break
-            labels = lowest
-        return [front[labels == label] for label in np.unique(labels)]
+        parts, left = [], np.ones(len(front), dtype=np.bool_)
+        while left.any():
+            part, size = touching[int(left.argmax())], 0
+            while (count := int(np.count_nonzero(part))) > size:
+                part, size = touching[part].any(axis=0), count
+            parts.append(front[part])
+            left &= ~part
+        return parts
 
 
 def trace_line(  # noqa: PLR0913 - where it begins, what it looks like, what is chosen

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
@@ -109,7 +110,8 @@ class Explore(RobotBehaviour):
                 if not looked.is_over(LOOK_PERIOD):
                     continue
                 looked.restart()
-                if self._best() is not None:  # newly drawn scans or a closed loop showed another
+                # newly drawn scans or a closed loop may show another
+                if self._best(self._frontiers()) is not None:
                     break
             else:
                 return status is Status.SUCCESS
@@ -118,7 +120,7 @@ class Explore(RobotBehaviour):
         """Visit frontiers until none has been left for SETTLING_TIME."""
         settling = self.start_timer()
         while not settling.is_over(SETTLING_TIME):
-            best = self._best()
+            best = self._best(self._frontiers())
             if best is None:
                 self.feedback_message = "no frontier left"
                 yield
@@ -143,16 +145,16 @@ class Explore(RobotBehaviour):
             if not looked.is_over(LOOK_PERIOD):
                 continue
             looked.restart()
-            best = self._best()
-            if best is None or not self._still_there(frontier):
+            frontiers = self._frontiers()
+            if self._best(frontiers) is None or not _is_among(frontier, frontiers):
                 return True
         self.failure = None
         if status is Status.FAILURE:
             place.attempts += 1
             self._avoided.append(frontier.pose)
-        elif self._still_there(frontier):
+        elif _is_among(frontier, self._frontiers()):
             yield from self._look_around()
-            if self._still_there(frontier):  # there is nothing more to see from here
+            if _is_among(frontier, self._frontiers()):  # there is nothing more to see from here
                 place.attempts += 1
                 self._avoided.append(frontier.pose)
         yield
@@ -169,9 +171,9 @@ class Explore(RobotBehaviour):
             yield
         return True
 
-    def _best(self) -> Frontier | None:
+    def _best(self, frontiers: Sequence[Frontier]) -> Frontier | None:
         """Return the frontier to drive to next; None without one."""
-        known = [item for item in self._frontiers() if not self._is_forgotten(item)]
+        known = [item for item in frontiers if not self._is_forgotten(item)]
         return max(known, key=self._worth, default=None)
 
     def _worth(self, frontier: Frontier) -> float:
@@ -182,9 +184,6 @@ class Explore(RobotBehaviour):
             sensor_range=self.sensor_range, least_size=self.least_size, least_gain=self.least_gain,
             avoided=self._avoided,
         )  # fmt: skip
-
-    def _still_there(self, frontier: Frontier) -> bool:
-        return any(_distance(item, *frontier.middle) < SAME_PLACE for item in self._frontiers())
 
     def _is_forgotten(self, frontier: Frontier) -> bool:
         return any(
@@ -199,6 +198,10 @@ class Explore(RobotBehaviour):
                 return item
         self._tried.append(_Tried(*frontier.middle))
         return self._tried[-1]
+
+
+def _is_among(frontier: Frontier, frontiers: Sequence[Frontier]) -> bool:
+    return any(_distance(item, *frontier.middle) < SAME_PLACE for item in frontiers)
 
 
 def _distance(frontier: Frontier, x: float, y: float) -> float:

@@ -100,8 +100,11 @@ def sense(
 
 
 @njit(cache=True, nogil=True)
-def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
-    """Clear the cells with their centre in a polygon (n, 2), metres. Returns the cells' box."""
+def clear_polygon(marked_at, others, value, origin_x, origin_y, resolution, corners):
+    """Clear the cells with their centre in a polygon (n, 2), metres. Returns the cells' box.
+
+    In `others`, of the same shape, these cells get a value.
+    """
     rows, columns = marked_at.shape
     top = max(int(np.floor((corners[:, 1].min() - origin_y) / resolution)), 0)
     bottom = min(int(np.floor((corners[:, 1].max() - origin_y) / resolution)) + 1, rows)
@@ -126,7 +129,7 @@ def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
                     inside = not inside
             if inside:
                 marked_at[row, column] = NEVER
-                seen[row, column] = 1
+                others[row, column] = value
     return top, bottom, left, right
 
 
@@ -261,6 +264,13 @@ def hear(
 
 
 @njit(cache=True, nogil=True)
+def _copy(target, source):
+    """Copy a row of cells; numba vectorises a loop but not an assignment of arrays."""
+    for column in range(target.size):
+        target[column] = source[column]
+
+
+@njit(cache=True, nogil=True)
 def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, right):
     """Copy a box from a canvas to the base; returns the box of the cells that changed."""
     first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
@@ -277,7 +287,7 @@ def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, righ
             first += 1
         while source[last] == target[last]:
             last -= 1
-        target[:] = source
+        _copy(target, source)
         first_row, last_row = min(first_row, row), row
         first_column, last_column = min(first_column, left + first), max(last_column, left + last)
     return first_row, last_row + 1, first_column, last_column + 1
@@ -291,7 +301,7 @@ def _rows_to_lethal(base, limit, top, bottom, left, right):
     for row in range(max(top - limit, 0), bottom):
         _count_rows(gaps, base[row, left:right], limit)
         if row >= top:
-            distances[row - top] = gaps
+            _copy(distances[row - top], gaps)
     gaps[:] = limit + 1
     for row in range(min(bottom + limit, base.shape[0]) - 1, top - 1, -1):
         _count_rows(gaps, base[row, left:right], limit)
@@ -331,23 +341,23 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
     known, below = squares[first : first + outer_right - outer_left], squares[limit:][:width]
     for row in range(top, bottom):
         source, target, high = base[row, left:right], cells[row, left:right], heights[row - top]
-        target[:] = source
         least = np.int32(limit + 1)
         for column in range(known.size):
             known[column] = min(high[column] * high[column], far)
             least = min(least, high[column])
         if least > limit:
+            _copy(target, source)
             continue
-        nearest[:] = below
+        _copy(nearest, below)
         for away in range(1, int(np.sqrt(limit * limit - least * least)) + 1):
             before, after = squares[limit - away :][:width], squares[limit + away :][:width]
             for column in range(width):  # in 32 bits: this way it is vectorised
                 beside = np.int32(min(before[column], after[column]) + np.int32(away * away))
                 nearest[column] = min(nearest[column], beside)
         for column in range(width):
-            value, cost = source[column], prices[min(nearest[column], far)]
-            if cost > value or (value == UNKNOWN and cost >= INSCRIBED):
-                target[column] = cost
+            value, cost = source[column], prices[nearest[column]]
+            is_raised = cost > value or (value == UNKNOWN and cost >= INSCRIBED)
+            target[column] = cost if is_raised else value
 
 
 @njit(cache=True, nogil=True)
@@ -376,12 +386,13 @@ INFLATION = (
 """Entry points of every costmap, with the types that it calls them with; then of layers."""
 OBSTACLES = (
     (sense, (f4[:, ::1], u1[:, ::1], *6 * (f8,), f4[::1], f8[::1], b1, *5 * (f8,))),
-    (clear_polygon, (f4[:, ::1], u1[:, ::1], f8, f8, f8, f8[:, ::1])),
+    (clear_polygon, (f4[:, ::1], u1[:, ::1], i8, f8, f8, f8, f8[:, ::1])),
     (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
     (paint_marks, (u1[:, ::1], f4[:, ::1], u1[:, ::1], i8, i8, i8, i8)),
 )
 RANGES = (
     (hear, (f4[:, ::1], f4[:, ::1], *13 * (f8,), i8, i8, i8, i8)),
+    (clear_polygon, (f4[:, ::1], f4[:, ::1], *4 * (f8,), f8[:, ::1])),
     (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
 )
 DENOISING = (

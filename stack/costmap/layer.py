@@ -324,11 +324,18 @@ def sampled(grid: OccupancyGrid, frame: Frame, box: Box, outside: int) -> NDArra
         return shifted(grid.cells, (box[1] - box[0], box[3] - box[2]), shift, outside)
     row = np.floor(down + (np.arange(*box[:2]) + 0.5) * scale)
     column = np.floor(right + (np.arange(*box[2:]) + 0.5) * scale)
-    values = np.full((row.size, column.size), outside, dtype=np.int8)
-    on_rows, rows = _within(row.astype(int), grid.cells.shape[0])
-    on_columns, columns = _within(column.astype(int), grid.cells.shape[1])
+    return picked(grid.cells, row.astype(int), column.astype(int), outside)
+
+
+def picked(
+    cells: NDArray[np.int8], rows: NDArray[np.int64], columns: NDArray[np.int64], outside: int
+) -> NDArray[np.int8]:
+    """Return the cells at ascending rows and columns, (rows, columns); `outside` off the grid."""
+    values = np.full((rows.size, columns.size), outside, dtype=np.int8)
+    on_rows, rows = _within(rows, cells.shape[0])
+    on_columns, columns = _within(columns, cells.shape[1])
     if rows.size and columns.size:
-        near = grid.cells[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+        near = cells[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
         if near.shape == (rows.size, columns.size):  # equal cells: no indexing one by one
             values[on_rows, on_columns] = near
         else:

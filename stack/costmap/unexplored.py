@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.costmap.layer import picked
 from stack.errors import ParameterError
 from stack.mapping.limits import MAX_UNEXPLORED
 from stack.types import UNKNOWN, OccupancyGrid, Pose2D
@@ -97,19 +98,14 @@ def resampled(grid: OccupancyGrid, resolution: float) -> OccupancyGrid:
 
 def _sampled(drawn: OccupancyGrid, grid: OccupancyGrid) -> NDArray[np.int8]:
     """Return the values of a map at the cell centres of a grid; unknown outside it."""
-    indices = [
+    rows, columns = (
         np.floor(
             (grid.origin[axis] - drawn.origin[axis] + (np.arange(count) + 0.5) * grid.resolution)
             / drawn.resolution
         ).astype(np.int64)
         for axis, count in ((1, grid.cells.shape[0]), (0, grid.cells.shape[1]))
-    ]
-    cells = np.full(grid.cells.shape, UNKNOWN, np.int8)
-    inside = [(i >= 0) & (i < n) for i, n in zip(indices, drawn.cells.shape, strict=True)]
-    if inside[0].any() and inside[1].any():
-        taken = drawn.cells[np.ix_(indices[0][inside[0]], indices[1][inside[1]])]
-        cells[np.ix_(inside[0], inside[1])] = taken
-    return cells
+    )
+    return picked(drawn.cells, rows, columns, UNKNOWN)
 
 
 def _ground(bounds: tuple[float, float, float, float], resolution: float) -> OccupancyGrid:

@@ -210,26 +210,28 @@ def calibrate(
     jitter = generator.normal(0.0, [0.03, 0.03, 0.015], (_SAMPLES, 3))
     # Discretisation is noise as well: a surface is anywhere within its cell.
     deviation = float(np.hypot(parameters.range_noise, field.resolution / np.sqrt(12.0)))
+    beams = spread(like.ranges.size, FIT_BEAMS)  # the fit uses no others
+    thin = replace(like, stamp=0.0, ranges=like.ranges[beams], bearings=like.angles[beams])
+    angles = thin.angles
     fits = []
     for (x, y), heading, shift in zip(chosen, headings, jitter, strict=True):
         pose = Pose2D(float(x), float(y), float(heading))
         ranges = kernels.cast_rays(
-            field.occupancy, *field.placement, as_row(pose.compose(like.mount)), like.angles,
+            field.occupancy, *field.placement, as_row(pose.compose(like.mount)), angles,
             like.range_max,
         )  # fmt: skip
-        ranges += generator.normal(0.0, deviation, ranges.size)
-        ranges = _blocked(ranges, like, parameters.health_obstacles, generator)
-        scan = replace(like, stamp=0.0, ranges=ranges.astype(np.float32))
+        ranges += generator.normal(0.0, deviation, like.ranges.size)[beams]
+        ranges = _blocked(ranges, angles, parameters.health_obstacles, generator)
+        scan = thin.with_ranges(ranges.astype(np.float32))
         fits.append(evaluator.fit(pose.compose(Pose2D(*map(float, shift))), scan))
     low, middle = np.percentile(fits, [5.0, 50.0])
     return FitScale(float(min(max(low, 0.05), 0.9)), float(min(max(middle, low + 0.02, 0.1), 0.98)))
 
 
 def _blocked(
-    ranges: FloatArray, like: Scan, most: int, generator: np.random.Generator
+    ranges: FloatArray, angles: FloatArray, most: int, generator: np.random.Generator
 ) -> FloatArray:
-    """Return the ranges shortened by up to `most` random round obstacles such as people."""
-    angles = like.angles
+    """Return the ranges along beams shortened by up to `most` random round obstacles."""
     for _ in range(int(generator.integers(0, most + 1))):
         distance = generator.uniform(0.4, 2.5)
         radius = generator.uniform(0.15, 0.35)

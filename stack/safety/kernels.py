@@ -74,7 +74,9 @@ def time_to_contact(
         farthest = radius + padding + fastest * min(best, horizon)
         if x * x + y * y > farthest * farthest:
             continue
-        limit = min(padding, signed_distance(corners, x, y) - slack)
+        limit = padding
+        if hypot(x, y) - radius - slack < padding + 1e-6:  # it may be nearer than the padding
+            limit = min(padding, signed_distance(corners, x, y) - slack)
         time = 0.0
         while time < best and time <= horizon:
             half = 0.5 * angular * time

@@ -67,8 +67,10 @@ class Pose2D:
     def transform(self, points: FloatArray) -> FloatArray:
         """Transform points (n, 2) from this pose's frame to the frame it is expressed in."""
         c, s = cos(self.heading), sin(self.heading)
-        turned: FloatArray = points @ np.array([[c, s], [-s, c]])
-        turned += (self.x, self.y)
+        turned: FloatArray = points.dot(np.array([[c, s], [-s, c]]))
+        x, y = turned[:, 0], turned[:, 1]  # views: adding a pair to all rows takes twice as long
+        x += self.x
+        y += self.y
         return turned
 
 

@@ -90,10 +90,10 @@ class LineRobot(KinematicRobot):
         part = np.s_[row : row + 2 * AROUND, column : column + 2 * AROUND]
         corner = (CELL * (column - MIDDLE), CELL * (row - MIDDLE))
         middles = CELL * (np.arange(2 * AROUND) + 0.5)
-        x, y = np.meshgrid(middles + corner[0] - pose.x, middles + corner[1] - pose.y)
+        x, y = middles + corner[0] - pose.x, (middles + corner[1] - pose.y)[:, None]
         ahead = x * cos(pose.heading) + y * sin(pose.heading)
         aside = y * cos(pose.heading) - x * sin(pose.heading)
-        far = np.hypot(x, y) < FARTHEST
+        far = x * x + y * y < FARTHEST**2
         self._shown[part] |= far & (ahead > NEAREST) & (np.abs(aside) < ahead * tan(HALF_VIEW))
         seen = self._shown[part].copy()
         self.known = FloorLines(stamp, self._paint[part] & seen, seen, corner, CELL)

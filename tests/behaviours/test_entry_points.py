@@ -50,3 +50,9 @@ def test_a_broken_entry_point_is_reported_with_its_package(site):
     assert lost.file.startswith("entry point lost = treepilot_sample_signals:Missing")
     assert "has no attribute 'Missing'" in lost.sentence
     assert (gone.plugin, lost.plugin) == (-1, -1)  # nobody asked for them
+
+
+def test_a_package_that_is_removed_is_not_found_again(site):
+    assert find_behaviours().get("honk_horn") is not None
+    shutil.rmtree(site)
+    assert find_behaviours().get("honk_horn") is None

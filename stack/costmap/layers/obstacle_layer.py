@@ -143,7 +143,7 @@ class ObstacleLayer(Layer):
     def _clear_footprint(self, pose: Pose2D) -> Box:
         corners = pose.transform(self.footprint.points)
         box: Box = self._kernels.clear_polygon(
-            self._marked_at, self._seen, *self.frame.origin, self.frame.resolution, corners
+            self._marked_at, self._seen, 1, *self.frame.origin, self.frame.resolution, corners
         )
         return box
 

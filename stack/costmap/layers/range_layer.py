@@ -188,8 +188,8 @@ class RangeLayer(Layer):
         return cleared
 
     def _clear_footprint(self, pose: Pose2D) -> Box:
-        from stack.costmap.zones import cells_inside
-
-        corners = pose.transform(self.footprint.points)
-        box, inside = cells_inside(self.frame, corners, self.frame.everywhere)
-        return self.clear(Region(box, inside))
+        corners, (x, y) = pose.transform(self.footprint.points), self.frame.origin
+        box: Box = self._kernels.clear_polygon(
+            self._heard_at, self._probability, _PRIOR, x, y, self.frame.resolution, corners
+        )
+        return box

@@ -62,6 +62,7 @@ class MapUpkeep:
     ) -> None:
         self.parameters, self._graph, self._neighbourhood = parameters, graph, neighbourhood
         self._votes: dict[int, NDArray[np.int8]] = {}
+        self._prepared: dict[int, _Beams] = {}
 
     def compare(self, start: int, pose: Pose2D, scan: Scan) -> Findings:
         """Compare a scan with the keyframes around it; remove beams from them.
@@ -77,10 +78,10 @@ class MapUpkeep:
         near = self._neighbourhood.around(start, pose, COMPARED, p.reference_distance)
         place = {number for number in near if self._is_same_place(pose, scan, number)}
         newest = self._graph.next_id - RECENT
-        new, changed = 0, []
+        new, changed, beams = 0, [], _Beams.of(scan)
         for number in near:
             keyframe = self._graph.keyframes[number]
-            against = contradicted(keyframe, pose, scan)
+            against = _against(self._beams(keyframe), keyframe.pose, beams, pose)
             if number in place:
                 new = max(new, int(np.count_nonzero(against)))
             if number < newest and self._remove_beams(keyframe, against):
@@ -96,6 +97,14 @@ class MapUpkeep:
     def forget(self, keyframe: int) -> None:
         """Drop what is stored of a removed keyframe."""
         self._votes.pop(keyframe, None)
+        self._prepared.pop(keyframe, None)
+
+    def _beams(self, keyframe: Keyframe) -> _Beams:
+        """Return the scan of a keyframe, prepared once until it loses beams."""
+        prepared = self._prepared.get(keyframe.id)
+        if prepared is None or prepared.scan is not keyframe.scan:
+            prepared = self._prepared[keyframe.id] = _Beams.of(keyframe.scan)
+        return prepared
 
     def _is_same_place(self, pose: Pose2D, scan: Scan, number: int) -> bool:
         p, other = self.parameters, self._graph.keyframes[number].pose
@@ -130,42 +139,60 @@ def contradicted(keyframe: Keyframe, pose: Pose2D, scan: Scan) -> NDArray[np.boo
 
     The scan sees beyond the point at which the beam ended, or sees a point on the way to it.
     """
-    then, now = keyframe.pose.compose(keyframe.scan.mount), pose.compose(scan.mount)
-    old = keyframe.scan
-    against = np.zeros(old.ranges.size, np.bool_)
-    ends = np.flatnonzero(np.isfinite(old.ranges))
-    points = now.inverse().transform(then.transform(_local(old, ends)))
-    _, passed = _passed(points, scan)
-    against[ends[passed]] = True
-    seen = np.flatnonzero(np.isfinite(scan.ranges))
-    points = then.inverse().transform(now.transform(_local(scan, seen)))
-    beams, passed = _passed(points, old)
+    return _against(_Beams.of(keyframe.scan), keyframe.pose, _Beams.of(scan), pose)
+
+
+@dataclass(frozen=True, slots=True)
+class _Beams:
+    """A scan prepared for comparisons with others.
+
+    Attributes:
+        scan: itself.
+        ended: (m,) numbers of the beams that returned.
+        points: (m, 2) where these end, sensor frame, metres.
+        least: (n,) metres that a beam and both beside it pass. One without return passes everything
+            up to the range limit, an invalid one nothing.
+    """
+
+    scan: Scan
+    ended: NDArray[np.intp]
+    points: FloatArray
+    least: FloatArray
+
+    @staticmethod
+    def of(scan: Scan) -> _Beams:
+        """Prepare a scan."""
+        ended = np.flatnonzero(np.isfinite(scan.ranges))
+        angles, away = scan.angles[ended], scan.ranges[ended].astype(np.float64)
+        ranges = np.where(np.isnan(scan.ranges), 0.0, np.minimum(scan.ranges, scan.range_max))
+        least = np.minimum(ranges, np.minimum(np.roll(ranges, 1), np.roll(ranges, -1)))
+        points = np.column_stack([away * np.cos(angles), away * np.sin(angles)])
+        return _Beams(scan, ended, points, least)
+
+    def passed(self, points: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """Return the beam that points at each point (m, 2), sensor frame, and if it passes it.
+
+        The beams beside it must pass the point too: at an edge the right beam is uncertain.
+        """
+        scan = self.scan
+        distances = np.hypot(points[:, 0], points[:, 1])
+        turned = np.arctan2(points[:, 1], points[:, 0]) - scan.angle_min
+        step, count = scan.angle_increment, scan.ranges.size
+        is_circle = abs(step) * count >= FULL_CIRCLE
+        beams: Any = np.rint((turned % (2.0 * pi if step > 0.0 else -2.0 * pi)) / step)
+        beams = beams.astype(np.intp)
+        inside = (beams >= 1) & (beams < count - 1) | is_circle
+        beams = beams % count
+        passed = self.least[beams] > distances * (1.0 + MARGIN_SHARE) + MARGIN
+        return beams, inside & passed
+
+
+def _against(old: _Beams, base: Pose2D, new: _Beams, pose: Pose2D) -> NDArray[np.bool_]:
+    """Return (n,) the beams of an old scan at a base pose that a new one at a pose contradicts."""
+    then, now = base.compose(old.scan.mount), pose.compose(new.scan.mount)
+    against = np.zeros(old.scan.ranges.size, np.bool_)
+    _, passed = new.passed(now.inverse().transform(then.transform(old.points)))
+    against[old.ended[passed]] = True
+    beams, passed = old.passed(then.inverse().transform(now.transform(new.points)))
     against[beams[passed]] = True
     return against
-
-
-def _local(scan: Scan, beams: NDArray[np.intp]) -> FloatArray:
-    """Return (m, 2) end points of beams in the sensor's frame."""
-    angles, ranges = scan.angles[beams], scan.ranges[beams].astype(np.float64)
-    local: FloatArray = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
-    return local
-
-
-def _passed(points: FloatArray, scan: Scan) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Return the beam that points at each point (m, 2) of the sensor's frame, and if it passes it.
-
-    The beams beside it must pass the point too: at an edge the right beam is uncertain.
-    """
-    distances = np.hypot(points[:, 0], points[:, 1])
-    turned = np.arctan2(points[:, 1], points[:, 0]) - scan.angle_min
-    step, count = scan.angle_increment, scan.ranges.size
-    is_circle = abs(step) * count >= FULL_CIRCLE
-    beams: Any = np.rint((turned % (2.0 * pi if step > 0.0 else -2.0 * pi)) / step)
-    beams = beams.astype(np.intp)
-    inside = (beams >= 1) & (beams < count - 1) | is_circle
-    beams = beams % count
-    # A beam without return passes everything up to the range limit; an invalid one nothing.
-    ranges = np.where(np.isnan(scan.ranges), 0.0, np.minimum(scan.ranges, scan.range_max))
-    least = np.minimum(ranges, np.minimum(np.roll(ranges, 1), np.roll(ranges, -1)))
-    passed = least[beams] > distances * (1.0 + MARGIN_SHARE) + MARGIN
-    return beams, inside & passed

@@ -104,12 +104,13 @@ def fit_arc(points: FloatArray) -> Arc | None:
     if len(points) < LEAST_POINTS:
         return None
     middle = points.mean(axis=0)
+    local = points - middle
     try:
-        circle = _algebraic(points - middle)
+        circle = _algebraic(local)
         for _ in range(ITERATIONS):
-            slopes, errors = _slopes(points - middle, circle)
+            slopes, errors = _slopes(local, circle)
             circle = circle - np.linalg.solve(slopes.T @ slopes, slopes.T @ errors)
-        slopes, errors = _slopes(points - middle, circle)
+        slopes, errors = _slopes(local, circle)
         spread = np.linalg.inv(slopes.T @ slopes)
     except np.linalg.LinAlgError:  # returns on a line
         return None
@@ -133,4 +134,6 @@ def _slopes(points: FloatArray, circle: FloatArray) -> tuple[FloatArray, FloatAr
     """Return the derivatives (n, 3) of the distances (n,) from the circle, and those."""
     off = points - circle[:2]
     away = np.maximum(np.hypot(off[:, 0], off[:, 1]), 1e-6)
-    return np.column_stack((-off / away[:, None], -np.ones(len(off)))), away - circle[2]
+    slopes = np.full((len(off), 3), -1.0)
+    slopes[:, :2] = -off / away[:, None]
+    return slopes, away - circle[2]

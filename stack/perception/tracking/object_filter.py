@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import cached_property
 from math import hypot
 
 import numpy as np
 
+from stack.perception.tracking.arcs import Arc, fit_arc
 from stack.perception.tracking.clusters import Disc
 from stack.perception.tracking.view import View
 from stack.types import FloatArray, StandingObject, TrackedObject
@@ -20,6 +22,19 @@ RADIUS_SHARE = 0.2
 
 
 @dataclass
+class Sighting:
+    """A scan that showed an object, and the object's beams in it: (first, last + 1)."""
+
+    view: View
+    run: tuple[int, int]
+
+    @cached_property
+    def arc(self) -> Arc | None:
+        """Circle through the returns, sensor frame; None if they do not determine one."""
+        return fit_arc(self.view.returns(self.run))
+
+
+@dataclass
 class ObjectFilter:
     """State (4,) x, y, velocity x, y, map frame, with its covariance (4, 4).
 
@@ -27,7 +42,7 @@ class ObjectFilter:
         radius: metres.
         began: first position.
         seen_at: seconds, when a scan showed it last.
-        seen: the newest scans that showed it, and its beams in them.
+        seen: the newest scans that showed it.
         hits: number of scans that showed it.
         has_moved: whether it is known to move; False while it could be a wall.
         absent: scans in a row that have seen through its place.
@@ -40,7 +55,7 @@ class ObjectFilter:
     radius: float
     began: tuple[float, float]
     seen_at: float
-    seen: deque[tuple[View, tuple[int, int]]]
+    seen: deque[Sighting]
     hits: int = 1
     has_moved: bool = False
     absent: int = 0

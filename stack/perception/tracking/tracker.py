@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
-from stack.perception.tracking.arcs import fit_arc
 from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, parts_of, spread_of
-from stack.perception.tracking.object_filter import SAME_SIZE, ObjectFilter
+from stack.perception.tracking.object_filter import SAME_SIZE, ObjectFilter, Sighting
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.standing import StandingPlaces
 from stack.perception.tracking.surface_fit import has_edge, surface_fit
@@ -314,7 +313,7 @@ class Tracker:
             item.correct_radius(disc.radius)
             item.whole_at = self._time
         item.hits, item.seen_at = item.hits + 1, self._time
-        item.seen.append((self._views[-1], disc.run))
+        item.seen.append(Sighting(self._views[-1], disc.run))
         if not item.has_moved and self._moves(item):
             item.has_moved = True
             self._places.forget(*item.began)
@@ -338,15 +337,15 @@ class Tracker:
         """
         if gone < ROUND_DISTANCE:
             return False
-        arcs = [fit_arc(view.returns(run)) for view, run in item.seen]
+        arcs = [sighting.arc for sighting in item.seen]
         found = [arc for arc in arcs if arc is not None]
         if len(found) < len(arcs) or np.ptp([arc.radius for arc in found]) > SAME_SIZE:
             return False
         places = [
-            view.sensor.transform(arc.centre[None])[0]
-            for (view, _), arc in zip(item.seen, found, strict=True)
+            sighting.view.sensor.transform(arc.centre[None])[0]
+            for sighting, arc in zip(item.seen, found, strict=True)
         ]
-        times = np.array([view.scan.stamp for view, _ in item.seen])
+        times = np.array([sighting.view.scan.stamp for sighting in item.seen])
         line = np.column_stack((np.ones(len(times)), times - times[0]))
         error = np.array(places) - line @ np.linalg.lstsq(line, np.array(places), rcond=None)[0]
         return float(np.hypot(error[:, 0], error[:, 1]).max()) <= STRAIGHT
@@ -354,10 +353,10 @@ class Tracker:
     def _left_its_ground(self, item: ObjectFilter) -> bool:
         """Whether it is where ground was seen free, or its old place is seen free now."""
         views = list(self._views)
-        (now, run), (then, old) = item.seen[-1], item.seen[0]
-        if now.share_passed(then.points(old)) >= SHARE:
+        newest, oldest = item.seen[-1], item.seen[0]
+        if newest.view.share_passed(oldest.view.points(oldest.run)) >= SHARE:
             return True
-        points = now.points(run)
+        points = newest.view.points(newest.run)
         return any(view.share_passed(points) >= SHARE for view in views[: len(views) // 2])
 
     def _is_known(self, disc: Disc) -> bool:
@@ -376,7 +375,7 @@ class Tracker:
             ObjectFilter(
                 self._next_id, np.array([disc.x, disc.y, 0.0, 0.0]), np.diag(variances),
                 disc.radius, (disc.x, disc.y), self._time,
-                deque([(self._views[-1], disc.run)], maxlen=VIEWS), whole_at=self._time,
+                deque([Sighting(self._views[-1], disc.run)], maxlen=VIEWS), whole_at=self._time,
             )
         )  # fmt: skip
         self._next_id += 1

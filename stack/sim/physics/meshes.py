@@ -49,7 +49,7 @@ class Mesh:
 
     def obj(self) -> str:
         """Return the mesh as a Wavefront OBJ text."""
-        vertices = self.corners.reshape(-1, 3)
+        vertices = self.corners.reshape(-1, 3).tolist()
         lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
         lines += [f"f {n} {n + 1} {n + 2}" for n in range(1, len(vertices), 3)]
         return "\n".join(lines) + "\n"
@@ -60,7 +60,7 @@ class Mesh:
         A square image repeats every `side` metres: on upright faces along the wall and from the
         floor up, on level ones along x and y.
         """
-        vertices = self.corners.reshape(-1, 3)
+        vertices = self.corners.reshape(-1, 3).tolist()
         edges = np.diff(self.corners, axis=1)
         normals = np.cross(edges[:, 0], edges[:, 1])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
@@ -73,8 +73,8 @@ class Mesh:
         ], axis=2) / side  # fmt: skip
         tiles -= np.floor(tiles.min(axis=1, keepdims=True))  # the renderer repeats upwards only
         lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
-        lines += [f"vt {u:.6f} {v:.6f}" for u, v in tiles.reshape(-1, 2)]
-        lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in normals]
+        lines += [f"vt {u:.6f} {v:.6f}" for u, v in tiles.reshape(-1, 2).tolist()]
+        lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in normals.tolist()]
         lines += [
             f"f {n}/{n}/{face} {n + 1}/{n + 1}/{face} {n + 2}/{n + 2}/{face}"
             for face, n in enumerate(range(1, len(vertices), 3), start=1)

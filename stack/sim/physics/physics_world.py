@@ -61,8 +61,9 @@ class PhysicsWorld:
         return self._robots.get(body) or self.scene.obstacles[body]
 
     def obstacles_of(self, robot: int) -> list[int]:
-        """Return the body numbers of everything that a robot can collide with."""
-        return [*self.scene.obstacles, *(body for body in self._robots if body != robot)]
+        """Return the body numbers of everything that a robot can collide with now."""
+        there = (body for body in self.scene.obstacles if body not in self.scene.hidden)
+        return [*there, *(body for body in self._robots if body != robot)]
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` physics periods."""

@@ -54,6 +54,7 @@ class Scene:
     Attributes:
         floor: body number of the floor.
         obstacles: body number -> description, of all bodies with a collision shape but the floor.
+        hidden: body numbers of open doors and absent people, out of reach below the floor.
         textures: body number -> (rows, columns, 3) uint8, of boards, posters and textures.
     """
 
@@ -61,6 +62,7 @@ class Scene:
         self._bullet, self._client, self._folder = bullet, client, folder
         self.floor = -1
         self.obstacles: dict[int, str] = {}
+        self.hidden: set[int] = set()
         self.textures: dict[int, NDArray[np.uint8]] = {}
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
         self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
@@ -181,6 +183,10 @@ class Scene:
         return [(key, Mesh(corners)) for key, corners in cut if len(corners)]
 
     def _move(self, body: int, x: float, y: float, z: float, heading: float) -> None:
+        if z == HIDDEN_HEIGHT:
+            self.hidden.add(body)
+        else:
+            self.hidden.discard(body)
         turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0)) if heading else UPRIGHT
         self._bullet.resetBasePositionAndOrientation(
             body, (x, y, z), turn, physicsClientId=self._client

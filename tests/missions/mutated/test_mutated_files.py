@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from behaviours import catalogue
 from missions.execution.prepare import Diagnosis, diagnose
 from missions.execution.resources import (
     MISSIONS,
@@ -81,12 +80,6 @@ def bench(tmp_path_factory):
     for name in made.texts:
         made.known[name] = made.holds(name, read(made.mission(name)))
     return made
-
-
-@pytest.fixture(autouse=True)
-def only_our_behaviours(monkeypatch):
-    """Skip the search of installed packages, a third of the running time."""
-    monkeypatch.setattr(catalogue, "entry_points", lambda **_: [])
 
 
 @pytest.fixture(autouse=True)

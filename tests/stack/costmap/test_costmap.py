@@ -254,7 +254,7 @@ def test_a_polygon_clears_the_cells_whose_middles_it_holds(turn):
     corners = np.array([(0.0, 0.0), (a, 0.0), (0.0, b)]) @ np.array([[c, s], [-s, c]])
     marked = np.zeros((60, 60), np.float32)
     seen = np.zeros((60, 60), np.uint8)
-    box = kernels.clear_polygon(marked, seen, -1.5, -1.5, 0.05, corners)
+    box = kernels.clear_polygon(marked, seen, 1, -1.5, -1.5, 0.05, corners)
     rows, columns = np.mgrid[:60, :60]
     x, y = -1.5 + 0.05 * (columns + 0.5), -1.5 + 0.05 * (rows + 0.5)
     back_x, back_y = c * x + s * y, c * y - s * x
