@@ -41,7 +41,8 @@ class Simulation:
         self._quiet_steps = self._scene_steps
         self.doors = {door.name: door.closed for door in world.doors}
         self.scene_changes = 0
-        self.people = People(replace(world, people=()), 0)  # until the first robot's seed is known
+        self.people = People(replace(world, people=()), 0)  # until `begin`: seed and robots
+        self._people_seed = 0
         self._timeline = Timeline(world.timeline)
         self._physics = PhysicsWorld(world, settings)
         self._robots: list[SimulatedRobot] = []
@@ -65,7 +66,7 @@ class Simulation:
             description, self.world, self._physics, start=start, seed=seed, settings=self.settings
         )
         if not self._robots:
-            self.people = People(self.world, seed)
+            self._people_seed = seed
         self._robots.append(robot)
         self._active.append(robot)
         return robot
@@ -75,6 +76,8 @@ class Simulation:
         if self._has_begun:
             return
         self._has_begun = True
+        places = [(robot.truth.pose, robot.radius) for robot in self._robots]
+        self.people = People(self.world, self._people_seed, places)
         self._quiet_steps = gcd(self._scene_steps, *(robot.quiet_steps for robot in self._robots))
         self._physics.scene.place_people(self.people.positions)
         self._apply_due_events()

@@ -33,12 +33,13 @@ class People:
 
         return KERNELS
 
-    def __init__(self, world: World, seed: int) -> None:
+    def __init__(self, world: World, seed: int, robots: Robots = ()) -> None:
         """Place everyone where they are at time 0.
 
         Args:
             world: with the people and the walls between them.
             seed: of what people do by chance, and of when recordings begin.
+            robots: pose and circumscribed radius of each robot.
         """
         people = world.people
         self._names = [person.name for person in people]
@@ -55,7 +56,7 @@ class People:
             self._crowd = SocialForcePeople([people[n] for n in self._by_force], world, seed)
         shift = float(stream(seed, "recorded people").random())
         self._recorded = {
-            n: RecordedWalker(people[n], shift * people[n].recorded_duration)
+            n: RecordedWalker(people[n], shift * people[n].recorded_duration, robots)
             for n in of["recorded"]
         }
         for n, walker in self._loops.items():
@@ -85,7 +86,7 @@ class People:
                 self.positions[n] = (walker.x, walker.y)
                 moved = True
         for n, recorded in self._recorded.items():
-            if recorded.walk(period, touch=touched.get(names[n])):
+            if recorded.walk(period, robots, touch=touched.get(names[n])):
                 self.positions[n] = _position(recorded)
                 moved = True
         if self._crowd is not None:

@@ -214,6 +214,38 @@ def test_the_seed_decides_where_a_recording_begins(tmp_path):
     assert len(starts) > 3
 
 
+@pytest.mark.parametrize(("x", "first"), [(3.4, 0.0), (1.0, 3.0), (0.0, 2.0)])
+def test_a_recorded_person_appears_at_a_distance_from_robots(tmp_path, x, first):
+    """Tracks begin anywhere: also where a robot stands, which the physics would throw away."""
+    file = tmp_path / "tracks.txt"
+    file.write_text(TRACK)
+    track = read_tracks(file, 25.0, Pose2D(0.0, 0.0))[1]  # from x = 0 to 4 at 1 m/s, y = 2
+    person = Person("r", track[:, 1:3], model="recorded", track=track, recorded_duration=4.5)
+    world = World("field", (-5, -5, 9, 9), people=(person,))
+    robots = [(Pose2D(x, 2.0), 0.3)]
+    trail = walk(People(world, 2, robots), 12.0, robots)[:, 0, 0]
+    appears = np.flatnonzero(np.isnan(trail[:-1]) & ~np.isnan(trail[1:])) + 1
+    # Radii of 0.3 and 0.2 m, and 1.5 m between the surfaces; a step is 1 cm.
+    assert len(appears) >= 2
+    assert trail[appears] == pytest.approx(first, abs=0.011)
+    assert np.nanmax(trail) == pytest.approx(4.0, abs=0.011)  # then nothing stops them
+
+
+def test_nobody_appears_inside_a_robot_at_time_0(tmp_path):
+    file = tmp_path / "tracks.txt"
+    file.write_text(TRACK)
+    track = read_tracks(file, 25.0, Pose2D(0.0, 0.0))[1]
+    person = Person("r", track[:, 1:3], model="recorded", track=track, recorded_duration=4.0)
+    world = replace(EMPTY, people=(person,))
+    x, y = People(world, 3).positions[0]
+    body = SimulatedBody(ROVER, world, start=Pose2D(x, y), seed=3)
+    for _ in range(20):
+        body.wait(0.05)
+    # 0.2 m of an overlap would throw the robot at metres per second.
+    assert body.truth.pose.distance_to(Pose2D(x, y)) < 0.01
+    body.close()
+
+
 WORLD = """world: w
 format: 1
 start: [1, 1, 0]
