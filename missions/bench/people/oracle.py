@@ -277,8 +277,8 @@ def is_predictable(world: World) -> bool:
 def walks(world: World, seed: int) -> Iterator[FloatArray]:
     """Yield x, y and radius (n, 3) of who is there, metres, at each multiple of STEP from 0 on.
 
-    They are those of the simulation as long as nobody is touched and no recorded track begins within
-    1.5 m of the robot.
+    They are those of the simulation as long as nobody is touched and no recorded track begins
+    within 1.5 m of the robot.
 
     Args:
         world: with people who react to nobody.
