@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import degrees, inf
-
-import numpy as np
+from math import degrees
 
 from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
-from stack.control.evasion.evasion import Evasion, Situation
+from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
@@ -19,7 +17,8 @@ from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
-from stack.navigation.following import Drive, PathDrive, Tools
+from stack.navigation.following import PathDrive, Tools
+from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.people.passing_place import Bodies
 from stack.navigation.plan_queries import PlanQueries
@@ -39,20 +38,11 @@ from stack.types import (
     STANDSTILL,
     ContactZone,
     FailureCode,
-    FloatArray,
     Path,
     Pose2D,
     TaskStatus,
     Twist,
 )
-
-FORESEEN = 8.0
-"""Metres of path along which evasion expects the robot."""
-
-NO_POINTS: FloatArray = np.empty((0, 2))
-
-NEW_EVASION = 3.0
-"""Seconds without evasion after which the next one is an event of its own."""
 
 First = Callable[[GoalDrive], MotionExecutor]
 
@@ -82,7 +72,6 @@ class Navigator:
         log: receives the tracebacks of planners and controllers.
 
     Attributes:
-        evasion: as given.
         localisation_monitor: decides what moves while the robot is lost.
     """
 
@@ -103,7 +92,7 @@ class Navigator:
         log: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
-        self.evasion, self._evaded_at = evasion, -inf
+        self._evasion = MotionEvasion(evasion, path_follower, emit)
         self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
             path_follower, goal_checker, progress_checker, PlannerWorker(planner, log), parameters,
@@ -166,6 +155,11 @@ class Navigator:
         return self._tools.progress_checker
 
     @property
+    def evasion(self) -> Evasion:
+        """Leaves the way of people who walk towards the robot."""
+        return self._evasion.evasion
+
+    @property
     def goal(self) -> Pose2D | None:
         """Goal of the current drive, map frame; None without one."""
         drive = self._drive
@@ -202,33 +196,10 @@ class Navigator:
         self._surroundings.look(state)
         self._queries.step(state)
         self.localisation_monitor.update(state, self.parameters)
-        return self._evaded(self._activities.step(state, self.parameters), state)
-
-    def _evaded(self, wanted: Twist, state: NavigationState) -> Twist:
-        """Return the wanted velocity, or one that leaves the way of a person."""
-        when = self.evasion.parameters.when
-        current = self._activities.current
-        drives = isinstance(current, Drive | Disambiguation) or (
-            isinstance(current, DriveFor) and current.gives_way
+        wanted = self._activities.step(state, self.parameters)
+        return self._evasion.step(
+            wanted, state, self._activities.current, along_path=self._follows_path
         )
-        if when == "never" or (when == "driving" and not drives):
-            return wanted
-        if wanted != STANDSTILL and self._follows_path and self._tools.path_follower.keeps_clear:
-            self.evasion.rest()
-            return wanted
-        situation = Situation(
-            state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles,
-            self._tools.path_follower.way_ahead(FORESEEN) if self._follows_path else NO_POINTS,
-        )  # fmt: skip
-        was_active = self.evasion.active
-        twist = self.evasion.step(wanted, situation)
-        if was_active and not self.evasion.active and isinstance(current, Drive):
-            current.note_evasion()
-        if self.evasion.active:
-            if state.time >= self._evaded_at + NEW_EVASION:
-                self._emit("evasion", "leaving the way of a person who walks towards the robot")
-            self._evaded_at = state.time
-        return twist
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.

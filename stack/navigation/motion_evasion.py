@@ -1,0 +1,78 @@
+"""Evasion of people during motions: which of them it may change, its event, and the plan after."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from stack.control.evasion.evasion import Evasion, Situation
+from stack.control.path_follower import PathFollower
+from stack.navigation.disambiguation import Disambiguation
+from stack.navigation.following import Drive
+from stack.navigation.recoveries import DriveFor
+from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
+from stack.types import STANDSTILL, FloatArray, Twist
+
+FORESEEN = 8.0
+"""Metres of path along which evasion expects the robot."""
+
+NO_POINTS: FloatArray = np.empty((0, 2))
+
+NEW_EVASION = 3.0
+"""Seconds without evasion after which the next one is an event of its own."""
+
+
+class MotionEvasion:
+    """Lets evasion change the velocity of a motion.
+
+    Args:
+        evasion: leaves the way of people who walk towards the robot.
+        path_follower: knows the way ahead.
+        emit: as of the navigator.
+
+    Attributes:
+        evasion: as given.
+    """
+
+    def __init__(self, evasion: Evasion, path_follower: PathFollower, emit: Emit) -> None:
+        self.evasion, self._path_follower, self._emit = evasion, path_follower, emit
+        self._evaded_at = -inf
+
+    def step(
+        self, wanted: Twist, state: NavigationState, motion: MotionExecutor | None, *,
+        along_path: bool,
+    ) -> Twist:  # fmt: skip
+        """Return the wanted velocity, or one that leaves the way of a person.
+
+        Args:
+            wanted: velocity of the motion, base frame.
+            state: of this step.
+            motion: that is under way; None: none.
+            along_path: whether the motion follows a path.
+        """
+        when = self.evasion.parameters.when
+        if when == "never" or (when == "driving" and not _gives_way(motion)):
+            return wanted
+        if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear:
+            self.evasion.rest()
+            return wanted
+        situation = Situation(
+            state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles,
+            self._path_follower.way_ahead(FORESEEN) if along_path else NO_POINTS,
+        )  # fmt: skip
+        was_active = self.evasion.active
+        twist = self.evasion.step(wanted, situation)
+        if was_active and not self.evasion.active and isinstance(motion, Drive):
+            motion.note_evasion()
+        if self.evasion.active:
+            if state.time >= self._evaded_at + NEW_EVASION:
+                self._emit("evasion", "leaving the way of a person who walks towards the robot")
+            self._evaded_at = state.time
+        return twist
+
+
+def _gives_way(motion: MotionExecutor | None) -> bool:
+    return isinstance(motion, Drive | Disambiguation) or (
+        isinstance(motion, DriveFor) and motion.gives_way
+    )
