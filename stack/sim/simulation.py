@@ -41,7 +41,7 @@ class Simulation:
         self._quiet_steps = self._scene_steps
         self.doors = {door.name: door.closed for door in world.doors}
         self.scene_changes = 0
-        self.people = People(replace(world, people=()), 0)  # until `begin`: seed and robots
+        self.people = People(replace(world, people=()), 0)  # until all robots are known
         self._people_seed = 0
         self._timeline = Timeline(world.timeline)
         self._physics = PhysicsWorld(world, settings)

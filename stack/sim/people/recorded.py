@@ -25,7 +25,8 @@ class RecordedWalker:
     Attributes:
         x: position in the world frame, metres.
         y: position in the world frame, metres.
-        is_present: whether the track has begun and not ended, and no robot was near since.
+        is_present: whether the track has begun and not ended, and the person has appeared: the
+            first time that no robot was within APPEARANCE_DISTANCE.
     """
 
     def __init__(self, person: Person, shift: float, robots: Robots = ()) -> None:
