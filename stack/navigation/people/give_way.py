@@ -206,16 +206,18 @@ class Courtesy:
             if self._back.task.running and not self._can_turn(state):
                 return self._back.step(state)
             self._end_back(now)
+        if self._may_still_come(state):
+            self._clear.start(now)
+        else:
+            self._clear.start_once(now)
+        if self._clear.elapsed(now) >= PASSED:
+            return None
         if not self._arrived:
             self._arrived = state.estimate.pose.distance_to(self._place) <= ARRIVED
             if not self._arrived:
                 return drive.step(state) if drive.task.running else None
             drive.stop(now)
-        if self._may_still_come(state):
-            self._clear.start(now)
-        else:
-            self._clear.start_once(now)
-        return None if self._clear.elapsed(now) >= PASSED else STANDSTILL
+        return STANDSTILL
 
     def _may_still_come(self, state: NavigationState) -> bool:
         """Whether a person is in front, or who was expected cannot be seen and is not due yet."""
