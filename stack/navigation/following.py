@@ -19,6 +19,7 @@ from stack.navigation.people.passing_place import Bodies
 from stack.navigation.people.standoff import Standoff
 from stack.navigation.planner_worker import PlannerWorker
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
+from stack.perception.tracking.people_mask import points_beside
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
@@ -218,7 +219,7 @@ class Follower:
         control_state = ControlState(
             state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
             state.tracks,
-            state.obstacles.points,
+            points_beside(state.obstacles.points, state.estimate.pose, state.evaded),
             blind_behind=state.obstacles.is_blind(pi),
         )  # fmt: skip
         try:

@@ -67,7 +67,7 @@ class MotionEvasion:
             motion.note_evasion()
         if self.evasion.active:
             if state.time >= self._evaded_at + NEW_EVASION:
-                self._emit("evasion", "leaving the way of a person who walks towards the robot")
+                self._emit("evasion", "keeping clear of a person")
             self._evaded_at = state.time
         return twist
 

@@ -52,13 +52,14 @@ class NavigationParameters:
         1.5, "m", at_least=0.0, help="a person this close ahead is in the way"
     )
     person_clearance: float = parameter(
-        0.3, "m", at_least=0.0,
+        0.05, "m", at_least=0.0,
         help="distance at which the robot stands before a person on its path: it can still turn",
     )  # fmt: skip
     give_way_after: float = parameter(
         4.0, "s", at_least=0.0,
-        help="a drive that faces a person this long leaves the way for them to pass; it does so at "
-        "once where it would meet somebody in a passage too narrow for two",
+        help="a drive that faces a person this long leaves the way for them to pass, twice as long "
+        "while they still move; it does so at once where it would meet somebody in a passage too "
+        "narrow for two",
     )  # fmt: skip
     give_way_time: float = parameter(
         15.0, "s", at_least=0.0, help="longest time that leaving the way and waiting there takes"

@@ -45,12 +45,14 @@ class WorldView:
         standing: objects in the newest scan that are not on the map and have not moved.
         moving: (k, 5) the same in the base frame, as `stack.safety.monitor.moving_discs`.
         speed_limit: at the robot's pose, m/s; inf without one.
+        evaded: those of `tracks` that no costmap shows, since evasion keeps the robot clear of them.
     """
 
     tracks: tuple[TrackedObject, ...]
     moving: FloatArray
     speed_limit: float
     standing: tuple[StandingObject, ...] = ()
+    evaded: tuple[TrackedObject, ...] = ()
 
 
 class WorldModel:
@@ -63,6 +65,7 @@ class WorldModel:
         speed_limits: of the zones on the map.
         lidar: whose scans the tracker uses.
         deceleration: of the robot, m/s²; a speed limit ahead is obeyed in time.
+        evades: whether evasion keeps the robot clear of who walks.
         cover: without a map, grows the global costmap to contain some poses.
         draw: shows the map that the estimator draws in the costmaps.
     """
@@ -70,15 +73,17 @@ class WorldModel:
     def __init__(  # noqa: PLR0913 - parts of the model, by keyword
         self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None,
         speed_limits: SpeedLimits, *, lidar: str, deceleration: float,
+        evades: bool,
         cover: Callable[[Iterable[Pose2D]], None],
         draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self.local_costmap, self.global_costmap = local_costmap, global_costmap
         self.tracker, self._lidar, self._deceleration = tracker, lidar, deceleration
-        self._speed_limits = speed_limits
+        self._speed_limits, self._evades = speed_limits, evades
         self.cover, self.draw = cover, draw
         self._tracks: tuple[TrackedObject, ...] = ()
         self._standing: tuple[StandingObject, ...] = ()
+        self._walkers: tuple[TrackedObject, ...] = ()
         self._walked_at: dict[int, float] = {}
         self._updated_at = 0.0
         self._depth: FloatArray | None = None  # odom frame, not in the costmaps yet
@@ -116,11 +121,13 @@ class WorldModel:
             self._depth = None
             tracks = self._track(scans, now, objects.people)
             update = LayerUpdate(pose, now, scans, readings, tracks, seen, objects.detections)
-            self.local_costmap.update(update)
-            self.global_costmap.update(self._without_walkers(update))
+            without = self._without_walkers(update)
+            self.local_costmap.update(without if self._evades else update)
+            self.global_costmap.update(without)
         tracks = tuple(track.at(now) for track in self._tracks)
         speed_limit = self._speed_limits.at_pose(pose, self._deceleration)
-        return WorldView(tracks, moving_discs(tracks, pose), speed_limit, self._standing)
+        evaded = tuple(walker.at(now) for walker in self._walkers) if self._evades else ()
+        return WorldView(tracks, moving_discs(tracks, pose), speed_limit, self._standing, evaded)
 
     def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
         """Return the measurements without who walks: they close no way, they cost time.
@@ -129,6 +136,7 @@ class WorldModel:
         """
         now, settings = update.time, None if self.tracker is None else self.tracker.parameters
         if settings is None or not self._tracks:
+            self._walkers = ()
             return update
         for track in self._tracks:
             if track.speed >= settings.moving_speed or track.id not in self._walked_at:
@@ -136,9 +144,9 @@ class WorldModel:
         known = {track.id for track in self._tracks}
         self._walked_at = {k: time for k, time in self._walked_at.items() if k in known}
         oldest = now - settings.standing_time
-        walkers = [track for track in self._tracks if self._walked_at[track.id] >= oldest]
+        self._walkers = tuple(t for t in self._tracks if self._walked_at[t.id] >= oldest)
         scans = {
-            name: PosedScan(without_objects(posed.scan, posed.pose, walkers), posed.pose)
+            name: PosedScan(without_objects(posed.scan, posed.pose, self._walkers), posed.pose)
             for name, posed in update.scans.items()
         }
         return replace(update, scans=scans)
@@ -165,6 +173,7 @@ class WorldModel:
 
     def forget_tracks(self) -> None:
         """Remove all tracks, for example after a jump of the pose."""
-        self._tracks = self._standing = ()
+        self._tracks = self._walkers = ()
+        self._standing = ()
         if self.tracker is not None:
             self.tracker.clear()

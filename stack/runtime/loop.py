@@ -376,7 +376,9 @@ class Runtime:
             return STANDSTILL
         p = self.parts
         return p.navigator.step(
-            NavigationState(p.body.time, p.estimator.estimate, motion, world.tracks, obstacles)
+            NavigationState(
+                p.body.time, p.estimator.estimate, motion, world.tracks, obstacles, world.evaded
+            )
         )
 
     def _slept(self) -> float:

@@ -36,7 +36,7 @@ def world_model_of(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
     return WorldModel(
         local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
         SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
-        deceleration=plan.robot.limits.linear_deceleration,
+        deceleration=plan.robot.limits.linear_deceleration, evades=_evades(plan),
         cover=_ignore if ground is None else ground.cover,
         draw=_replacing(local_costmap, global_costmap) if ground is None else ground.draw,
     )  # fmt: skip
@@ -73,10 +73,14 @@ def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> 
     controller: type[Controller] = plan.choices["controller"].component
     safety: SafetyParameters = plan.choices["safety"].parameters
     navigates = controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)
-    evades = plan.choices["evasion"].parameters.when != "never"
-    if not navigates and not safety.predict_motion and not evades:
+    if not navigates and not safety.predict_motion and not _evades(plan):
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
+
+
+def _evades(plan: PreparedMission) -> bool:
+    """Whether evasion keeps the robot clear of who walks."""
+    return bool(plan.choices["evasion"].parameters.when != "never")
 
 
 def _replacing(*costmaps: Costmap) -> Callable[[OccupancyGrid], None]:

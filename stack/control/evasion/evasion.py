@@ -1,4 +1,4 @@
-"""Evasion: leaves the way of people who walk towards the robot.
+"""Evasion: keeps the robot clear of people, and leaves the way of those who walk towards it.
 
 A decision of the dynamic window kind (D. Fox, W. Burgard and S. Thrun, IEEE RAM 4(1), 1997) with
 moving obstacles: constant velocities predict people well for a few seconds (C. Schöller et al.,
@@ -96,6 +96,9 @@ class Around:
 class Evasion:
     """Replaces a velocity that leads to a meeting with a person by the best evasive motion.
 
+    Costmaps and controllers do not see people who walk or have just stopped: this is the only part
+    that plans round them.
+
     Args:
         robot: outline, limits and kind of drive.
         parameters: `configure` replaces them.
@@ -157,7 +160,7 @@ class Evasion:
         self.active, self._chosen = False, -1
 
     def _discs(self, situation: Situation) -> FloatArray:
-        """(k, 6) people who may come within the horizon, base frame; empty if all stand."""
+        """(k, 6) people whom the robot may meet within the horizon, base frame."""
         p = self.parameters
         discs = moving_discs(situation.tracks, situation.pose)
         if not len(discs):
@@ -165,7 +168,7 @@ class Evasion:
             return np.empty((0, 6))
         discs = self._pushing.expected(situation.time, situation.tracks, situation.pose, discs)
         coming: FloatArray = self._kernels.who_comes(
-            discs, p.moving_speed, p.horizon, self._robot.limits.linear_speed, self._radius
+            discs, p.horizon, self._robot.limits.linear_speed, self._radius
         )
         return coming
 

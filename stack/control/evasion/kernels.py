@@ -19,25 +19,23 @@ NEAR_END = 0.7
 
 @njit(cache=True, nogil=True)
 def who_comes(
-    discs: FloatArray, walking_speed: float, horizon: float, speed: float, radius: float
+    discs: FloatArray, horizon: float, speed: float, radius: float
 ) -> FloatArray:
-    """Return the discs (m, 6) that a robot may meet within a horizon; none if all of them stand.
+    """Return the discs (m, 6) that a robot may meet within a horizon.
 
     Args:
         discs: (k, 6) as for `walking_times`, base frame.
-        walking_speed: m/s from which a disc walks.
         horizon: seconds.
         speed: highest of the robot, m/s.
         radius: circumscribed radius of the robot, metres.
     """
-    found, count, walks = np.empty_like(discs), 0, False
+    found, count = np.empty_like(discs), 0
     for k in range(discs.shape[0]):
         own = hypot(discs[k, 2], discs[k, 3])
         if hypot(discs[k, 0], discs[k, 1]) <= horizon * (own + speed) + radius + discs[k, 4]:
             found[count] = discs[k]
             count += 1
-            walks = walks or own >= walking_speed
-    return found[: count if walks else 0].copy()
+    return found[:count].copy()
 
 
 @njit(cache=True, nogil=True)
@@ -307,7 +305,7 @@ def motion_costs(
 
 _PLANE, _ROW = f8[:, ::1], f8[::1]
 EVASION = (
-    (who_comes, (_PLANE, *4 * (f8,))),
+    (who_comes, (_PLANE, *3 * (f8,))),
     (points_beside, (_PLANE, _PLANE, f8, f8)),
     (evenly_spaced, (_PLANE, f8, f8)),
     (walking_times, (_PLANE, _PLANE, f8, f8, f8)),

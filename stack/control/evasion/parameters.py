@@ -13,8 +13,9 @@ class EvasionParameters:
 
     when: str = parameter(
         "driving", one_of=("driving", "always", "never"),
-        help="when the robot leaves the way of a person who walks towards it: during drives (also "
-        "while it waits for a plan or stands before an obstacle), whenever the mission runs, never",
+        help="when the robot keeps clear of people by their motion: during drives (also while it "
+        "waits for a plan or stands before an obstacle), whenever the mission runs, or never: then "
+        "a person is an obstacle like others",
     )  # fmt: skip
     horizon: float = parameter(
         2.0, "s", above=0.0, at_most=10.0, help="how far ahead meetings are predicted"
@@ -37,9 +38,6 @@ class EvasionParameters:
     )
     closeness_weight: float = parameter(
         1.0, at_least=0.0, help="cost of a second without any distance, in metres of deviation"
-    )
-    moving_speed: float = parameter(
-        0.2, "m/s", above=0.0, help="a slower object counts as one that stands"
     )
     rest: float = parameter(
         0.5, "s", at_least=0.0,

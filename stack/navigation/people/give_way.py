@@ -25,6 +25,12 @@ ARRIVED = 0.15
 BACK = 0.5
 """Metres that a robot without room to turn backs up at most."""
 
+STOOD = 2.0
+"""Seconds for which a person in the way has stood who waits for the robot to go first."""
+
+PATIENCE = 2.0
+"""Factor on the time before the robot gives way to a person who still moves: they may get past."""
+
 LOOK_AGAIN = 0.5
 """Seconds between two searches for a passing place."""
 
@@ -138,7 +144,8 @@ class Courtesy:
     def _begin(self, state: NavigationState, standoff: Standoff) -> None:
         """Leave the way of a person whom the robot has faced for long enough."""
         p, person, now = self._tools.parameters, standoff.person, state.time
-        if person is None or standoff.lasts(now) < p.give_way_after:
+        waits = standoff.stood(now) >= STOOD
+        if person is None or standoff.lasts(now) < p.give_way_after * (1.0 if waits else PATIENCE):
             return
         if self._given >= p.give_way_attempts or now < self._looked_at + p.give_way_after:
             return

@@ -20,6 +20,9 @@ BESIDE = 0.5
 GONE = 1.0
 """Seconds after which a person who is not in the way any more does not come back."""
 
+STANDS = 0.2
+"""m/s below which the person in the way stands."""
+
 GAIN = 0.5
 """Metres of way after which a standoff is over although there is still a person ahead."""
 
@@ -35,7 +38,7 @@ class Standoff:
     """
 
     def __init__(self, timers: Timers) -> None:
-        self._since, self._away = timers.new(), timers.new()
+        self._since, self._away, self._stood = (timers.new() for _ in range(3))
         self._best = inf
         self.person: TrackedObject | None = None
 
@@ -43,9 +46,14 @@ class Standoff:
         """Return the seconds for which a person has been in the way."""
         return 0.0 if self.person is None else self._since.elapsed(now)
 
+    def stood(self, now: float) -> float:
+        """Return the seconds for which the person in the way has stood."""
+        return self._stood.elapsed(now) if self._stood.running else 0.0
+
     def end(self) -> None:
         """Forget it: the robot has left the way meanwhile."""
         self._since.reset()
+        self._stood.reset()
         self._away.reset()
         self.person = None
 
@@ -67,6 +75,10 @@ class Standoff:
         near_path = [track for track in state.tracks if _is_beside(path, track)]
         self.person = nearest(near_path, state.estimate.pose, reach)
         now = state.time
+        if self.person is None or self.person.speed >= STANDS:
+            self._stood.reset()
+        else:
+            self._stood.start_once(now)
         if self.person is None:
             self._away.start_once(now)
             if self._away.elapsed(now) >= GONE:
