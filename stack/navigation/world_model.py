@@ -65,7 +65,8 @@ class WorldModel:
         speed_limits: of the zones on the map.
         lidar: whose scans the tracker uses.
         deceleration: of the robot, m/s²; a speed limit ahead is obeyed in time.
-        evades: whether evasion keeps the robot clear of who walks.
+        evades: whether only evasion keeps the robot clear of who walks: the controller does not use
+            tracks.
         cover: without a map, grows the global costmap to contain some poses.
         draw: shows the map that the estimator draws in the costmaps.
     """

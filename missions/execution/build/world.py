@@ -36,7 +36,8 @@ def world_model_of(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
     return WorldModel(
         local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
         SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
-        deceleration=plan.robot.limits.linear_deceleration, evades=_evades(plan),
+        deceleration=plan.robot.limits.linear_deceleration,
+        evades=_evades(plan) and not _plans_with_tracks(plan),
         cover=_ignore if ground is None else ground.cover,
         draw=_replacing(local_costmap, global_costmap) if ground is None else ground.draw,
     )  # fmt: skip
@@ -70,9 +71,8 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
 
 def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
     """Return a tracker of moving objects if a part of the stack needs one."""
-    controller: type[Controller] = plan.choices["controller"].component
     safety: SafetyParameters = plan.choices["safety"].parameters
-    navigates = controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)
+    navigates = _plans_with_tracks(plan) or any(costmap.needs_tracks for costmap in costmaps)
     if not navigates and not safety.predict_motion and not _evades(plan):
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
@@ -81,6 +81,12 @@ def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> 
 def _evades(plan: PreparedMission) -> bool:
     """Whether evasion keeps the robot clear of who walks."""
     return bool(plan.choices["evasion"].parameters.when != "never")
+
+
+def _plans_with_tracks(plan: PreparedMission) -> bool:
+    """Whether the controller plans with the tracks of people: then it sees them as obstacles too."""
+    controller: type[Controller] = plan.choices["controller"].component
+    return controller.needs_tracks
 
 
 def _replacing(*costmaps: Costmap) -> Callable[[OccupancyGrid], None]:
