@@ -38,7 +38,7 @@ class NavigationState:
         odometry: dead-reckoned pose and measured velocity.
         tracks: tracked objects around the robot at `time`, map frame.
         obstacles: points of all range sensors, compensated to `time`.
-        evaded: those of `tracks` that evasion keeps the robot clear of: controllers do not see them.
+        evaded: those of `tracks` that only evasion keeps clear of: controllers do not see them.
     """
 
     time: float

@@ -45,7 +45,7 @@ class WorldView:
         standing: objects in the newest scan that are not on the map and have not moved.
         moving: (k, 5) the same in the base frame, as `stack.safety.monitor.moving_discs`.
         speed_limit: at the robot's pose, m/s; inf without one.
-        evaded: those of `tracks` that no costmap shows, since evasion keeps the robot clear of them.
+        evaded: those of `tracks` that no costmap shows: evasion keeps the robot clear of them.
     """
 
     tracks: tuple[TrackedObject, ...]

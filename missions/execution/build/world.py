@@ -84,7 +84,7 @@ def _evades(plan: PreparedMission) -> bool:
 
 
 def _plans_with_tracks(plan: PreparedMission) -> bool:
-    """Whether the controller plans with the tracks of people: then it sees them as obstacles too."""
+    """Whether the controller plans with tracks: then people are obstacles for it as well."""
     controller: type[Controller] = plan.choices["controller"].component
     return controller.needs_tracks
 

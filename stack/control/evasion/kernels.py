@@ -18,9 +18,7 @@ NEAR_END = 0.7
 
 
 @njit(cache=True, nogil=True)
-def who_comes(
-    discs: FloatArray, horizon: float, speed: float, radius: float
-) -> FloatArray:
+def who_comes(discs: FloatArray, horizon: float, speed: float, radius: float) -> FloatArray:
     """Return the discs (m, 6) that a robot may meet within a horizon.
 
     Args:
