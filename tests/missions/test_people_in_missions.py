@@ -9,6 +9,7 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.running import run_mission
 from stack.errors import InputError
 from stack.telemetry.hub import Telemetry
+from stack.types import LETHAL_COST, Pose2D
 
 WORLD = """world: hall
 format: 1
@@ -76,3 +77,39 @@ def test_it_keeps_clear_of_people_in_the_simulation(mission, walk):
         assert (report.status, report.collisions, report.pushed_into) == ("success", 0, 0)
     assert runs[150.0].min_clearance_m > runs[0.0].min_clearance_m + 0.15
     assert runs[150.0].min_clearance_m > 0.3
+
+
+@pytest.mark.parametrize(
+    ("navigation", "evaded"),
+    [
+        ("controller: pure_pursuit", True),
+        ("evasion: {when: never}", False),
+        ("controller: mppi", False),  # plans with tracks itself
+    ],
+)
+def test_who_walks_is_no_obstacle_where_only_evasion_keeps_clear_of_them(
+    mission, navigation, evaded
+):
+    file = mission()
+    before = "controller: {use: mppi, moving_weight: 150.0}"
+    text = file.read_text("utf-8")
+    assert before in text
+    file.write_text(text.replace(before, navigation), "utf-8")
+    plan = prepare(file, RunOptions(serve=False))
+    engine = build(
+        plan, RunOptions(serve=False), Telemetry(run_info(plan, "x", 0), [], print), None
+    )
+    runtime, world_model = engine.runtime, engine.runtime.parts.world_model
+    lethal = []
+    for _ in range(100):  # 5 s at 20 Hz: they meet in the middle of the hall
+        runtime.step()
+        pose, costs = runtime.parts.estimator.estimate.pose, world_model.local_costmap.grid
+        for track in runtime.parts.state.tracks:
+            if pose.distance_to(Pose2D(*track.position)) > 2.5:
+                continue  # outside the window of 6 by 6 m, or at its edge
+            row, column = costs.cell_at(*track.position)
+            around = costs.cells[row - 6 : row + 7, column - 6 : column + 7]  # 0.3 m to each side
+            lethal.append(bool(around.max() == LETHAL_COST))
+    engine.body.close()
+    assert len(lethal) >= 10
+    assert sum(lethal) <= 2 if evaded else sum(lethal) > 0.5 * len(lethal)

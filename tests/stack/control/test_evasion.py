@@ -118,6 +118,16 @@ def test_along_a_path_it_passes_on_a_lane_and_does_not_turn_away(aside):
     assert abs(pose.y) < 0.3  # on the way back to its path
 
 
+def test_it_passes_somebody_who_stands_on_the_path():
+    """Costmaps leave out who has walked a moment ago, so only evasion leads round them."""
+    poses = []
+    least, pose = simulate(
+        made(), Twist(0.8), [(3.0, 0.0, 0.0, 0.0, 0.2)], corridor(2.4), 8.0, STRAIGHT, poses
+    )
+    assert least > 0.0
+    assert pose.x > 4.0
+
+
 def test_a_bend_of_the_path_is_not_taken_for_a_circle():
     """The path turns left by 45 degrees over 1 m and goes on straight. Somebody walks where the
     circle of the first arc would lead: 1.5 m left of the bend, away from the path."""

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.control.evasion.parameters import EvasionParameters
 from stack.navigation.people.narrow_meeting import find_narrow_meeting, least_width
 from stack.navigation.people.passing_place import BODY, ROOM, Bodies, find_passing_place, way_of
 from stack.types import CostGrid, FailureCode, Pose2D, TaskStatus, TrackedObject
@@ -137,6 +138,62 @@ def test_a_pause_holds_the_drive_to_a_passing_place_too():
     assert world.pose.y > 1.2
     toy.navigator.cancel_all()
     assert task.status is TaskStatus.CANCELLED
+
+
+@pytest.mark.parametrize(("speed", "seconds"), [(0.0, 4.0), (0.3, 8.0)])
+def test_who_still_moves_may_get_past_before_the_robot_gives_way(speed, seconds):
+    """4 s, the default of `give_way_after`, for somebody who waits; twice as long otherwise."""
+    toy = facing_somebody(NICHE, person_patience=60.0)
+    world, faced_at = toy.world, []
+
+    def tracks():
+        sway = speed * (1.0 if round(world.time / world.period) % 2 else -1.0)
+        here = [person(5.0, 0.5, world.time, velocity=(0.0, sway))]
+        if not faced_at and 5.0 - world.pose.x <= 1.5 + 0.25:  # person_distance, to the surface
+            faced_at.append(world.time)
+        return here
+
+    toy.tracks = tracks
+    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(40.0, lambda: "give_way" in toy.kinds())
+    # The count begins again with each 0.5 m of way: at most two of them from 1.5 m to the person.
+    assert seconds <= world.time - faced_at[0] <= seconds + 3.0
+
+
+def test_giving_way_ends_on_the_way_if_the_person_has_passed():
+    toy = facing_somebody(NICHE, person_patience=60.0)
+    world = toy.world
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(40.0, lambda: "give_way" in toy.kinds())
+    toy.run(1.0)
+    assert world.pose.y < 0.8  # not in the niche, which begins at 1 m
+    world.circles.clear()
+    toy.run(1.0)  # 0.5 s without anybody in front
+    assert task.feedback != "giving way to a person"
+    highest = []
+    toy.run(60.0, lambda: highest.append(world.pose.y) or not task.running)
+    assert task.status is TaskStatus.SUCCEEDED
+    assert max(highest) < 1.0
+
+
+def test_the_controller_does_not_see_who_is_evaded():
+    """Somebody 1 m ahead: the robot brakes in time for an obstacle, at 0.3 to 0.4 m/s after 1 s."""
+
+    def top_speed(evaded):
+        world = ToyWorld(room(10.0, 6.0), robot(), Pose2D(1.0, 3.0), [(2.0, 3.0, 0.25)])
+        toy = ToyDrive(world)
+        toy.navigator.evasion.configure(EvasionParameters(when="never"))
+        toy.local = toy.navigator._tools.local_costmap = ToyCostmap(
+            ToyWorld(room(10.0, 6.0), robot())
+        )
+        toy.globe = toy.navigator._tools.global_costmap = toy.local
+        toy.tracks = lambda: [person(2.0, 3.0, world.time)]
+        toy.evaded = toy.tracks if evaded else list
+        toy.navigator.navigate_to(Pose2D(5.0, 3.0))
+        toy.run(1.0)
+        return max(twist.linear for twist in toy.commands)
+
+    assert top_speed(evaded=True) > 1.5 * top_speed(evaded=False)
 
 
 def test_who_walks_away_behind_the_robot_is_not_waited_for():

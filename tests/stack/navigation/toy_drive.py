@@ -37,6 +37,7 @@ class ToyDrive:
         self.world, self.health, self.follow_changes = world, 0.9, True
         self.obscured, self.rivals = False, ()
         self.tracks = list  # returns the moving objects now
+        self.evaded = list  # returns those of them that only evasion keeps clear of
         self.events: list[tuple[str, str, dict]] = []
         self.planner = planner or ToyPlanner()
         self.local, self.globe = ToyCostmap(world), ToyCostmap(world)
@@ -71,8 +72,9 @@ class ToyDrive:
             world.estimate, health=self.health, obscured=self.obscured, rivals=self.rivals
         )
         state = NavigationState(
-            world.time, estimate, world.odometry, tuple(self.tracks()), world.obstacles
-        )
+            world.time, estimate, world.odometry, tuple(self.tracks()), world.obstacles,
+            tuple(self.evaded()),
+        )  # fmt: skip
         twist = self.navigator.step(state)
         self.commands.append(twist)
         world.drive(self.safety.limit(twist, world.odometry, world.obstacles))
