@@ -9,6 +9,7 @@ from math import degrees, hypot, inf, pi
 import numpy as np
 
 from stack.components import ControlState, DriveState, GoalChecker, ProgressChecker
+from stack.control.evasion.evasion import AROUND
 from stack.control.path_follower import PathFollower
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
@@ -19,8 +20,8 @@ from stack.navigation.people.passing_place import Bodies
 from stack.navigation.people.standoff import Standoff
 from stack.navigation.planner_worker import PlannerWorker
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
-from stack.perception.tracking.people_mask import points_beside
-from stack.types import STANDSTILL, FailureCode, Path, Pose2D, Twist, wrap_angle
+from stack.safety.monitor import moving_discs
+from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Pose2D, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """Speeds in m/s and rad/s below which the robot counts as standing."""
@@ -219,7 +220,7 @@ class Follower:
         control_state = ControlState(
             state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
             state.tracks,
-            points_beside(state.obstacles.points, state.estimate.pose, state.evaded),
+            _points(state),
             blind_behind=state.obstacles.is_blind(pi),
         )  # fmt: skip
         try:
@@ -327,6 +328,18 @@ class PathDrive(Drive):
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
+
+
+def _points(state: NavigationState) -> FloatArray:
+    """Return the obstacle points, base frame, without those of people left to evasion."""
+    points = state.obstacles.points
+    if not state.evaded:
+        return points
+    from stack.control.evasion.kernels import points_beside  # imports numba
+
+    discs = moving_discs(state.evaded, state.estimate.pose)
+    left: FloatArray = points_beside(np.ascontiguousarray(points), discs, inf, AROUND)
+    return left
 
 
 def drive_feedback(follower: Follower) -> str:

@@ -73,8 +73,7 @@ class WorldModel:
 
     def __init__(  # noqa: PLR0913 - parts of the model, by keyword
         self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None,
-        speed_limits: SpeedLimits, *, lidar: str, deceleration: float,
-        evades: bool,
+        speed_limits: SpeedLimits, *, lidar: str, deceleration: float, evades: bool,
         cover: Callable[[Iterable[Pose2D]], None],
         draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip

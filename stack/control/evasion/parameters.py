@@ -13,9 +13,9 @@ class EvasionParameters:
 
     when: str = parameter(
         "driving", one_of=("driving", "always", "never"),
-        help="when the robot keeps clear of people by their motion: during drives (also while it "
-        "waits for a plan or stands before an obstacle), whenever the mission runs, or never: then "
-        "a person is an obstacle like others",
+        help="when the robot predicts how people walk and keeps clear of them: during drives (also "
+        "while it waits for a plan or stands before an obstacle), whenever the mission runs, or "
+        "never: then a person is an obstacle like others",
     )  # fmt: skip
     horizon: float = parameter(
         2.0, "s", above=0.0, at_most=10.0, help="how far ahead meetings are predicted"

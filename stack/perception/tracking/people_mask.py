@@ -1,4 +1,4 @@
-"""Scans and points without what walks: people close no way, they only cost time."""
+"""Scans without what walks: people close no way, they only cost time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stack.types import FloatArray, Pose2D, Scan, TrackedObject
+from stack.types import Pose2D, Scan, TrackedObject
 
 AROUND = 0.12
 """Metres round a tracked object within which returns belong to it."""
@@ -34,20 +34,3 @@ def without_objects(scan: Scan, pose: Pose2D, objects: Sequence[TrackedObject]) 
     masked = scan.ranges.copy()
     masked[hit] = np.nan
     return scan.with_ranges(masked)
-
-
-def points_beside(points: FloatArray, pose: Pose2D, objects: Sequence[TrackedObject]) -> FloatArray:
-    """Return the obstacle points (n, 2) that belong to no object.
-
-    Args:
-        points: (m, 2) base frame, metres.
-        pose: of the base, map frame.
-        objects: at the same time, map frame.
-    """
-    if not objects or not len(points):
-        return points
-    centres = pose.inverse().transform(np.array([item.position for item in objects]))
-    reach = np.array([item.radius + AROUND for item in objects])
-    away = points[:, None, :] - centres
-    beside = (np.hypot(away[..., 0], away[..., 1]) > reach).all(axis=1)
-    return points if beside.all() else points[beside]

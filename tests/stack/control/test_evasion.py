@@ -213,6 +213,20 @@ def test_a_predicted_meeting_is_that_of_small_steps(linear, angular, x, y, vx, v
     assert times[0] == inf or least < padding + 1e-6
 
 
+PLACES = st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)), max_size=12)
+
+
+@given(PLACES, PLACES, st.floats(0.1, 0.5))
+def test_points_stay_if_they_are_off_everybody(places, people, radius):
+    points = np.array(places, dtype=np.float64).reshape(-1, 2)
+    discs = np.array([(x, y, 0.0, 0.0, radius) for x, y in people], dtype=np.float64)
+    left = kernels.points_beside(points, discs.reshape(-1, 5), inf, 0.1)
+    gaps = [min((hypot(x - u, y - v) for u, v in people), default=inf) for x, y in places]
+    assert left.tolist() == [
+        list(place) for place, gap in zip(places, gaps, strict=True) if gap > radius + 0.1
+    ]
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_all_motions_are_feasible(kind):
     made_robot = moving(kind)
