@@ -371,6 +371,9 @@ class GoalDrive(Drive):
             self._failing_at = here
         p, waited = self._tools.parameters, self._failing.elapsed(state.time)
         person = self._person_near(state)
+        if self.path is None:
+            close = nearest(state.tracks, state.estimate.pose, p.person_distance)
+            self._follower.standoff.face(close, state.time)
         if person is not None and waited < p.person_patience:
             return
         if waited >= p.patience:

@@ -9,7 +9,7 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
-from stack.perception.tracking.people_mask import without_objects
+from stack.perception.tracking.people_mask import is_echo_of, without_objects
 from stack.perception.tracking.tracker import Tracker
 from stack.safety.monitor import moving_discs
 from stack.types import (
@@ -149,7 +149,11 @@ class WorldModel:
             name: PosedScan(without_objects(posed.scan, posed.pose, self._walkers), posed.pose)
             for name, posed in update.scans.items()
         }
-        return replace(update, scans=scans)
+        readings = tuple(
+            posed for posed in update.readings
+            if not is_echo_of(posed.reading, posed.pose, self._walkers)
+        )  # fmt: skip
+        return replace(update, scans=scans, readings=readings)
 
     def _track(
         self, scans: Mapping[str, PosedScan], now: float, people: frozenset[int]

@@ -3,8 +3,9 @@
 Every lidar and sonar counts alike. Points are kept in the odom frame at their own stamps, so that
 the motion since a measurement is compensated by odometry. Points that the robot's motion moves into
 a sector that no sensor covers are remembered for a while: a robot that is blind behind does not
-reverse into what it has just passed. Such a robot also remembers which ground it has seen
-(stack/perception/seen_ground.py).
+reverse into what it has just passed. People who walk are not remembered: they are not there any
+more. The arc of a sonar reading that shows a person is left out: a lidar shows where they are.
+Such a robot also remembers which ground it has seen (stack/perception/seen_ground.py).
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from stack.drivetrain.description import LidarDescription, RobotDescription, Son
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import parameter
 from stack.perception.seen_ground import GroundMemory
+from stack.perception.tracking.people_mask import is_echo_of
 from stack.types import (
     NO_DEPTH,
     DepthPoints,
@@ -33,6 +35,7 @@ from stack.types import (
     RangeView,
     Scan,
     SeenGround,
+    TrackedObject,
     wrap_angle,
 )
 
@@ -45,6 +48,10 @@ CELL = 0.02
 PLACE, STATIC_AFTER = 0.1, 2.0
 """Side of a place in metres, and seconds from the first to the last sighting after which what
 stands there counts as static. A person who walks leaves it earlier."""
+
+WALKING_SPEED, AROUND = 0.2, 0.12
+"""Speed in m/s from which a person's points are not remembered, and metres round the person within
+which points are theirs."""
 
 MARGIN = 0.05
 """Radians by which the view of a sensor is narrowed for the memory, so that no point is lost
@@ -132,14 +139,16 @@ class ObstacleMemory:
         self.parameters = parameters
 
     def update(
-        self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH
-    ) -> ObstaclePoints:
+        self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH,
+        tracks: Sequence[TrackedObject] = (),
+    ) -> ObstaclePoints:  # fmt: skip
         """Process new measurements; return all points, compensated to the observation's time.
 
         Args:
             observation: with deskewed, smoothed scans.
             frames: with the odometry up to the observation's time.
             depth: what the depth cameras have seen.
+            tracks: moving objects, map frame.
         """
         now = observation.time
         new: dict[str, _Measured] = {}
@@ -148,13 +157,16 @@ class ObstacleMemory:
             new[name] = _Measured(scan.points(), view)
         for name, reading in observation.of(RangeReading).items():
             view = RangeView(frames.pose_at("odom", reading.stamp), reading)
-            new[name] = _Measured(arc_points(reading), view)
+            seen = bool(tracks) and is_echo_of(
+                reading, frames.pose_at("map", reading.stamp), [t.at(reading.stamp) for t in tracks]
+            )
+            new[name] = _Measured(np.empty((0, 2)) if seen else arc_points(reading), view)
         here = frames.pose_at("odom", now)
         if new:
             self._newest.update(new)
             self._views = {name: measured.view for name, measured in self._newest.items()}
         visible = self._compensated(here, frames)
-        remembered = self._remember(visible, now, frames, fresh=bool(new))
+        remembered = self._remember(visible, now, frames, tracks, fresh=bool(new))
         ground = self._see_ground([measured.view for measured in new.values()], now, frames)
         ages = {name: self._age(name, now) for name in self._sensors}
         near = _near(depth.points, here, self.parameters.depth_range)
@@ -188,14 +200,16 @@ class ObstacleMemory:
         return np.concatenate(found)
 
     def _remember(
-        self, visible: FloatArray, now: float, frames: TransformBuffer, *, fresh: bool
-    ) -> FloatArray:
+        self, visible: FloatArray, now: float, frames: TransformBuffer,
+        tracks: Sequence[TrackedObject], *, fresh: bool,
+    ) -> FloatArray:  # fmt: skip
         """Return (m, 2) remembered points in blind sectors, base frame now.
 
         Args:
             visible: (n, 2) the newest points, base frame now; remembered if they are `fresh`.
             now: seconds.
             frames: with the odometry up to now.
+            tracks: moving objects, map frame.
             fresh: whether there is a new measurement.
         """
         p = self.parameters
@@ -213,7 +227,11 @@ class ObstacleMemory:
         new = np.column_stack([seen, np.full((len(seen), 2), now)])
         rows = _with_first_sightings(np.concatenate([new, known]))
         kept = np.concatenate([np.ones(len(new), dtype=bool), hidden])
-        self._remembered = _thinned(rows[kept])
+        rows = rows[kept]
+        walking = [track.at(now) for track in tracks if track.speed >= WALKING_SPEED]
+        if walking:
+            rows = _without(rows, walking, frames.map_from_odom(now).inverse())
+        self._remembered = _thinned(rows)
         return local[hidden]
 
     def _is_hidden(self, points: FloatArray) -> NDArray[np.bool_]:
@@ -231,6 +249,17 @@ def _near(points: FloatArray, base: Pose2D, reach: float) -> FloatArray:
     away = points - (base.x, base.y)
     near = np.einsum("ij,ij->i", away, away) <= reach * reach
     return base.inverse().transform(points[near])
+
+
+def _without(
+    rows: FloatArray, walking: Sequence[TrackedObject], odom_from_map: Pose2D
+) -> FloatArray:
+    """Return the rows (x, y, …), odom frame, without those on people, map frame."""
+    centres = odom_from_map.transform(np.array([track.position for track in walking]))
+    away = np.hypot(*(rows[:, None, :2] - centres).transpose(2, 0, 1))
+    beside = away > np.array([track.radius for track in walking]) + AROUND
+    kept: FloatArray = rows[beside.all(axis=1)]
+    return kept
 
 
 def _thinned(rows: FloatArray) -> FloatArray:

@@ -125,7 +125,7 @@ class Runtime:
         with measure("obstacles"):
             smooth = smooth_observation(observation)
             depth = p.depth.update(smooth, p.frames)
-            obstacles = p.obstacle_memory.update(smooth, p.frames, depth)
+            obstacles = p.obstacle_memory.update(smooth, p.frames, depth, state.tracks)
         with measure("objects"):
             objects = p.objects.update(smooth, p.frames, obstacles, state.tracks)
         with measure("costmap"):

@@ -43,8 +43,8 @@ STATIC_PADDING = 0.04
 ARM = 0.15
 """Metres of deviation that equal one radian."""
 
-KEPT = 0.25
-"""Cost by which another motion must be better than the one under way."""
+KEPT, KEPT_SHARE = 0.25, 0.2
+"""Cost, and share of it, by which another motion must be better than the one under way."""
 
 WIDER = 0.05
 """Distance, metres, that is kept to people in addition while an evasion is under way."""
@@ -128,7 +128,8 @@ class Evasion:
         ])  # fmt: skip
         self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
         self._pushing = PushingPeople()
-        self._chosen, self._candidates, self._until = -1, 0, -inf
+        self._kept: tuple[str, int] | None = None
+        self._until = -inf
 
     def configure(self, parameters: EvasionParameters) -> None:
         """Apply new parameters."""
@@ -144,20 +145,20 @@ class Evasion:
         """
         discs = self._discs(situation)
         if not len(discs):
-            self.active = False
+            self.rest()
             return wanted
         resting = situation.time < self._until
         chosen = self._decide(wanted, situation, discs, resting=resting)
         self.active = chosen is not None
         if chosen is None:
-            self._chosen = -1
+            self._kept = None
             return wanted
         self._until = situation.time + self.parameters.rest
         return chosen
 
     def rest(self) -> None:
-        """Leave the wanted velocity alone: its plan keeps clear of everybody."""
-        self.active, self._chosen = False, -1
+        """Leave the wanted velocity alone: nobody is near, or its plan keeps clear of them."""
+        self.active, self._kept = False, None
 
     def _discs(self, situation: Situation) -> FloatArray:
         """(k, 6) people whom the robot may meet within the horizon, base frame."""
@@ -192,14 +193,17 @@ class Evasion:
             return None
         motions = np.concatenate([own, self._possible(situation.obstacles)])
         costs, _ = self._costs(lanes, motions, around)
-        if self._candidates == len(costs) and self._chosen > 0:
-            costs[self._chosen] -= KEPT
+        first = len(lanes) + len(own)
+        if self._kept is not None and (self._kept[0] == "motion" or len(lanes)):
+            under_way = self._kept[1] + (first if self._kept[0] == "motion" else 0)
+            costs[under_way] -= KEPT + KEPT_SHARE * costs[under_way]
         best = int(np.argmin(costs))
         if best == 0:
             return None
-        self._chosen, self._candidates = best, len(costs)
         if best < len(lanes):
+            self._kept = ("lane", best)
             return self._lanes.twist(way, *lanes[best].tolist())
+        self._kept = ("motion", best - first)
         linear, lateral, angular = motions[best - len(lanes), :3].tolist()
         return Twist(linear, angular, lateral)
 

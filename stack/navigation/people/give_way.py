@@ -11,8 +11,9 @@ from stack.lifecycle import Timers
 from stack.navigation.following import Drive, Tools
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
-from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
-from stack.navigation.people.standoff import Standoff, nearest
+from stack.navigation.people.passing_place import REACH, Avoided, find_passing_place, way_of
+from stack.navigation.people.standoff import STANDS, Standoff, nearest
+from stack.navigation.people.walking_directions import WalkingDirections
 from stack.navigation.tasks import MotionExecutor, NavigationState
 from stack.types import STANDSTILL, FloatArray, Pose2D, TrackedObject, Twist
 
@@ -30,6 +31,12 @@ STOOD = 2.0
 
 PATIENCE = 2.0
 """Factor on the time before the robot gives way to a person who still moves: they may get past."""
+
+STUCK, MOVES = 3.0, 0.1
+"""Seconds in which a robot that gets less than these metres nearer does not reach its place."""
+
+UNHELPFUL = 4.0
+"""Seconds for which the person stands before a robot that has made room: they need more of it."""
 
 LOOK_AGAIN = 0.5
 """Seconds between two searches for a passing place."""
@@ -77,8 +84,11 @@ class Courtesy:
 
     def __init__(self, tools: Tools, make_drive: Callable[[Pose2D], Drive], timers: Timers) -> None:
         self._tools, self._make_drive = tools, make_drive
-        self._waits, self._clear = timers.new(), timers.new()
+        self._waits, self._clear, self._idle = (timers.new() for _ in range(3))
         self._trail, self._looked_at = Trail(), -inf
+        self._directions = WalkingDirections()
+        self._tried: list[Pose2D] = []
+        self._nearest = inf
         self._given = self._waited_before = 0
         self._front: FloatArray = np.empty((0, 2))
         self._person, self._expected = -1, -inf
@@ -100,6 +110,7 @@ class Courtesy:
             standoff: who is in the way of the drive, and for how long.
             ahead: (n, 2) path of the drive from the robot on, map frame.
         """
+        self._directions.update(state.tracks)
         if self._drive is None:
             self._trail.add(state.estimate.pose)
             self._begin(state, standoff)
@@ -111,6 +122,7 @@ class Courtesy:
         if twist is None:
             self.stop(state.time)
             standoff.end()
+            self._tried.clear()
         return twist
 
     def pause(self, now: float) -> None:
@@ -184,10 +196,13 @@ class Courtesy:
     ) -> Pose2D | None:
         """Return a place beside the way of a person; `front`: from them to the robot."""
         pose = state.estimate.pose
-        way = np.concatenate([front[:-1], way_of(person, pose, self._trail.points)[1:]])
+        ways = [np.concatenate([front[:-1], way_of(person, pose, self._trail.points)[1:]])]
+        ahead = self._directions.way_of(person)
+        if ahead is not None:
+            ways.append(ahead)
         near = [track for track in state.tracks if nearest([track], pose, REACH) is not None]
         costs = self._tools.global_costmap.view
-        return find_passing_place(costs, pose, way, near, self._tools.bodies)
+        return find_passing_place(costs, pose, ways, Avoided(near, self._tried), self._tools.bodies)
 
     def _leave(self, state: NavigationState, place: Pose2D, meeting: Meeting, why: str) -> None:
         """Begin the drive to a passing place."""
@@ -196,6 +211,8 @@ class Courtesy:
         self._person, self._expected = meeting.person.id, now + meeting.seconds
         self._waits.start(now)
         self._clear.reset()
+        self._idle.start(now)
+        self._nearest = inf
         self._tools.emit("give_way", f"{why}: waiting at ({place.x:.1f}, {place.y:.1f})")
         self._drive = self._make_drive(place)
         self._drive.start(now)
@@ -213,18 +230,53 @@ class Courtesy:
             if self._back.task.running and not self._can_turn(state):
                 return self._back.step(state)
             self._end_back(now)
+        if self._does_not_help(state):
+            self._go_elsewhere(state)
         if self._may_still_come(state):
             self._clear.start(now)
         else:
             self._clear.start_once(now)
         if self._clear.elapsed(now) >= PASSED:
             return None
+        drive = self._drive or drive
         if not self._arrived:
             self._arrived = state.estimate.pose.distance_to(self._place) <= ARRIVED
             if not self._arrived:
                 return drive.step(state) if drive.task.running else None
             drive.stop(now)
+            self._idle.start(now)
         return STANDSTILL
+
+    def _does_not_help(self, state: NavigationState) -> bool:
+        """Whether the robot does not get to its place, or the person does not use the room."""
+        now = state.time
+        if self._arrived:
+            in_front = [track for track in state.tracks if self._is_in_front(track.position)]
+            if not in_front or max(track.speed for track in in_front) >= STANDS:
+                self._idle.start(now)
+            return self._idle.elapsed(now) >= UNHELPFUL
+        away = state.estimate.pose.distance_to(self._place)
+        if away < self._nearest - MOVES:
+            self._nearest = away
+            self._idle.start(now)
+        return self._idle.elapsed(now) >= STUCK
+
+    def _go_elsewhere(self, state: NavigationState) -> None:
+        """Leave for another place; if there is none, try longer."""
+        self._idle.start(state.time)
+        person = next((t for t in state.tracks if t.id == self._person), None)
+        if person is None or self._given >= self._tools.parameters.give_way_attempts:
+            return
+        here = state.estimate.pose
+        front = np.array([person.position, (here.x, here.y)])
+        self._tried.append(self._place)
+        place = self._place_beside(state, person, front)
+        if place is None:
+            return
+        self._given += 1
+        self.stop(state.time)
+        meeting = Meeting(person, self._front, self._expected - state.time)
+        self._leave(state, place, meeting, "making more room for a person")
 
     def _may_still_come(self, state: NavigationState) -> bool:
         """Whether a person is in front, or who was expected cannot be seen and is not due yet."""

@@ -23,6 +23,9 @@ ROOM = 0.15
 BODY = 0.25
 """Least radius that is expected of a person, metres."""
 
+APART = 1.0
+"""Metres between a place that did not help and another one."""
+
 BEYOND = 2.0
 """Metres for which the way of a person is continued if it is not known."""
 
@@ -33,6 +36,19 @@ class Bodies:
 
     inscribed: float
     circumscribed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Avoided:
+    """What a passing place keeps off.
+
+    Attributes:
+        people: whom the robot must not meet on its way, map frame.
+        tried: places that did not help.
+    """
+
+    people: Sequence[TrackedObject]
+    tried: Sequence[Pose2D] = ()
 
 
 def way_of(person: TrackedObject, pose: Pose2D, trail: FloatArray) -> FloatArray:
@@ -55,15 +71,15 @@ def way_of(person: TrackedObject, pose: Pose2D, trail: FloatArray) -> FloatArray
 
 
 def find_passing_place(
-    costs: CostGrid, pose: Pose2D, way: FloatArray, people: Sequence[TrackedObject], robot: Bodies
+    costs: CostGrid, pose: Pose2D, ways: Sequence[FloatArray], avoided: Avoided, robot: Bodies
 ) -> Pose2D | None:
-    """Return the nearest place at which the robot leaves a way free; None without one.
+    """Return the nearest place at which the robot leaves ways free; None without one.
 
     Args:
         costs: costmap, map frame.
         pose: of the robot.
-        way: (n, 2) to leave free.
-        people: whom the robot must not meet on its way.
+        ways: (n, 2) to leave free, each.
+        avoided: people, and places that did not help.
         robot: its radii.
     """
     import cv2
@@ -77,8 +93,8 @@ def find_passing_place(
     cells = costs.cells[top : row + half + 1, left : column + half + 1]
     corner = np.array(costs.origin) + step * np.array([left, top])
     passable = (cells < INSCRIBED_COST).astype(np.uint8)
-    radius = max([BODY, *(person.radius for person in people)])
-    for person in people:
+    radius = max([BODY, *(person.radius for person in avoided.people)])
+    for person in avoided.people:
         _fill(passable, person.position, corner, step, person.radius + robot.inscribed)
     row, column = row - top, column - left
     if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]):
@@ -86,10 +102,12 @@ def find_passing_place(
     passable[row, column] = 1
     travel: NDArray[np.int32] = travel_distances(passable, row, column)
     canvas = np.full(cells.shape, 255, np.uint8)
-    pixels = np.rint((way - corner) / step - 0.5).astype(np.int32)
-    cv2.polylines(canvas, [pixels], False, 0)
+    pixels = [np.rint((way - corner) / step - 0.5).astype(np.int32) for way in ways]
+    cv2.polylines(canvas, pixels, False, 0)
     beside = np.asarray(cv2.distanceTransform(canvas, cv2.DIST_L2, 5)) * step
     enough = beside >= radius + robot.circumscribed + ROOM
+    for place in avoided.tried:
+        enough &= _away(cells.shape, (place.x, place.y), corner, step) > APART
     fits = enough & (travel >= 0) & (travel <= round(10.0 * FARTHEST / step))
     if not fits.any():
         return None
@@ -97,6 +115,16 @@ def find_passing_place(
     best = np.unravel_index(int(np.argmin(price)), price.shape)
     x, y = (corner + step * (np.array([best[1], best[0]]) + 0.5)).tolist()
     return Pose2D(x, y, atan2(y - pose.y, x - pose.x))
+
+
+def _away(
+    shape: tuple[int, ...], at: tuple[float, float], corner: FloatArray, step: float
+) -> FloatArray:
+    """Return the distances of all cells from a point, metres."""
+    rows, columns = np.ogrid[: shape[0], : shape[1]]
+    x, y = (np.array(at) - corner) / step - 0.5
+    found: FloatArray = step * np.hypot(columns - x, rows - y)
+    return found
 
 
 def _fill(

@@ -73,24 +73,33 @@ class Standoff:
         reach = parameters.person_distance
         path = progress.ahead(reach + BESIDE) if state.tracks else np.empty((0, 2))
         near_path = [track for track in state.tracks if _is_beside(path, track)]
-        self.person = nearest(near_path, state.estimate.pose, reach)
-        now = state.time
-        if self.person is None or self.person.speed >= STANDS:
+        now, person = state.time, nearest(near_path, state.estimate.pose, reach)
+        self.face(person, now)
+        if person is None:
+            return
+        if progress.remaining < self._best - GAIN:
+            self._since.start(now)
+            self._best = progress.remaining
+        if self._since.elapsed(now) >= parameters.person_patience:
+            self._since.reset()
+            raise blocked_by(person, parameters.person_patience)
+
+    def face(self, person: TrackedObject | None, now: float) -> None:
+        """Note who is in the way, or why there is none; None: nobody."""
+        self.person = person
+        if person is None or person.speed >= STANDS:
             self._stood.reset()
         else:
             self._stood.start_once(now)
-        if self.person is None:
+        if person is None:
             self._away.start_once(now)
             if self._away.elapsed(now) >= GONE:
                 self._since.reset()
             return
         self._away.reset()
-        if not self._since.running or progress.remaining < self._best - GAIN:
+        if not self._since.running:
             self._since.start(now)
-            self._best = progress.remaining
-        if self._since.elapsed(now) >= parameters.person_patience:
-            self._since.reset()
-            raise blocked_by(self.person, parameters.person_patience)
+            self._best = inf
 
 
 def nearest(tracks: Sequence[TrackedObject], pose: Pose2D, reach: float) -> TrackedObject | None:

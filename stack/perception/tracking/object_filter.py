@@ -61,6 +61,15 @@ class ObjectFilter:
     absent: int = 0
     whole_at: float = 0.0
 
+    @property
+    def speed(self) -> float:
+        """m/s."""
+        return hypot(self.state[2], self.state[3])
+
+    def is_seen_through(self, view: View) -> bool:
+        """Whether all beams of a scan across the middle of its place pass."""
+        return view.share_passed(view.across(self.state[:2], 0.6 * self.radius)) >= 1.0
+
     def is_like(self, disc: Disc) -> bool:
         """Whether a disc is a circle of this size."""
         return disc.is_circle and abs(disc.radius - self.radius) <= SAME_SIZE

@@ -1,12 +1,13 @@
-"""Scans without what walks: people close no way, they only cost time."""
+"""Measurements without what walks: people close no way, they only cost time."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import asin, atan2, hypot
 
 import numpy as np
 
-from stack.types import Pose2D, Scan, TrackedObject
+from stack.types import Pose2D, RangeReading, Scan, TrackedObject, wrap_angle
 
 AROUND = 0.12
 """Metres round a tracked object within which returns belong to it."""
@@ -34,3 +35,24 @@ def without_objects(scan: Scan, pose: Pose2D, objects: Sequence[TrackedObject]) 
     masked = scan.ranges.copy()
     masked[hit] = np.nan
     return scan.with_ranges(masked)
+
+
+def is_echo_of(reading: RangeReading, pose: Pose2D, objects: Sequence[TrackedObject]) -> bool:
+    """Return whether an object explains a reading: its surface is in the cone, at that distance.
+
+    Args:
+        reading: of a sensor that detects something anywhere in its cone.
+        pose: of the base when it was taken, map frame.
+        objects: at the same time, map frame.
+    """
+    sensor = pose.compose(reading.mount)
+    for item in objects:
+        x, y = item.position
+        away = hypot(x - sensor.x, y - sensor.y)
+        if abs(away - item.radius - reading.distance) > AROUND:
+            continue
+        off = abs(wrap_angle(atan2(y - sensor.y, x - sensor.x) - sensor.heading))
+        half_width = asin(min(1.0, (item.radius + AROUND) / max(away, 1e-6)))
+        if off <= 0.5 * reading.field_of_view + half_width:
+            return True
+    return False

@@ -12,7 +12,9 @@ seen through is not there any more.
 from __future__ import annotations
 
 from collections import deque
+from itertools import compress
 from math import floor, hypot, sqrt
+from operator import attrgetter, not_
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from numpy.typing import NDArray
 from stack.compilation import KernelTypes
 from stack.perception.tracking.clusters import Disc, bridged, clusters, disc_of, parts_of, spread_of
 from stack.perception.tracking.object_filter import SAME_SIZE, ObjectFilter, Sighting
+from stack.perception.tracking.out_of_sight import ABSENT, OutOfSight
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.standing import StandingPlaces
 from stack.perception.tracking.surface_fit import has_edge, surface_fit
@@ -37,9 +40,6 @@ PART = 1.25
 
 SHARE = 0.5
 """Share of an object's returns on ground seen free that shows that it has moved."""
-
-ABSENT = 2
-"""Scans in a row that see through an object's place after which it is not there."""
 
 PARTLY = 2.0
 """Seconds after a scan determined its circle for which a part of its surface shows an object."""
@@ -84,7 +84,7 @@ class Tracker:
         self._filters: list[ObjectFilter] = []
         self._next_id, self._time, self._before = 1, 0.0, 0.0
         self._views: deque[View] = deque(maxlen=VIEWS)
-        self._places = StandingPlaces()
+        self._places, self._out_of_sight = StandingPlaces(), OutOfSight()
         self._static: OccupancyGrid | None = None
         self._near_map: NDArray[np.bool_] = np.zeros((0, 0), dtype=np.bool_)
         if static is not None:
@@ -101,6 +101,7 @@ class Tracker:
         self._filters = []
         self._views.clear()
         self._places.clear()
+        self._out_of_sight.clear()
 
     def update(self, pose: Pose2D, scan: Scan, time: float) -> tuple[TrackedObject, ...]:
         """Update the tracks with a scan.
@@ -125,11 +126,11 @@ class Tracker:
             if index not in taken and disc.is_circle and not self._is_known(disc):
                 self._begin(disc)
         self._note_absent()
-        oldest = time - self.parameters.forget
-        self._filters = [
-            item for item in self._filters
-            if item.seen_at > oldest - 1e-9 and item.absent < ABSENT
-        ]  # fmt: skip
+        self._out_of_sight.look(self._views[-1], time)
+        oldest = time - self.parameters.forget - 1e-9
+        stay = [item.seen_at > oldest and item.absent < ABSENT for item in self._filters]
+        self._out_of_sight.note(compress(self._filters, map(not_, stay)))
+        self._filters = list(compress(self._filters, stay))
         self._places.look(self._views[-1])
         found = [(item.state[0], item.state[1], item.radius) for item in self._standing()]
         if found:
@@ -285,7 +286,7 @@ class Tracker:
         for item in self._filters:
             if item.seen_at == self._time:
                 item.absent = 0
-            elif view.share_passed(view.across(item.state[:2], 0.6 * item.radius)) >= 1.0:
+            elif item.is_seen_through(view):
                 item.absent += 1
 
     def _variance(self, disc: Disc) -> float:
@@ -319,12 +320,10 @@ class Tracker:
             self._places.forget(*item.began)
 
     def _moves(self, item: ObjectFilter) -> bool:
-        x, y, speed_x, speed_y = item.state
-        gone = hypot(x - item.began[0], y - item.began[1])
-        speed = hypot(speed_x, speed_y)
+        gone = hypot(item.state[0] - item.began[0], item.state[1] - item.began[1])
         return bool(
             item.hits >= self.parameters.confirm
-            and speed >= self.parameters.moving_speed
+            and item.speed >= self.parameters.moving_speed
             and gone >= self.parameters.moving_distance
             and (self._left_its_ground(item) or self._is_round(item, gone))
         )
@@ -369,16 +368,21 @@ class Tracker:
         )
 
     def _begin(self, disc: Disc) -> None:
+        """Add what a disc shows: somebody who was out of sight, or a new object."""
         settings = self.parameters
         variances = [settings.position_noise**2] * 2 + [settings.first_speed**2] * 2
+        known = self._out_of_sight.take(disc, self._places.since(disc.x, disc.y, STOOD))
         self._filters.append(
             ObjectFilter(
-                self._next_id, np.array([disc.x, disc.y, 0.0, 0.0]), np.diag(variances),
+                self._next_id if known is None else known.id,
+                np.array([disc.x, disc.y, 0.0, 0.0]), np.diag(variances),
                 disc.radius, (disc.x, disc.y), self._time,
                 deque([Sighting(self._views[-1], disc.run)], maxlen=VIEWS), whole_at=self._time,
+                has_moved=known is not None,
             )
         )  # fmt: skip
-        self._next_id += 1
+        self._next_id += known is None
+        self._filters.sort(key=attrgetter("id"))
 
 
 def _widened(cells: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:

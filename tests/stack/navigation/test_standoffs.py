@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 
 from stack.control.evasion.parameters import EvasionParameters
 from stack.navigation.people.narrow_meeting import find_narrow_meeting, least_width
-from stack.navigation.people.passing_place import BODY, ROOM, Bodies, find_passing_place, way_of
+from stack.navigation.people.passing_place import (
+    APART,
+    BODY,
+    ROOM,
+    Avoided,
+    Bodies,
+    find_passing_place,
+    way_of,
+)
+from stack.navigation.people.walking_directions import WalkingDirections
 from stack.types import CostGrid, FailureCode, Pose2D, TaskStatus, TrackedObject
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, robot, room
@@ -42,13 +51,15 @@ def test_the_nearest_niche_behind_the_robot_is_the_passing_place():
     way = way_of(faced, here, trail)
     assert way[0].tolist() == [8.0, 1.5]
     assert way[-1].tolist() == pytest.approx([0.5, 1.5])
-    place = find_passing_place(corridor_with_niche(4.0), here, way, [faced], SCOUT)
+    place = find_passing_place(corridor_with_niche(4.0), here, [way], Avoided([faced]), SCOUT)
     assert place is not None
     assert abs(place.x - 4.0) < 0.7
     # 0.25 m of a person, 0.33 m of the robot and 0.15 m between them
     assert place.y - 1.5 >= BODY + SCOUT.circumscribed + ROOM - 0.05
-    assert find_passing_place(corridor_with_niche(None), here, way, [faced], SCOUT) is None
-    beyond = find_passing_place(corridor_with_niche(9.3), here, way, [faced], SCOUT)
+    assert (
+        find_passing_place(corridor_with_niche(None), here, [way], Avoided([faced]), SCOUT) is None
+    )
+    beyond = find_passing_place(corridor_with_niche(9.3), here, [way], Avoided([faced]), SCOUT)
     assert beyond is None  # the person is in between
 
 
@@ -67,7 +78,7 @@ def test_a_passing_place_is_free_reachable_and_off_the_way(x, y, px, py):
     cells[:, :10] = cells[:, -10:] = 254
     costs, here, faced = CostGrid(cells, 0.05, (0.0, 0.0)), Pose2D(x, y), person(px, py)
     way = way_of(faced, here, np.empty((0, 2)))
-    place = find_passing_place(costs, here, way, [faced], SCOUT)
+    place = find_passing_place(costs, here, [way], Avoided([faced]), SCOUT)
     if place is None:
         return
     assert cells[costs.cell_at(place.x, place.y)] == 0
@@ -124,6 +135,60 @@ def test_the_robot_waits_in_a_passing_place_and_goes_on():
     world.circles.clear()  # they have passed
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert world.pose.distance_to(Pose2D(9.0, 0.5)) < 0.3
+
+
+TWO_NICHES = [
+    (0, 0, 12, 0), (12, 0, 12, 1), (12, 1, 4.5, 1), (4.5, 1, 4.5, 2.6), (4.5, 2.6, 2.9, 2.6),
+    (2.9, 2.6, 2.9, 1), (2.9, 1, 1.9, 1), (1.9, 1, 1.9, 3.2), (1.9, 3.2, 0.1, 3.2),
+    (0.1, 3.2, 0.1, 1), (0.1, 1, 0, 1), (0, 1, 0, 0),
+]  # fmt: skip
+"""A corridor of 1 m along x, with rooms beside it from x = 0.1 to 1.9 m and 2.9 to 4.5 m."""
+
+
+def test_where_somebody_goes_on_standing_the_robot_makes_more_room():
+    """They do not use the room that the first niche gives: after 4 s it leaves for the other."""
+    toy = facing_somebody(TWO_NICHES, person_patience=60.0, give_way_time=30.0)
+    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    waits = []
+    toy.run(60.0, lambda: toy.kinds().count("give_way") == 1)
+    toy.run(60.0, lambda: waits.append(toy.world.pose.x) or toy.kinds().count("give_way") == 2)
+    assert toy.kinds().count("give_way") == 2
+    assert waits[-1] > 2.9  # it stood in the near one
+    toy.run(15.0, lambda: toy.world.pose.y > 1.2 and toy.world.pose.x < 1.9)
+    assert toy.world.pose.y > 1.2
+
+
+def test_a_place_that_did_not_help_is_not_tried_again():
+    costs, here, faced = corridor_with_niche(4.0), Pose2D(6.0, 1.5), person(7.5, 1.5)
+    way = way_of(faced, here, np.empty((0, 2)))
+    place = find_passing_place(costs, here, [way], Avoided([faced]), SCOUT)
+    assert place is not None
+    again = find_passing_place(costs, here, [way], Avoided([faced], [place]), SCOUT)
+    assert again is None or again.distance_to(place) > APART - costs.resolution
+
+
+def test_the_way_of_who_stands_is_where_they_walked_to():
+    ways = WalkingDirections()
+    ways.update([person(3.0, 1.0, velocity=(0.0, 0.5))])
+    ways.update([person(3.0, 1.2)])
+    assert ways.way_of(person(3.0, 1.2)) == pytest.approx(
+        np.array([[3.0, 1.2], [3.0, 3.2]])  # 2 m of it
+    )
+    ways.update([])
+    assert ways.way_of(person(3.0, 1.2)) is None
+
+
+def test_a_robot_without_a_plan_gives_way_too():
+    """Somebody stands before it, and on the map there is no way to the goal besides theirs."""
+    toy = facing_somebody(NICHE, person_patience=60.0)
+    toy.world.circles[:] = [(2.2, 0.5, 0.25)]
+    toy.tracks = lambda: [person(2.2, 0.5, toy.world.time)]
+    toy.globe = toy.navigator._tools.global_costmap = ToyCostmap(
+        ToyWorld(NICHE, robot(), circles=[(3.0, 0.5, 0.6)])
+    )
+    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(10.0, lambda: "give_way" in toy.kinds())
+    assert "give_way" in toy.kinds()
 
 
 def test_a_pause_holds_the_drive_to_a_passing_place_too():

@@ -15,7 +15,16 @@ from robots.load import read_robot
 from stack.drivetrain.description import LidarDescription, SonarDescription
 from stack.frames.buffer import TransformBuffer
 from stack.perception.obstacle_memory import ObstacleMemory, arc_points, blind_sectors
-from stack.types import STANDSTILL, Observation, Odometry, Pose2D, RangeReading, Scan
+from stack.types import (
+    STANDSTILL,
+    Observation,
+    Odometry,
+    Pose2D,
+    PoseEstimate,
+    RangeReading,
+    Scan,
+    TrackedObject,
+)
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
 ROOT = Path(__file__).parents[3]
@@ -159,3 +168,41 @@ def test_ground_is_seen_up_to_obstacles_and_where_the_robot_stood_and_for_ten_se
     later = ground(10.5, 0.6)
     assert later.is_unseen(0.3 - 0.6, 0.5)
     assert not later.is_unseen(0.0, 0.0)
+
+
+def someone(x, y, velocity, time) -> TrackedObject:
+    return TrackedObject(1, time, (x, y), velocity, 0.2, np.eye(4))
+
+
+@pytest.mark.parametrize(("walks", "remembered"), [(True, False), (False, True)])
+def test_people_who_walk_are_not_remembered(walks, remembered):
+    """Somebody 0.8 m to the left; the robot drives on until they are behind its half view."""
+    described, frames = half_blind(), TransformBuffer()
+    memory, place = ObstacleMemory(described), (0.3, 0.8)
+    frames.correct(PoseEstimate(Pose2D(0.0, 0.0), np.eye(3), 1.0))
+    for step in range(40):
+        stamp = 0.05 * step
+        x = 0.5 * stamp
+        frames.add(Odometry(stamp, Pose2D(x, 0.0), STANDSTILL))
+        bearing, away = np.arctan2(place[1], place[0] - x), np.hypot(place[0] - x, place[1])
+        ranges = HALF.ranges.copy()
+        if abs(bearing) < pi / 2:
+            ranges[round(np.degrees(bearing)) + 90 - 1] = away - 0.2
+        scan = replace(HALF, stamp=stamp, ranges=ranges)
+        who = [someone(*place, (0.0, 1.0) if walks else (0.0, 0.0), stamp)]
+        points = memory.update(Observation(stamp, {"lidar": scan}), frames, tracks=who).points
+    assert (len(points) > 0) is remembered
+
+
+@pytest.mark.parametrize(("there", "count"), [((1.4, 0.0), 0), ((1.9, 0.0), 11)])
+def test_the_arc_of_a_sonar_reading_that_shows_somebody_is_left_out(there, count):
+    """At 1 m and 30 degrees, an arc of 0.52 m has 11 points about 5 cm apart."""
+    described = replace(robot(), sonars={"front": SonarDescription(Pose2D(0.2, 0.0))})
+    reading = RangeReading(0.0, 1.0, pi / 6, 0.05, 2.5, Pose2D(0.2, 0.0), "front")
+    frames = frames_of((0.0, Pose2D(0.0, 0.0)))
+    frames.correct(PoseEstimate(Pose2D(0.0, 0.0), np.eye(3), 1.0))
+    who = [someone(*there, (1.0, 0.0), 0.0)]
+    found = ObstacleMemory(described).update(
+        Observation(0.0, {"front": reading}), frames, tracks=who
+    )
+    assert len(found.points) == count

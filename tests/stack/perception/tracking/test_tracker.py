@@ -213,6 +213,54 @@ def test_lost_tracks_are_removed_after_a_time_and_on_demand():
     assert tracker.update(pose, seen(pose, [(2.0, 1.1, 0.25)], 1.1), 1.1) == ()
 
 
+def stops_at_one_second(time):
+    return [(2.0, -1.0 + min(time, 1.0), 0.25)]
+
+
+def half(scan):
+    """What a lidar that sees 180 degrees around the heading measures."""
+    return scan.with_ranges(np.where(np.abs(scan.angles) < 0.5 * pi, scan.ranges, np.nan))
+
+
+@pytest.mark.parametrize(("step", "known"), [(0.0, True), (0.3, True), (0.6, False)])
+def test_who_stood_when_the_robot_turned_away_is_known_when_it_turns_back(step, known):
+    tracker = Tracker(TrackerParameters())
+    (before,) = follow(tracker, stops_at_one_second, 4.0)
+    away, back = Pose2D(0.0, 0.0, pi), Pose2D(0.0, 0.0)
+    for n in range(41, 90):  # turned away for 5 s; a track is removed after 1 s
+        tracks = tracker.update(away, half(seen(away, stops_at_one_second(4.0), 0.1 * n)), 0.1 * n)
+    assert tracks == ()
+    scan = half(seen(back, [(2.0, step, 0.25)], 9.0))
+    found = [track.id for track in tracker.update(back, scan, 9.0)]
+    assert found == ([before.id] if known else [])
+
+
+def test_a_place_that_was_seen_free_meanwhile_is_nobodys():
+    tracker = Tracker(TrackerParameters())
+    follow(tracker, stops_at_one_second, 4.0)
+    away, back = Pose2D(0.0, 0.0, pi), Pose2D(0.0, 0.0)
+    for n in range(41, 60):
+        tracker.update(away, half(seen(away, [], 0.1 * n)), 0.1 * n)
+    for n in range(60, 63):
+        tracker.update(back, half(seen(back, [], 0.1 * n)), 0.1 * n)
+    assert tracker.update(back, half(seen(back, stops_at_one_second(4.0), 6.3)), 6.3) == ()
+
+
+def test_what_stood_there_before_is_not_who_got_out_of_sight():
+    """Somebody stops 0.35 m behind a post and gets out of sight; the post is still the post."""
+    tracker = Tracker(TrackerParameters())
+    post = (1.65, 0.0, 0.25)
+
+    def with_post(time):
+        return [post, (2.0, -2.0 + min(time, 2.0), 0.25)]
+
+    follow(tracker, with_post, 4.0)
+    away, back = Pose2D(0.0, 0.0, pi), Pose2D(0.0, 0.0)
+    for n in range(41, 60):
+        tracker.update(away, half(seen(away, [], 0.1 * n)), 0.1 * n)
+    assert tracker.update(back, half(seen(back, [post], 6.0)), 6.0) == ()
+
+
 def test_the_same_scans_give_the_same_tracks():
     def run():
         random = np.random.default_rng(7)
