@@ -26,7 +26,9 @@ STEP_SHARE, STEP_RANGE = 0.6, (radians(20.0), radians(60.0))
 """Part of the field of view to turn between two stops, so that pictures overlap; and its limits."""
 DEVIATION = 0.1
 """Standard deviation of a pose from a picture, metres and radians."""
-FINE_TIME = 1.0
+FINE_TIME, LOOK_TIME = 1.0, 2.5
+"""Seconds for which the pose must be good to be kept, and within which it may become so: after a
+push, or while people hide the map, the health of a right pose drops for a moment."""
 MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
 
 """A procedure over several ticks: yields once per tick, returns whether it succeeded."""
@@ -45,8 +47,8 @@ class Relocalise(DrivingBehaviour):
 
     use_camera: bool = port("search for markers and known places first", default=True)
     only_if_lost: bool = port(
-        f"do nothing if the health stays at good_health or more for {FINE_TIME:g} s, without "
-        "rival poses",
+        f"do nothing if within {LOOK_TIME:g} s the health stays at good_health or more for "
+        f"{FINE_TIME:g} s, without rival poses",
         default=False,
     )
     min_fit: float = port(
@@ -106,9 +108,12 @@ class Relocalise(DrivingBehaviour):
         return self.use_camera and bool(self.robot.markers or self.robot.keyframes)
 
     def _is_fine(self) -> Steps:
-        timer = self.start_timer()
-        while self.robot.estimate.is_good and not self.robot.estimate.ambiguous:
-            if timer.is_over(FINE_TIME):
+        """Stand and look whether the pose is good without a search."""
+        look, fine = self.start_timer(), self.start_timer()
+        while not look.is_over(LOOK_TIME) and not self.robot.estimate.ambiguous:
+            if not self.robot.estimate.is_good:
+                fine = self.start_timer()
+            elif fine.is_over(FINE_TIME):
                 return True
             yield
         return False

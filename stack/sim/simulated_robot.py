@@ -247,7 +247,7 @@ class SimulatedRobot:
 
     def _count_contacts(self, time: float, truth: GroundTruth) -> None:
         touching = [*self.physics.touching(), *self._fallen(truth.pose)]
-        self.touched = depths(touching)
+        self.touched = depths(touching, self.physics.tilt) if touching else {}
         if self.is_pushed:
             self._pushed_at = time
         # What touches the robot while it is pushed is the push's contact, not the drive's.

@@ -159,6 +159,16 @@ def test_a_robot_that_is_not_lost_may_be_left_alone():
     )
 
 
+def test_a_pose_that_is_good_again_within_a_moment_is_kept():
+    robot = lost(belief=WRONG)
+    behaviour = Relocalise(only_if_lost=True)
+    assert tick(behaviour, robot, 1.2) is Status.RUNNING
+    robot.belief = TRUTH  # 1.2 s of the 2.5 s, and 1 s for which it must be good
+    assert tick(behaviour, robot, 1.2) is Status.SUCCESS
+    assert behaviour.method == "kept"
+    assert robot.calls_of("relocalise") == []
+
+
 def test_a_robot_with_rivals_is_not_left_alone():
     robot = lost(belief=TRUTH, markers=(), rivals=(RivalPose(WRONG, 0.4),), global_answer=[None])
     behaviour = Relocalise(only_if_lost=True)

@@ -14,6 +14,12 @@ EPISODE_GAP = 0.5
 MOVING_SPEED = 0.02
 """Speed, m/s and rad/s, above which the robot counts as moving."""
 
+TILTED = 0.05
+"""Radians above which something lifts the robot, or tips it over."""
+
+SQUEEZED = 0.05
+"""Metres by which what squeezes a robot overlaps it at least."""
+
 
 class Touch(NamedTuple):
     """A place at which the robot touches something.
@@ -29,12 +35,21 @@ class Touch(NamedTuple):
     depth: float = 0.0
 
 
-def depths(touches: Iterable[Touch]) -> dict[str, float]:
-    """Return, by name, the largest depth by which the robot and what it touches overlap, metres."""
+def depths(touches: Iterable[Touch], tilt: float) -> dict[str, float]:
+    """Return, by name, the largest depth by which the robot and what it touches overlap, metres.
+
+    Between two things, or tilted, the robot cannot give way: it counts as squeezed by both of them.
+
+    Args:
+        touches: of the robot.
+        tilt: of the robot, radians.
+    """
     found: dict[str, float] = {}
     for touch in touches:
         found[touch.name] = max(touch.depth, found.get(touch.name, 0.0))
-    return found
+    if len(found) < 2 and tilt <= TILTED:
+        return found
+    return {name: max(depth, SQUEEZED) for name, depth in found.items()}
 
 
 class ContactCounter:

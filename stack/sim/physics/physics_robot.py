@@ -7,7 +7,7 @@ uses base-frame poses and wheel angles.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, cos, hypot, sin, sqrt
+from math import acos, atan2, cos, hypot, sin, sqrt
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
@@ -176,6 +176,11 @@ class PhysicsRobot:
             twist = Twist(c * vx + s * vy, spin, c * vy - s * vx)
             self._truth = GroundTruth(Pose2D(x, y, atan2(s, c)), twist)
         return self._truth
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the base's z axis and the vertical, radians."""
+        return acos(max(-1.0, min(1.0, self.base_state().rotation[8])))
 
     def base_pose(self) -> tuple[Vector, tuple[float, float, float, float]]:
         """Return position and orientation (quaternion x, y, z, w) of the base, world frame."""

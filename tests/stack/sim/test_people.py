@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from robots.load import read_robot
 from robots.simulated import SimulatedBody
 from stack.errors import InputError
 from stack.sim.people import People
@@ -24,6 +26,7 @@ from stack.types import Pose2D, Twist
 from tests.stack.sim.sim_rover import EMPTY, ROVER, drive
 
 PERIOD = 0.01
+ROBOTS = Path(__file__).parents[3] / "robots"
 FAR = [(Pose2D(90.0, 90.0), 0.3)]
 
 
@@ -162,6 +165,26 @@ def test_nobody_presses_a_robot_into_a_wall_out_of_which_it_is_thrown(model, hea
         body.close()
     assert 2.0 <= max(places) < 2.6
     assert max(speeds) < 1.4  # the walking speed
+
+
+@pytest.mark.parametrize(("robot", "heading"), [("scout", 0.0), ("scout", 1.57), ("jackal", 2.6)])
+def test_nobody_tips_a_robot_over_that_stands_before_a_wall(robot, heading):
+    """Who walks into it again and again would lift it by 30 degrees, and make it fall at 3 m/s."""
+    person = Person("Ada", np.array([[0.0, 0.0], [8.0, 0.1]]), speed=1.3, yields=False)
+    wall = Wall(np.array([[2.6, -3.0], [2.6, 3.0]]))
+    described = read_robot(ROBOTS / robot / "robot.yaml")
+    world = replace(EMPTY, people=(person,), walls=(wall,))
+    body = SimulatedBody(described, world, start=Pose2D(2.0, 0.0, heading), seed=0)
+    tilts, speeds = [], []
+    try:
+        for _ in range(600):
+            drive(body, Twist(), 0.05)
+            tilts.append(body._robot.physics.tilt)
+            speeds.append(np.hypot(body.truth.twist.linear, body.truth.twist.lateral))
+    finally:
+        body.close()
+    assert max(tilts) < np.radians(3.0)
+    assert max(speeds) < 1.3  # the walking speed
 
 
 def test_somebody_who_does_not_yield_pushes_a_robot_but_does_not_drag_it_along():
