@@ -13,8 +13,10 @@ PRESSED = 0.02
 stands before a wall. One that can overlaps by at most 1.9 cm, at 1.3 m/s.
 """
 
-RECOIL = -1.0
-"""Share of the wanted speed of a person who presses a robot against something: a step back."""
+RECOIL, RECOIL_TIME = -1.0, 0.5
+"""Share of the wanted speed of a person who presses a robot against something, and the seconds for
+which they step back: the robot gets room to leave.
+"""
 
 
 class Bump:
@@ -27,6 +29,7 @@ class Bump:
 
     def __init__(self) -> None:
         self._since: float | None = None
+        self._recoil = 0.0
 
     @property
     def is_under_way(self) -> bool:
@@ -41,7 +44,9 @@ class Bump:
             touch: depth by which a robot and the person overlap now, metres; None: no touch.
         """
         if touch is not None and touch > PRESSED:
-            self._since = STOPPING_TIME
+            self._since, self._recoil = STOPPING_TIME, RECOIL_TIME
+        if self._recoil > 0.0:
+            self._recoil -= period
             return RECOIL
         if self._since is None:
             if touch is None:

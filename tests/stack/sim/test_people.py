@@ -137,8 +137,9 @@ def test_who_presses_a_robot_against_something_steps_back_and_stands():
     bump = Bump()
     assert bump.share(PERIOD, 0.01) > 0.9
     assert bump.share(PERIOD, 0.03) == -1.0
-    shares = [bump.share(PERIOD, 0.01) for _ in range(220)]
-    assert shares[:190] == [0.0] * 190  # for two seconds
+    shares = [bump.share(PERIOD, None) for _ in range(270)]
+    assert shares[:49] == [-1.0] * 49  # for half a second
+    assert shares[51:240] == [0.0] * 189  # for two seconds
     assert shares[-1] > 0.0
 
 
