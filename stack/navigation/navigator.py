@@ -174,15 +174,14 @@ class Navigator:
     @property
     def local_plan(self) -> Path | None:
         """Planned motion of the controller, map frame."""
-        current = self._activities.current
-        if isinstance(current, Disambiguation):
-            current = current.drive
-        return self._tools.path_follower.local_plan if self._follows_path else None
+        follows = _follows_path(self._motion)
+        return self._tools.path_follower.local_plan if follows else None
 
     @property
-    def _follows_path(self) -> bool:
+    def _motion(self) -> MotionExecutor | None:
+        """The motion under way: a drive also if one pose had to be found first."""
         current = self._activities.current
-        return isinstance(current, GoalDrive | PathDrive) and current.path is not None
+        return current.drive or current if isinstance(current, Disambiguation) else current
 
     @property
     def counters(self) -> dict[str, float]:
@@ -196,10 +195,8 @@ class Navigator:
         self._surroundings.look(state)
         self._queries.step(state)
         self.localisation_monitor.update(state, self.parameters)
-        wanted = self._activities.step(state, self.parameters)
-        return self._evasion.step(
-            wanted, state, self._activities.current, along_path=self._follows_path
-        )
+        wanted, motion = self._activities.step(state, self.parameters), self._motion
+        return self._evasion.step(wanted, state, motion, along_path=_follows_path(motion))
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.
@@ -461,6 +458,10 @@ class Navigator:
         if self._state is not None:
             before, now = self._state.odometry.pose, state.odometry.pose
             self._tools.counters["distance"] += before.distance_to(now)
+
+
+def _follows_path(motion: MotionExecutor | None) -> bool:
+    return isinstance(motion, GoalDrive | PathDrive) and motion.path is not None
 
 
 def _text(pose: Pose2D) -> str:

@@ -350,6 +350,13 @@ def test_a_goal_begins_with_disambiguation_while_there_are_rivals(rig):
     rig.run(0.2)
     assert task.feedback == "1 rival left, looking"
     rig.estimator.rivals = ()
+    rig.run(2.0)
+    navigator, evaded = rig.toy.navigator, []
+    assert navigator.local_plan is not None  # the drive's, though it began with a search
+    step = navigator.evasion.step
+    navigator.evasion.step = lambda wanted, now: evaded.append(now.path) or step(wanted, now)
+    rig.run(0.2)
+    assert min(map(len, evaded)) > 1  # evasion knows the way ahead
     assert rig.finish(task) is TaskStatus.SUCCEEDED
     assert rig.world.pose.distance_to(Pose2D(3.0, 3.0)) < 0.3
 
