@@ -7,10 +7,9 @@ from math import copysign, inf
 
 import numpy as np
 
-from stack.costmap.route_costs import blocked_at, route_cost
+from stack.costmap.route_costs import blocked_at
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
-from stack.navigation.blockages import Blockages
 from stack.navigation.following import (
     Drive,
     Tools,
@@ -21,7 +20,8 @@ from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import Courtesy
 from stack.navigation.people.narrow_meeting import REACH
 from stack.navigation.people.standoff import blocked_by, nearest
-from stack.navigation.planner_worker import Plan, PlanRequest
+from stack.navigation.plans.choice import NEAR_ENOUGH, PlanChoice
+from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, TrackedObject, Twist
 
@@ -36,11 +36,6 @@ CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
 
 RECEDING = 0.02
 """Increase of the distance to a via pose, in metres, after which the pose is passed."""
-
-NEAR_ENOUGH = 0.5
-"""Metres before the end of a partial path within which an obstacle is expected. A robot that
-stops there has reached the end of the path and does not search for another end.
-"""
 
 MOVES_AWAY = 0.05
 """Increase of the distance to the end of a partial path, in metres, after which the robot has been
@@ -86,7 +81,8 @@ class GoalDrive(Drive):
         super().__init__(task, tools, tolerance)
         self.goal = goals[-1]
         self.path: Path | None = None
-        self._tools, self._goals, self._tolerance = tools, tuple(goals), tolerance
+        self._tools, self._goals = tools, tuple(goals)
+        self._choice = PlanChoice(tools, self.goal, tolerance)
         self._reason = "first plan"
         self._requested_at = -inf
         self._failing = self.timers.new()
@@ -95,8 +91,6 @@ class GoalDrive(Drive):
         self._nearest = self._nearest_end = inf
         self._seen_version = -1
         self._blocked_at: tuple[float, float] | None = None
-        p = tools.parameters
-        self._blockages = Blockages(p.blockage_radius, p.blockage_time)
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections = 0
         self._has_evaded = self._may_back_out = self._backs_out = False
@@ -332,7 +326,7 @@ class GoalDrive(Drive):
         self.task.future = None
         self._tools.count("plans")
         if isinstance(answer, Plan):
-            answer = self._unless_too_far(answer)
+            answer = self._choice.within_tolerance(answer)
         if isinstance(answer, Failure):
             self._planner = self._requested_from
             self._plan_failed(answer, state)
@@ -342,19 +336,10 @@ class GoalDrive(Drive):
             self._requested_at = -inf  # a goal was passed meanwhile: the plan leads back to it
             return
         self._planner = self._requested_from
-        if self._reason != ROUTINE or self._clearly_better(answer, state.time):
+        if self._reason != ROUTINE or self._choice.is_clearly_better(
+            answer, self.path, self._follower.progress, state.time
+        ):
             self._adopt(answer, state)
-
-    def _unless_too_far(self, plan: Plan) -> Plan | Failure:
-        """Return the plan, or a failure when it ends farther from the goal than the tolerance."""
-        distance = plan.path.goal.distance_to(self.goal)
-        if self._tolerance is None or distance <= self._tolerance or plan.path.partial:
-            return plan
-        return Failure(
-            FailureCode.GOAL_OCCUPIED,
-            f"the nearest reachable pose is {distance:.2f} m away from the goal, "
-            f"the tolerance is {self._tolerance:.2f} m",
-        )
 
     def _plan_failed(self, failure: Failure, state: NavigationState) -> None:
         """Handle a failed plan: continue on the current path, or retry until patience ends."""
@@ -388,27 +373,10 @@ class GoalDrive(Drive):
             state.tracks, self.goal, reach
         )
 
-    def _clearly_better(self, plan: Plan, time: float) -> bool:
-        """Whether a plan is so much better that it replaces the current path."""
-        progress = self._follower.progress
-        if progress is None or self.path is None:
-            return True
-        if self._blockages.bar(plan.path.points, time):
-            return False
-        closer = self.path.goal.distance_to(self.goal) - plan.path.goal.distance_to(self.goal)
-        if plan.path.partial and self.path.partial:
-            return closer > NEAR_ENOUGH  # the other side of a table may be nearer by one cell
-        if closer > 0.02:
-            return True
-        costs = self._tools.global_costmap.view
-        now = route_cost(costs, progress.ahead(inf))
-        new = route_cost(costs, plan.path.points)
-        return new < (1.0 - self._tools.parameters.replan_gain) * now - 0.1
-
     def _adopt(self, plan: Plan, state: NavigationState) -> None:
         first = self.path is None
         if self._blocked_at is not None:
-            self._blockages.note(self._blocked_at, state.time)
+            self._choice.note_blocked(self._blocked_at, state.time)
         path = backed_out(plan.path, state, self._tools) if self._may_back_out else plan.path
         self._backs_out = path is not plan.path
         self.path = self.task.path = path

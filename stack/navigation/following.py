@@ -18,7 +18,7 @@ from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.passing_place import Bodies
 from stack.navigation.people.standoff import Standoff
-from stack.navigation.planner_worker import PlannerWorker
+from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.safety.monitor import moving_discs
 from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Pose2D, Twist, wrap_angle

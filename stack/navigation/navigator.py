@@ -21,8 +21,8 @@ from stack.navigation.following import PathDrive, Tools
 from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.people.passing_place import Bodies
-from stack.navigation.plan_queries import PlanQueries
-from stack.navigation.planner_worker import PlannerWorker
+from stack.navigation.plans.planner_worker import PlannerWorker
+from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.recoveries import (
     BackUp,
     DriveFor,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from stack.lifecycle import Lifecycle, Timers
-from stack.navigation.planner_worker import PlanFuture
+from stack.navigation.plans.planner_worker import PlanFuture
 from stack.types import (
     CostGrid,
     Failure,

@@ -9,7 +9,7 @@ from stack.components import choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import NavigationError
-from stack.navigation.planner_worker import PlanRequest, plan_through
+from stack.navigation.plans.planner_worker import PlanRequest, plan_through
 from stack.types import LETHAL_COST, CostGrid, Pose2D, TaskStatus, wrap_angle
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 from tests.stack.planning.footprint_check import first_blocked, footprint_cost

@@ -15,7 +15,7 @@ from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
-from stack.navigation.planner_worker import PlannerWorker, PlanRequest
+from stack.navigation.plans.planner_worker import PlannerWorker, PlanRequest
 from stack.planning import kernels
 from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.types import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.navigation.following import Tools
-from stack.navigation.planner_worker import Plan, PlanRequest
+from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import Pose2D
 

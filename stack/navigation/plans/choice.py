@@ -1,0 +1,78 @@
+"""Which plans a drive takes: the goal's tolerance, better paths, and routes found blocked."""
+
+from __future__ import annotations
+
+from math import inf
+
+from stack.costmap.route_costs import route_cost
+from stack.geometry.path_progress import PathProgress
+from stack.navigation.following import Tools
+from stack.navigation.plans.blockages import Blockages
+from stack.navigation.plans.planner_worker import Plan
+from stack.types import Failure, FailureCode, Path, Pose2D
+
+NEAR_ENOUGH = 0.5
+"""Metres before the end of a partial path within which an obstacle is expected. A robot that
+stops there has reached the end of the path and does not search for another end.
+"""
+
+CLOSER = 0.02
+"""Metres by which a path must end closer to the goal to be better whatever it costs."""
+
+LEAST_GAIN = 0.1
+"""Cost that a better path saves at least."""
+
+
+class PlanChoice:
+    """Judges the plans of a drive.
+
+    Args:
+        tools: of the drive.
+        goal: the last goal, map frame.
+        tolerance: metres to it; None: that of the goal checker.
+    """
+
+    def __init__(self, tools: Tools, goal: Pose2D, tolerance: float | None) -> None:
+        self._tools, self._goal, self._tolerance = tools, goal, tolerance
+        p = tools.parameters
+        self._blockages = Blockages(p.blockage_radius, p.blockage_time)
+
+    def note_blocked(self, at: tuple[float, float], now: float) -> None:
+        """Remember where a path was blocked, map frame: other paths avoid it for a while."""
+        self._blockages.note(at, now)
+
+    def within_tolerance(self, plan: Plan) -> Plan | Failure:
+        """Return the plan, or a failure when it ends farther from the goal than the tolerance."""
+        distance = plan.path.goal.distance_to(self._goal)
+        if self._tolerance is None or distance <= self._tolerance or plan.path.partial:
+            return plan
+        return Failure(
+            FailureCode.GOAL_OCCUPIED,
+            f"the nearest reachable pose is {distance:.2f} m away from the goal, "
+            f"the tolerance is {self._tolerance:.2f} m",
+        )
+
+    def is_clearly_better(
+        self, plan: Plan, path: Path | None, progress: PathProgress | None, now: float
+    ) -> bool:
+        """Whether a plan is so much better that it replaces the current path.
+
+        Args:
+            plan: the new one.
+            path: the current one; None without one.
+            progress: on it.
+            now: seconds.
+        """
+        if progress is None or path is None:
+            return True
+        if self._blockages.bar(plan.path.points, now):
+            return False
+        closer = path.goal.distance_to(self._goal) - plan.path.goal.distance_to(self._goal)
+        if plan.path.partial and path.partial:
+            return closer > NEAR_ENOUGH  # the other side of a table may be nearer by one cell
+        if closer > CLOSER:
+            return True
+        costs = self._tools.global_costmap.view
+        old = route_cost(costs, progress.ahead(inf))
+        new = route_cost(costs, plan.path.points)
+        return new < (1.0 - self._tools.parameters.replan_gain) * old - LEAST_GAIN
