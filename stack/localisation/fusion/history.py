@@ -18,7 +18,7 @@ from stack.localisation.fusion import kernels
 from stack.types import NO_COVARIANCE, FloatArray
 
 TOLERANCE = 1e-9
-"""Stamps closer than this are equal, seconds."""
+"""Stamps closer than this are equal, seconds: the one that came first stands for both."""
 
 
 class Measurement(Protocol):
