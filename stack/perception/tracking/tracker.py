@@ -368,7 +368,7 @@ class Tracker:
         )
 
     def _begin(self, disc: Disc) -> None:
-        """Add what a disc shows: somebody who was out of sight, or a new object."""
+        """Add the object that a disc shows: one that was out of sight, or a new one."""
         settings = self.parameters
         variances = [settings.position_noise**2] * 2 + [settings.first_speed**2] * 2
         known = self._out_of_sight.take(disc, self._places.since(disc.x, disc.y, STOOD))

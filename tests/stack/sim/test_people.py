@@ -143,6 +143,21 @@ def test_who_presses_a_robot_against_something_steps_back_and_stands():
     assert shares[-1] > 0.0
 
 
+def standing(body: SimulatedBody, seconds: float) -> tuple[list[float], list[float], list[float]]:
+    """True x, speed and tilt of a robot that is to stand, every 50 ms; closes it."""
+    places, speeds, tilts = [], [], []
+    try:
+        for _ in range(round(seconds / 0.05)):
+            drive(body, Twist(), 0.05)
+            truth = body.truth
+            places.append(truth.pose.x)
+            speeds.append(float(np.hypot(truth.twist.linear, truth.twist.lateral)))
+            tilts.append(body._robot.physics.tilt)
+    finally:
+        body.close()
+    return places, speeds, tilts
+
+
 @pytest.mark.parametrize("model", ["loop", "social_force", "recorded"])
 @pytest.mark.parametrize("heading", [0.0, 0.8, 1.57])
 def test_nobody_presses_a_robot_into_a_wall_out_of_which_it_is_thrown(model, heading):
@@ -155,15 +170,7 @@ def test_nobody_presses_a_robot_into_a_wall_out_of_which_it_is_thrown(model, hea
     wall = Wall(np.array([[2.6, -3.0], [2.6, 3.0]]))
     world = replace(EMPTY, people=(person,), walls=(wall,))
     body = SimulatedBody(ROVER, world, start=Pose2D(2.0, 0.0, heading), seed=0)
-    places, speeds = [], []
-    try:
-        for _ in range(100):
-            drive(body, Twist(), 0.05)
-            truth = body.truth
-            places.append(truth.pose.x)
-            speeds.append(np.hypot(truth.twist.linear, truth.twist.lateral))
-    finally:
-        body.close()
+    places, speeds, _ = standing(body, 5.0)
     assert 2.0 <= max(places) < 2.6
     assert max(speeds) < 1.4  # the walking speed
 
@@ -176,14 +183,7 @@ def test_nobody_tips_a_robot_over_that_stands_before_a_wall(robot, heading):
     described = read_robot(ROBOTS / robot / "robot.yaml")
     world = replace(EMPTY, people=(person,), walls=(wall,))
     body = SimulatedBody(described, world, start=Pose2D(2.0, 0.0, heading), seed=0)
-    tilts, speeds = [], []
-    try:
-        for _ in range(600):
-            drive(body, Twist(), 0.05)
-            tilts.append(body._robot.physics.tilt)
-            speeds.append(np.hypot(body.truth.twist.linear, body.truth.twist.lateral))
-    finally:
-        body.close()
+    _, speeds, tilts = standing(body, 30.0)
     assert max(tilts) < np.radians(3.0)
     assert max(speeds) < 1.3  # the walking speed
 
