@@ -103,37 +103,13 @@ def fit_arc(points: FloatArray) -> Arc | None:
     """
     if len(points) < LEAST_POINTS:
         return None
-    middle = points.mean(axis=0)
-    local = points - middle
-    try:
-        circle = _algebraic(local)
-        for _ in range(ITERATIONS):
-            slopes, errors = _slopes(local, circle)
-            circle = circle - np.linalg.solve(slopes.T @ slopes, slopes.T @ errors)
-        slopes, errors = _slopes(local, circle)
-        spread = np.linalg.inv(slopes.T @ slopes)
-    except np.linalg.LinAlgError:  # returns on a line
+    from stack.perception.tracking.kernels import fit_circle  # imports numba
+
+    x, y, radius, noise, radius_deviation, deviation = fit_circle(
+        np.ascontiguousarray(points), ITERATIONS, LEAST_NOISE
+    ).tolist()
+    mx, my = points.mean(axis=0).tolist()
+    bulges = (x - mx) * mx + (y - my) * my > 0.0
+    if not (bulges and noise <= NOT_ROUND and radius_deviation <= SURE):
         return None
-    noise = float(np.sqrt((errors @ errors) / (len(points) - 3)))
-    spread *= max(2.0 * noise, LEAST_NOISE) ** 2
-    bulges = circle[:2] @ middle > 0.0
-    if not bulges or not noise <= NOT_ROUND or spread[2, 2] > SURE**2:
-        return None
-    deviation = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
-    return Arc(middle + circle[:2], float(circle[2]), deviation)
-
-
-def _algebraic(points: FloatArray) -> FloatArray:
-    """Kåsa's fit: the circle (3,) x, y, radius through points (n, 2) around their mean."""
-    square = (points * points).sum(axis=1)
-    x, y = np.linalg.solve(points.T @ points, 0.5 * points.T @ square)
-    return np.array([x, y, np.sqrt(square.mean() + x * x + y * y)])
-
-
-def _slopes(points: FloatArray, circle: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives (n, 3) of the distances (n,) from the circle, and those."""
-    off = points - circle[:2]
-    away = np.maximum(np.hypot(off[:, 0], off[:, 1]), 1e-6)
-    slopes = np.full((len(off), 3), -1.0)
-    slopes[:, :2] = -off / away[:, None]
-    return slopes, away - circle[2]
+    return Arc(np.array([x, y]), radius, deviation)
