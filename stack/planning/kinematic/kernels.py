@@ -35,7 +35,9 @@ class CollisionGrid(NamedTuple):
         weights: (256,) cost of a metre by cell cost; 0 if impassable.
         distances: (rows, columns) float32 metres from a cell's centre to the nearest lethal one.
         geometry: (4,) origin x and y, resolution, half a cell's diagonal; metres.
-        samples: (n, 2) points on and in the footprint, base frame, metres.
+        samples: (n, 2) points on and in the footprint, base frame, metres, tile by tile.
+        tiles: (m, 4) middle x and y and radius of each tile's samples, metres, and the number of
+            the sample behind its last one.
         reach: circumscribed radius, metres.
     """
 
@@ -44,6 +46,7 @@ class CollisionGrid(NamedTuple):
     distances: NDArray[np.float32]
     geometry: NDArray[np.float64]
     samples: NDArray[np.float64]
+    tiles: NDArray[np.float64]
     reach: float
 
 
@@ -124,11 +127,11 @@ class Nodes(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def contact(grid, x, y, heading):
+def contact(grid, x, y, heading, most):
     """Return (cost of a metre at a pose, number of footprint samples in contact).
 
     The number is one higher if the cell of the pose is impassable. Outside the grid it is above
-    the number of samples.
+    the number of samples. Counting ends above `most`.
     """
     rows, columns = grid.cells.shape
     origin_x, origin_y, resolution, slack = grid.geometry
@@ -141,12 +144,26 @@ def contact(grid, x, y, heading):
     if grid.distances[row, column] > grid.reach + 2.0 * slack:
         return weight, touching
     cosine, sine = np.cos(heading), np.sin(heading)
-    for sample in range(grid.samples.shape[0]):
-        forward, left = grid.samples[sample, 0], grid.samples[sample, 1]
+    first = 0
+    for tile in range(grid.tiles.shape[0]):
+        forward, left, radius, end = grid.tiles[tile]
+        begin, first = first, int(end)
         column = int(np.floor((x + cosine * forward - sine * left - origin_x) / resolution))
         row = int(np.floor((y + sine * forward + cosine * left - origin_y) / resolution))
-        if 0 <= row < rows and 0 <= column < columns and grid.distances[row, column] == 0.0:
-            touching += 1
+        if (
+            0 <= row < rows
+            and 0 <= column < columns
+            and grid.distances[row, column] > radius + 2.0 * slack
+        ):
+            continue
+        if touching > most:
+            break
+        for sample in range(begin, first):
+            forward, left = grid.samples[sample, 0], grid.samples[sample, 1]
+            column = int(np.floor((x + cosine * forward - sine * left - origin_x) / resolution))
+            row = int(np.floor((y + sine * forward + cosine * left - origin_y) / resolution))
+            if 0 <= row < rows and 0 <= column < columns and grid.distances[row, column] == 0.0:
+                touching += 1
     return weight, touching
 
 
@@ -164,7 +181,9 @@ def sweep(grid, poses, contacts):
     """
     total, touching = 0.0, contacts
     for index in range(poses.shape[0]):
-        weight, touching = contact(grid, poses[index, 0], poses[index, 1], poses[index, 2])
+        weight, touching = contact(
+            grid, poses[index, 0], poses[index, 1], poses[index, 2], contacts
+        )
         if touching > contacts:
             return 0.0, touching
         total += max(weight, grid.weights[0])
@@ -405,7 +424,9 @@ def trace(moves, nodes, node):
     return poses, directions
 
 
-_GRID = types.NamedTuple((u1[:, ::1], f8[::1], f4[:, ::1], f8[::1], f8[:, ::1], f8), CollisionGrid)
+_GRID = types.NamedTuple(
+    (u1[:, ::1], f8[::1], f4[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1], f8), CollisionGrid
+)
 _MOVES = types.NamedTuple((f8[:, :, :, ::1], i8[:, ::1], f8[:, ::1], i8[::1], i8[::1], f8), Moves)
 _TARGET = types.NamedTuple(
     (f8[::1], f4[:, ::1], f8, f4[:, :, ::1], f8, f8, f8, f8[::1], f8, f8, i8), Target
@@ -418,7 +439,7 @@ POSES = (
         add_node,
         (_GRID, _MOVES, _TARGET, _NODES, i8[::1], types.UniTuple(f8, 3), f8, i8, i8, i8),
     ),
-    (contact, (_GRID, f8, f8, f8)),
+    (contact, (_GRID, f8, f8, f8, i8)),
     (expand, (_GRID, _MOVES, _TARGET, _NODES, i8[::1], i8, f8, u1[::1])),
     (rehash, (i8[::1], i8[::1], i8)),
     (sweep, (_GRID, f8[:, ::1], i8)),

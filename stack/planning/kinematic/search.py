@@ -18,6 +18,9 @@ _MORE_AFTER_FOUND = 1.0  # after the first solution, search on for this share of
 _LEAST_MORE = 100
 _INITIAL_CAPACITY = 1 << 14  # nodes
 
+TILE = 5.0
+"""Cells on a side of the tiles into which the samples of a footprint are sorted."""
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -89,7 +92,8 @@ class CollisionChecker:
         geometry = np.array([*costs.origin, costs.resolution, costs.resolution * 0.5**0.5])
         grid = kernels.CollisionGrid(
             costs.cells, tables.traverse / float(tables.traverse[0]), distances, geometry,
-            fill_polygon(footprint.points, 0.7 * costs.resolution), footprint.circumscribed_radius,
+            *tiled(fill_polygon(footprint.points, 0.7 * costs.resolution), TILE * costs.resolution),
+            footprint.circumscribed_radius,
         )  # fmt: skip
         return CollisionChecker(costs, grid)
 
@@ -98,7 +102,7 @@ class CollisionChecker:
         from stack.planning.kinematic import kernels
 
         contact: Any = kernels.contact
-        return int(contact(self.grid, pose.x, pose.y, pose.heading)[1])
+        return int(contact(self.grid, pose.x, pose.y, pose.heading, len(self.grid.samples) + 2)[1])
 
     def allowed_contacts(self, pose: Pose2D) -> int:
         """Return how many samples may be in contact while the robot leaves a pose.
@@ -115,6 +119,27 @@ class CollisionChecker:
 
         sweep: Any = kernels.sweep
         return float(sweep(self.grid, poses, contacts)[0])
+
+
+def tiled(samples: FloatArray, width: float) -> tuple[FloatArray, FloatArray]:
+    """Sort samples into square tiles, so that tiles far from obstacles are checked at once.
+
+    Args:
+        samples: (n, 2) base frame, metres.
+        width: of a tile, metres.
+
+    Returns:
+        (samples, tiles) as in `kernels.CollisionGrid`.
+    """
+    tile = np.floor((samples - samples.min(axis=0)) / width)
+    order = np.lexsort(tile.T)
+    samples, tile = np.ascontiguousarray(samples[order]), tile[order]
+    ends = np.append(np.flatnonzero((tile[1:] != tile[:-1]).any(axis=1)) + 1, len(samples))
+    rows = []
+    for part, end in zip(np.split(samples, ends[:-1]), ends, strict=True):
+        middle = 0.5 * (part.min(axis=0) + part.max(axis=0))
+        rows.append((*middle, np.hypot(*(part - middle).T).max(), end))
+    return samples, np.array(rows, dtype=np.float64)
 
 
 @dataclass(frozen=True)

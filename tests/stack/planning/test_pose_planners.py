@@ -16,10 +16,13 @@ from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
+from stack.geometry.polygons import fill_polygon
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.kinematic.hybrid_astar import HybridAstar, HybridAstarParameters
 from stack.planning.kinematic.lattice import Lattice, LatticeParameters
 from stack.planning.kinematic.moves import lattice_headings, lattice_moves
+from stack.planning.kinematic.search import CollisionChecker
+from stack.planning.search import StepCosts
 from stack.planning.smoothers.choice import SMOOTHERS
 from stack.types import (
     FREE,
@@ -35,6 +38,7 @@ from tests.stack.planning.footprint_check import first_blocked, footprint_cost
 from tests.stack.planning.office_maps import office
 
 BOX = Footprint(np.array([[0.3, -0.2], [0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2]]))
+WEDGE = Footprint(np.array([[0.9, 0.0], [-0.2, 0.3], [-0.1, -0.25]]))
 ROBOT = RobotDescription("box", BOX, 0.4, FilePath("none.urdf"), Wheels((), (), 0.05, 0.3))
 FORWARD = HybridAstarParameters(motion="dubins")
 BOTH = HybridAstarParameters()
@@ -281,3 +285,23 @@ def test_a_goal_at_the_start_gives_two_poses_or_more(planner):
     pose = Pose2D(2.0, 2.0, 0.5)
     points = planner().plan(open_floor(), pose, pose).points
     assert len(points) >= 1 and points[-1] == pytest.approx([2.0, 2.0, 0.5])
+
+
+@given(
+    st.integers(0, 999), st.sampled_from([BOX, WEDGE]), st.sampled_from([0.0, 0.002, 0.02, 0.2]),
+    st.floats(0.0, 2.99), st.floats(0.0, 2.99), st.floats(-4.0, 4.0),
+)  # fmt: skip
+@settings(deadline=None, max_examples=100)
+def test_contacts_are_those_of_every_sample(seed, footprint, share, x, y, heading):
+    """Tiles of samples far from lethal cells are left out: that changes no count."""
+    cells = np.where(np.random.default_rng(seed).random((60, 60)) < share, LETHAL_COST, 0)
+    costs = CostGrid(cells.astype(np.uint8), 0.05, (0.0, 0.0))
+    checker = CollisionChecker.of(costs, footprint, StepCosts.of(3.0, allow_unknown=False))
+    pose = Pose2D(x, y, heading)
+    column, row = np.floor(pose.transform(checker.grid.samples) / 0.05).astype(int).T
+    on_grid = (row >= 0) & (row < 60) & (column >= 0) & (column < 60)
+    expected = np.count_nonzero(cells[row[on_grid], column[on_grid]] == LETHAL_COST)
+    expected += cells[int(y / 0.05), int(x / 0.05)] == LETHAL_COST
+    assert len(checker.grid.samples) == len(fill_polygon(footprint.points, 0.7 * 0.05))
+    assert checker.contacts(pose) == expected
+    assert (checker.weight(np.array([[x, y, heading]])) == 0.0) == (expected > 0)
