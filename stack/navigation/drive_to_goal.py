@@ -22,6 +22,7 @@ from stack.navigation.people.narrow_meeting import REACH
 from stack.navigation.people.standoff import blocked_by, nearest
 from stack.navigation.plans.choice import NEAR_ENOUGH, PlanChoice
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
+from stack.navigation.plans.turning_place import turning_place
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, TrackedObject, Twist
 
@@ -92,7 +93,7 @@ class GoalDrive(Drive):
         self._seen_version = -1
         self._blocked_at: tuple[float, float] | None = None
         self._planner = self._requested_from = tools.planner_worker.planner
-        self._corrections = 0
+        self._corrections, self._turns_elsewhere = 0, False
         self._has_evaded = self._may_back_out = self._backs_out = False
         self._courtesy: Courtesy | None = Courtesy(tools, self._drive_aside, self.timers)
 
@@ -277,7 +278,7 @@ class GoalDrive(Drive):
         if self._near_partial_end:
             return self._routine(state.time)
         if follower.waiting:
-            return "an obstacle is in the way"
+            return self._other_turning_place(state) or "an obstacle is in the way"
         if self._blocked_at is not None:
             return "the path ahead is blocked"
         if beside := self._beside_path(progress, state):
@@ -316,6 +317,21 @@ class GoalDrive(Drive):
             )
         self._corrections += 1
         return "at the goal's position, but not at its heading"
+
+    def _other_turning_place(self, state: NavigationState) -> str | None:
+        """Choose another end of the path if there is no room to turn at the goal; say so."""
+        tools, pose = self._tools, state.estimate.pose
+        only_turns = self._follower.at_position and tools.turns_in_place and len(self._goals) == 1
+        if self._turns_elsewhere or not only_turns:
+            return None
+        place = turning_place(
+            self.goal, pose, tools.global_costmap.view, state.obstacles.points, tools.bodies,
+            self._choice.tolerance,
+        )  # fmt: skip
+        if place is None:
+            return None
+        self._goals, self._turns_elsewhere = (place,), True
+        return "no room to turn at the goal"
 
     def _use_plan(self, state: NavigationState) -> None:
         """Use the requested plan when it is due."""

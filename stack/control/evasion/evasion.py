@@ -40,9 +40,8 @@ OVERLAP = 0.08
 STATIC_PADDING = 0.04
 """Distance kept to obstacle points, metres."""
 
-ARM, ARM_ON_PATH = 0.15, 1.0
-"""Metres of deviation that equal one radian; of a motion that leaves a path, about the way lost
-while the robot turns back to it."""
+ARM = 0.15
+"""Metres of deviation that equal one radian."""
 
 KEPT, KEPT_SHARE = 0.25, 0.2
 """Cost, and share of it, by which another motion must be better than the one under way."""
@@ -242,5 +241,5 @@ def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
     p = parameters
     return np.array([
         p.horizon, STEP, p.padding + wider, p.growth, p.margin, STATIC_PADDING, p.decay,
-        p.meeting_weight, p.closeness_weight, 1.0, ARM, ARM_ON_PATH,
+        p.meeting_weight, p.closeness_weight, 1.0, ARM,
     ])  # fmt: skip

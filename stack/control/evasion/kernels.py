@@ -212,7 +212,7 @@ def motion_costs(
         settings: horizon and step in seconds; padding of a meeting in metres, and its growth per
             second; margin of closeness; padding of points; decay of the cost in seconds; weights of
             a meeting, of closeness (per second) and of the deviation (per metre); metres per radian
-            of deviation, and those of a motion where there are lanes.
+            of deviation.
 
     Returns:
         (l + n,) costs, and (l + n,) seconds until the meeting; inf: none. Candidate 0, the first
@@ -221,6 +221,7 @@ def motion_costs(
     horizon, step, padding, growth = settings[0], settings[1], settings[2], settings[3]
     margin, static, decay = settings[4], settings[5], settings[6]
     meeting_weight, close_weight, deviation_weight = settings[7], settings[8], settings[9]
+    arm = settings[10]
     count = int(horizon / step + 0.5)
     compared = int(1.0 / step + 0.5)
     total = lanes.shape[0] + motions.shape[0]
@@ -237,7 +238,6 @@ def motion_costs(
     end_x, end_y, end_turn = 0.0, 0.0, 0.0
     for n in range(total):
         m, passed = n - lanes.shape[0], 0
-        arm = settings[11] if m >= 0 and lanes.shape[0] > 0 else settings[10]
         v, u, w = twist[0], twist[1], twist[2]
         x, y, heading, stands = 0.0, 0.0, 0.0, False
         for s in range(1, count + 1):

@@ -30,10 +30,13 @@ class PlanChoice:
         tools: of the drive.
         goal: the last goal, map frame.
         tolerance: metres to it; None: that of the goal checker.
+
+    Attributes:
+        tolerance: as given.
     """
 
     def __init__(self, tools: Tools, goal: Pose2D, tolerance: float | None) -> None:
-        self._tools, self._goal, self._tolerance = tools, goal, tolerance
+        self._tools, self._goal, self.tolerance = tools, goal, tolerance
         p = tools.parameters
         self._blockages = Blockages(p.blockage_radius, p.blockage_time)
 
@@ -44,12 +47,12 @@ class PlanChoice:
     def within_tolerance(self, plan: Plan) -> Plan | Failure:
         """Return the plan, or a failure when it ends farther from the goal than the tolerance."""
         distance = plan.path.goal.distance_to(self._goal)
-        if self._tolerance is None or distance <= self._tolerance or plan.path.partial:
+        if self.tolerance is None or distance <= self.tolerance or plan.path.partial:
             return plan
         return Failure(
             FailureCode.GOAL_OCCUPIED,
             f"the nearest reachable pose is {distance:.2f} m away from the goal, "
-            f"the tolerance is {self._tolerance:.2f} m",
+            f"the tolerance is {self.tolerance:.2f} m",
         )
 
     def is_clearly_better(

@@ -129,25 +129,6 @@ def test_it_passes_somebody_who_stands_on_the_path():
     assert pose.x > 4.0
 
 
-def test_a_turn_away_from_a_path_costs_the_way_back_and_a_lane_does_not():
-    """Deviations are those after 1 s. By then a robot that speeds up to 1 rad/s with 3.2 rad/s² in
-    steps of 0.1 s has turned by 0.032 + 0.064 + 0.096 + 7 x 0.1 = 0.892 rad."""
-    way = kernels.way_beside(np.column_stack([np.arange(0.0, 4.0, 0.1), np.zeros(40)]))
-    lanes, spin = np.array([[0.8, 0.0], [0.8, 0.4]]), np.array([[0.0, 0, 1, 9, 0, 0, 1]])
-
-    def costs(arm, on_path):
-        options = np.array([2.0, 0.1, 0.05, 0.0, 0.3, 0.04, 1.0, 1.0, 1.0, 1.0, arm, on_path])
-        found, _ = kernels.motion_costs(
-            lanes, way, Lanes(moving("differential")).steering, spin, np.zeros(3),
-            np.array([1.0, 1.5, 3.2]), np.empty((0, 6)), np.empty(0), NOTHING, CORNERS,
-            RECTANGLE.circumscribed_radius, options,
-        )  # fmt: skip
-        return found
-
-    *on_lanes, turning = costs(0.0, 0.0)
-    assert costs(0.0, 0.7) == pytest.approx([*on_lanes, turning + 0.7 * 0.892])
-
-
 def test_a_bend_of_the_path_is_not_taken_for_a_circle():
     """The path turns left by 45 degrees over 1 m and goes on straight. Somebody walks where the
     circle of the first arc would lead: 1.5 m left of the bend, away from the path."""
@@ -212,7 +193,7 @@ def test_a_predicted_meeting_is_that_of_small_steps(linear, angular, x, y, vx, v
     if gap < padding + 0.05:
         return
     motion = np.array([[linear, 0.0, angular, 9.0, linear, 0.0, angular]])
-    options = np.array([3.0, 0.1, padding, 0.0, 0.3, 0.04, 1.0, 1.0, 1.0, 1.0, 0.15, 1.0])
+    options = np.array([3.0, 0.1, padding, 0.0, 0.3, 0.04, 1.0, 1.0, 1.0, 1.0, 0.15])
     _, times = kernels.motion_costs(
         NO_LANES, NO_WAY, np.zeros(5), motion, np.array([linear, 0.0, angular]),
         np.array([1.0, 1.5, 3.2]),

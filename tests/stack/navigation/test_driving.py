@@ -5,6 +5,7 @@ import pytest
 
 from stack.control.checkers import PoseProgressChecker, PoseProgressParameters
 from stack.errors import NavigationError, ParameterError
+from stack.navigation.plans.turning_place import REACH
 from stack.streams import stream
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_world import ToyPlanner, ToyWorld, heading_error, robot, room
@@ -317,6 +318,20 @@ def test_a_plugin_that_breaks_fails_the_task_not_the_loop(make):
 def test_no_goals_are_refused(make):
     with pytest.raises(ParameterError, match="expected at least one pose"):
         make().navigator.navigate_through([])
+
+
+@pytest.mark.parametrize("start", [0.0, pi], ids=["along", "against"])
+def test_where_it_cannot_turn_at_the_goal_it_turns_beside_it(make, start):
+    """The wall is 27 cm away, the corners of the robot are 32 cm from its middle."""
+    world = ToyWorld(room(8, 6), robot(), Pose2D(4.0 - 3.0 * np.cos(start), 0.27, start))
+    toy, goal = make(world), Pose2D(4.0, 0.27, pi / 2.0)
+    task = toy.navigator.navigate_to(goal)
+    assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
+    reasons = [fields["reason"] for kind, _, fields in toy.events if kind == "replan"]
+    assert "no room to turn at the goal" in reasons
+    assert world.pose.distance_to(goal) < REACH + 0.03
+    assert heading_error(world.pose, goal) < 0.0524  # 3 degrees
+    assert world.nearest > 0.0
 
 
 def test_a_path_that_ends_too_far_from_the_goal_is_none(make):

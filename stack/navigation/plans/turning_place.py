@@ -1,0 +1,56 @@
+"""Where a robot turns to its goal's heading if there is no room to turn at the goal itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stack.navigation.people.backing_out import TURNING_ROOM, can_turn
+from stack.navigation.people.passing_place import Bodies
+from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Pose2D
+
+REACH = 0.25
+"""Metres from the goal within which a place is searched, unless the task sets its tolerance."""
+
+STOPS = 0.05
+"""Metres from the end of its path at which a robot may stop: room that is better left."""
+
+
+def turning_place(  # noqa: PLR0913 - of one robot at one goal
+    goal: Pose2D, pose: Pose2D, costs: CostGrid, points: FloatArray, robot: Bodies,
+    tolerance: float | None,
+) -> Pose2D | None:  # fmt: skip
+    """Return where the robot can turn: here, or at the nearest cell to the goal; None if nowhere.
+
+    Args:
+        goal: map frame.
+        pose: of the robot, near the goal.
+        costs: costmap, map frame.
+        points: (n, 2) of obstacles, base frame, metres.
+        robot: its radii.
+        tolerance: of the task, metres; None: REACH.
+
+    Returns:
+        A pose with the goal's heading, map frame, within the tolerance.
+    """
+    reach = REACH if tolerance is None else tolerance
+    need = robot.circumscribed + TURNING_ROOM
+    if can_turn(points, robot.circumscribed) and pose.distance_to(goal) <= reach:
+        return Pose2D(pose.x, pose.y, goal.heading)
+    points = pose.transform(points)
+    row, column = costs.cell_at(goal.x, goal.y)
+    half = int(reach / costs.resolution) + 1
+    top, left = max(row - half, 0), max(column - half, 0)
+    near = costs.cells[top : row + half + 1, left : column + half + 1]
+    rows, columns = np.nonzero(near < INSCRIBED_COST)
+    corner = np.array(costs.centre_of(top, left))
+    places = corner + costs.resolution * np.column_stack((columns, rows))
+    away = np.hypot(*(places - (goal.x, goal.y)).T)
+    beside = np.hypot(*(points - (goal.x, goal.y)).T) <= reach + need
+    gaps = places[:, None] - points[None, beside]
+    room = np.hypot(gaps[..., 0], gaps[..., 1]).min(axis=1, initial=np.inf)
+    for more in (STOPS, 0.0):
+        fits = np.flatnonzero((away <= reach) & (room > need + more))
+        if len(fits):
+            x, y = places[fits[np.argmin(away[fits])]].tolist()
+            return Pose2D(x, y, goal.heading)
+    return None
