@@ -324,9 +324,10 @@ class GoalDrive(Drive):
         only_turns = self._follower.at_position and tools.turns_in_place and len(self._goals) == 1
         if self._turns_elsewhere or not only_turns:
             return None
+        reach = self._choice.tolerance
         place = turning_place(
             self.goal, pose, tools.global_costmap.view, state.obstacles.points, tools.bodies,
-            self._choice.tolerance,
+            tools.parameters.turning_distance if reach is None else reach,
         )  # fmt: skip
         if place is None:
             return None

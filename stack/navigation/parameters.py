@@ -14,6 +14,11 @@ class NavigationParameters:
     via_radius: float = parameter(
         0.4, "m", above=0.0, help="distance within which a via pose is passed"
     )
+    turning_distance: float = parameter(
+        0.25, "m", at_least=0.0, at_most=1.0,
+        help="where there is no room to turn to the goal's heading, turn at a place within this "
+        "distance of the goal, unless the task sets its tolerance; 0: only at the goal",
+    )  # fmt: skip
     planning_latency: float = parameter(
         0.1, "s", at_least=0.0, help="time from the request of a plan to its use"
     )

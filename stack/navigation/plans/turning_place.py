@@ -8,16 +8,13 @@ from stack.navigation.people.backing_out import TURNING_ROOM, can_turn
 from stack.navigation.people.passing_place import Bodies
 from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Pose2D
 
-REACH = 0.25
-"""Metres from the goal within which a place is searched, unless the task sets its tolerance."""
-
 STOPS = 0.05
 """Metres from the end of its path at which a robot may stop: room that is better left."""
 
 
 def turning_place(  # noqa: PLR0913 - of one robot at one goal
     goal: Pose2D, pose: Pose2D, costs: CostGrid, points: FloatArray, robot: Bodies,
-    tolerance: float | None,
+    reach: float,
 ) -> Pose2D | None:  # fmt: skip
     """Return where the robot can turn: here, or at the nearest cell to the goal; None if nowhere.
 
@@ -27,12 +24,11 @@ def turning_place(  # noqa: PLR0913 - of one robot at one goal
         costs: costmap, map frame.
         points: (n, 2) of obstacles, base frame, metres.
         robot: its radii.
-        tolerance: of the task, metres; None: REACH.
+        reach: metres from the goal within which a place is searched.
 
     Returns:
-        A pose with the goal's heading, map frame, within the tolerance.
+        A pose with the goal's heading, map frame, within the reach.
     """
-    reach = REACH if tolerance is None else tolerance
     need = robot.circumscribed + TURNING_ROOM
     if can_turn(points, robot.circumscribed) and pose.distance_to(goal) <= reach:
         return Pose2D(pose.x, pose.y, goal.heading)

@@ -5,11 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.navigation.parameters import NavigationParameters
 from stack.navigation.people.backing_out import TURNING_ROOM
 from stack.navigation.people.passing_place import Bodies
-from stack.navigation.plans.turning_place import REACH, turning_place
+from stack.navigation.plans.turning_place import turning_place
 from stack.types import INSCRIBED_COST, CostGrid, Pose2D
 
+REACH = NavigationParameters().turning_distance
 ROBOT, AT = Bodies(0.2, 0.32), Pose2D(0.0, 0.0)
 BESIDE = [[0.0, -0.3]]
 """What keeps a robot at the origin from turning there."""
@@ -20,40 +22,39 @@ WALL = np.vstack([np.column_stack([np.arange(0.0, 3.0, 0.02), np.full(150, 1.0)]
 
 def test_beside_a_wall_it_is_as_far_as_the_corners_need():
     """Cells above y = 1 + 0.32 + 0.03 + 0.05 have their centres at 1.425 m and farther away."""
-    place = turning_place(Pose2D(1.525, 1.225, 0.7), AT, FREE, WALL, ROBOT, None)
+    place = turning_place(Pose2D(1.525, 1.225, 0.7), AT, FREE, WALL, ROBOT, REACH)
     assert (place.x, place.y, place.heading) == (pytest.approx(1.525), pytest.approx(1.425), 0.7)
 
 
-@pytest.mark.parametrize("tolerance", [0.1, None])
-def test_there_is_none_beyond_the_tolerance(tolerance):
-    """REACH is 25 cm: the row above is 15 cm away from a goal at 1.225 m, 30 cm from 1.075 m."""
-    y = 1.225 if tolerance else 1.075
-    assert turning_place(Pose2D(1.525, y), AT, FREE, WALL, ROBOT, tolerance) is None
+@pytest.mark.parametrize(("y", "reach"), [(1.225, 0.1), (1.075, REACH), (1.225, 0.0)])
+def test_there_is_none_beyond_the_reach(y, reach):
+    """The row at 1.375 m is 15 cm away from a goal at 1.225 m, 30 cm from one at 1.075 m."""
+    assert turning_place(Pose2D(1.525, y), AT, FREE, WALL, ROBOT, reach) is None
 
 
 def test_where_it_can_turn_it_stays():
     goal = Pose2D(1.525, 1.225, 0.7)
-    place = turning_place(goal, Pose2D(1.6, 1.36, 2.0), FREE, np.array([[0.0, 0.36]]), ROBOT, None)
+    place = turning_place(goal, Pose2D(1.6, 1.36, 2.0), FREE, np.array([[0.0, 0.36]]), ROBOT, REACH)
     assert place == Pose2D(1.6, 1.36, 0.7)
 
 
 @given(
     st.integers(0, 999), st.integers(0, 40), st.floats(0.1, 2.9), st.floats(0.1, 2.9),
-    st.sampled_from([0.1, 0.2, 0.4, None]),
+    st.sampled_from([0.0, 0.1, 0.2, 0.4]),
 )  # fmt: skip
 @settings(deadline=None, max_examples=60)
-def test_it_is_the_nearest_cell_that_fits(seed, count, x, y, tolerance):
+def test_it_is_the_nearest_cell_that_fits(seed, count, x, y, reach):
     random = np.random.default_rng(seed)
     points = random.uniform(0.0, 3.0, (count, 2))
     cells = np.where(random.random((60, 60)) < 0.2, INSCRIBED_COST, 0).astype(np.uint8)
     costs, goal = CostGrid(cells, 0.05, (0.0, 0.0)), Pose2D(x, y, 0.3)
-    place = turning_place(goal, AT, costs, np.vstack([points, BESIDE]), ROBOT, tolerance)
+    place = turning_place(goal, AT, costs, np.vstack([points, BESIDE]), ROBOT, reach)
     cells_that_fit = {}
     for row, column in np.argwhere(cells < INSCRIBED_COST):
         at = np.array(costs.centre_of(int(row), int(column)))
         room = np.hypot(*([*points, *BESIDE] - at).T).min()
         for least in (0.35, 0.4):
-            if room > least and np.hypot(*(at - (x, y))) <= (tolerance or REACH):
+            if room > least and np.hypot(*(at - (x, y))) <= reach:
                 cells_that_fit.setdefault(least, []).append(np.hypot(*(at - (x, y))))
     away = min(cells_that_fit.get(0.4) or cells_that_fit.get(0.35) or [np.inf])
     assert pytest.approx(0.35) == ROBOT.circumscribed + TURNING_ROOM
