@@ -33,8 +33,11 @@ from stack.types import (
     wrap_angle,
 )
 
-SEGMENT_END = 0.05
-"""Remaining length in metres at which a segment before a cusp is complete."""
+SEGMENT_END, STEERED_END = 0.05, 0.01
+"""Remaining length in metres at which a segment before a cusp is complete; for a car.
+
+A car cannot make up for a turn that it has cut short.
+"""
 
 STANDING = 0.02
 """m/s below which the direction may be changed."""
@@ -141,7 +144,7 @@ class PathFollower(Lifecycle):
         if progress is None:
             return STANDSTILL
         segment = progress.segment
-        if not segment.is_last and segment.remaining <= SEGMENT_END:
+        if not segment.is_last and segment.remaining <= self._segment_end:
             if abs(state.twist.linear) >= STANDING or self._last != STANDSTILL:
                 last = self._ramp.rebased(self._last, state.twist)  # ignores an earlier drive's
                 self._last = self._ramp.stopped(last)
@@ -176,6 +179,11 @@ class PathFollower(Lifecycle):
     def keeps_clear(self) -> bool:
         """Whether the last command begins a plan that keeps clear of everybody who moves."""
         return self._segment is not None and self._driver(self._segment).keeps_clear
+
+    @property
+    def _segment_end(self) -> float:
+        """Remaining metres at which a segment before a cusp is complete."""
+        return SEGMENT_END if self._robot.drivetrain.turns_in_place else STEERED_END
 
     def _steer(self, segment: PathSegment, state: ControlState) -> Twist:
         if not segment.backward:

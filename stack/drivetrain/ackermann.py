@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan, tan
+from math import atan, copysign, tan
 
 from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
 from stack.drivetrain.limits import Limits
@@ -12,6 +12,9 @@ from stack.types import STANDSTILL, Pose2D, Twist
 
 STEERED_FROM = 1e-3
 """Speed in m/s from which a twist determines the steering angle."""
+
+STEERING, STEERED_WITHIN = 2e-3, 0.05
+"""Speed in m/s of a car that stands and steers; radians from its angle within which it starts."""
 
 
 @dataclass(frozen=True)
@@ -85,16 +88,21 @@ class Ackermann(Drivetrain):
         return DriveState(twist, self._steering_of(twist))
 
     def limit_step(self, last: DriveState, wanted: Twist, period: float) -> DriveState:
-        """Return the state after one period; an unknown steering angle may become any angle."""
-        linear = self.limits.limit_linear(last.twist.linear, wanted.linear, period)
-        steering = last.steering
-        if abs(wanted.linear) >= STEERED_FROM:
+        """Return the state after one period; an unknown steering angle may become any angle.
+
+        A standing car steers before it drives off, or it would begin on the arc of its last drive.
+        """
+        speed, steering = wanted.linear, last.steering
+        if abs(speed) >= STEERED_FROM:
             target = self._steering_of(wanted)
             change = self._wheels.steering_speed * period
             if steering is None or abs(target - steering) <= change:
                 steering = target
             else:
                 steering += change if target > steering else -change
+            if abs(target - steering) > STEERED_WITHIN and abs(last.twist.linear) <= STEERING:
+                speed = copysign(STEERING, speed)
+        linear = self.limits.limit_linear(last.twist.linear, speed, period)
         return DriveState(Twist(linear, linear * self._curvature(steering or 0.0)), steering)
 
     @property

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from math import atan2, cos, sin
+from math import atan2, cos, pi, sin
 
 import numpy as np
 
-from stack.types import FloatArray, Path, Pose2D
+from stack.types import FloatArray, Path, Pose2D, wrap_angle
 
 FIRST_REACH, REACH = 2.0, 1.0
 """Metres of path searched for the nearest point: at the first update, and later.
@@ -28,6 +28,12 @@ heading is used as the direction."""
 EXTENSION = 2.0
 """Metres by which the path is extended, so that lookahead points near the goal stay ahead."""
 
+EXTENSION_STEP, ARC_SPAN = 0.05, 0.1
+"""Metres: spacing of an arc that extends a path; end of a path from which its arc is computed."""
+
+ON_ARC = 0.1
+"""Radians: largest difference of a turn from twice the angle between chord and tangent."""
+
 
 class PathSegment:
     """A part of a path that is driven in one direction, and how far the robot is along it.
@@ -35,9 +41,11 @@ class PathSegment:
     A controller steers along segments. For a backward segment it drives a robot that faces
     backward: the headings of `path` and all poses are turned by 180 degrees.
 
-    The path is extended straight beyond its end, so that the lookahead point keeps its distance and
-    the steering stays calm up to the goal. (With a lookahead point that stops at the goal the
-    curvature grows, see Macenski et al. 2023.)
+    The path is extended beyond its end, so that the lookahead point keeps its distance and the
+    steering stays calm up to the goal. (With a lookahead point that stops at the goal the curvature
+    grows, see Macenski et al. 2023.) The extension is straight. For a car it continues the arc in
+    which the path ends: towards a straight one a car would steer back before the end of the arc,
+    and arrive with half of the turn of a short segment between two cusps.
 
     Attributes:
         path: the part of the path, headings as driven forward.
@@ -64,7 +72,8 @@ class PathSegment:
         self._kernels = kernels
         self.path, self.backward, self.is_last = path, backward, is_last
         self.length = path.length
-        self._points = _extended(path, self.length, steered=steered)
+        self._ends_in_arc = steered and _ends_as_it_looks(path, self.length)
+        self._points = _extended(path, self.length, in_arc=self._ends_in_arc)
         steps = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
         self._vertices: list[tuple[float, float]] = list(map(tuple, self._points.tolist()))
@@ -77,7 +86,7 @@ class PathSegment:
     def arrival(self) -> Pose2D:
         """The goal pose; for a car, with the heading in which the path ends."""
         goal = self.path.goal
-        if not self._steered:
+        if not self._steered or self._ends_in_arc:
             return goal
         dx, dy = self._points[-1] - self._points[-2]
         return Pose2D(goal.x, goal.y, atan2(dy, dx))
@@ -174,23 +183,47 @@ class PathSegment:
         return found
 
 
-def _extended(path: Path, length: float, *, steered: bool) -> FloatArray:
-    """Return the path's positions with a straight extension, (n + 1, 2).
-
-    A car's path may end in an arc. Its extension then follows the last heading, unless that differs
-    too much from the direction of the path (a path planned without headings).
-    """
+def _extended(path: Path, length: float, *, in_arc: bool) -> FloatArray:
+    """Return the path's positions with a straight extension, or one in its last arc, (n + k, 2)."""
     points = path.points[:, :2]
-    end = points[-1]
+    straight = points[-1] + EXTENSION * _direction(path, length)
+    return np.ascontiguousarray(np.vstack([points, _arc_from(path) if in_arc else straight]))
+
+
+def _ends_as_it_looks(path: Path, length: float) -> bool:
+    """Whether the last heading is about the direction in which the path ends.
+
+    It is not where a path was planned without headings.
+    """
     heading = float(path.points[-1, 2])
     looks = np.array([cos(heading), sin(heading)])
+    return length >= 1e-3 and float(_direction(path, length) @ looks) > ALIGNED_COSINE
+
+
+def _direction(path: Path, length: float) -> FloatArray:
+    """Unit vector in which a path ends; of its heading if it has no length."""
+    points = path.points[:, :2]
     if length < 1e-3:
-        direction = looks
-    else:
-        away = np.linalg.norm(points - end, axis=1)
-        far = np.flatnonzero(away >= min(0.15, 0.5 * float(away.max())))
-        direction = end - points[far[-1]]
-        direction = direction / np.linalg.norm(direction)
-        if steered and float(direction @ looks) > ALIGNED_COSINE:
-            direction = looks
-    return np.ascontiguousarray(np.vstack([points, end + EXTENSION * direction]))
+        heading = float(path.points[-1, 2])
+        return np.array([cos(heading), sin(heading)])
+    away = np.linalg.norm(points - points[-1], axis=1)
+    far = np.flatnonzero(away >= min(0.15, 0.5 * float(away.max())))
+    direction: FloatArray = points[-1] - points[far[-1]]
+    return direction / np.linalg.norm(direction)
+
+
+def _arc_from(path: Path) -> FloatArray:
+    """Continue the arc in which a path ends, by at most a quarter circle and then straight.
+
+    Straight from the beginning where the last headings are not those of an arc.
+    """
+    points = path.points
+    away = np.hypot(*(points[:, :2] - points[-1, :2]).T)
+    first = int(np.flatnonzero(away >= min(ARC_SPAN, 0.99 * float(away.max())))[-1])
+    chord, turn = points[-1] - points[first], wrap_angle(float(points[-1, 2] - points[first, 2]))
+    half = wrap_angle(float(points[-1, 2]) - atan2(chord[1], chord[0]))
+    curvature = turn / float(away[first]) if abs(turn - 2.0 * half) < ON_ARC else 0.0
+    middles = EXTENSION_STEP * (np.arange(round(EXTENSION / EXTENSION_STEP)) + 0.5)
+    headings = points[-1, 2] + np.clip(curvature * middles, -pi / 2.0, pi / 2.0)
+    steps = EXTENSION_STEP * np.column_stack([np.cos(headings), np.sin(headings)])
+    return points[-1, :2] + np.cumsum(steps, axis=0)

@@ -99,7 +99,7 @@ class Mppi(PathController[MppiParameters]):
         if chosen is None:
             self._stand()
             return None
-        return None if self._stalled(state) else self._alignment.ramped(chosen)
+        return None if self._stalled(segment, state) else self._alignment.ramped(chosen)
 
     def _choice(self, state: ControlState) -> Twist | None:
         """The first step of the plan or of the best rollout, slower if needed to be safe.
@@ -148,7 +148,7 @@ class Mppi(PathController[MppiParameters]):
         """Number of steps of a plan that must be clear."""
         return ceil(self.parameters.time_to_collision / self.parameters.time_step)
 
-    def _stalled(self, state: ControlState) -> bool:
+    def _stalled(self, segment: PathSegment, state: ControlState) -> bool:
         """Whether the robot stands and its plan does not move it within `time_to_collision`.
 
         Later motion does not count: the robot could postpone it for ever.
@@ -156,7 +156,8 @@ class Mppi(PathController[MppiParameters]):
         if self._local_plan is None or hypot(state.twist.linear, state.twist.lateral) > STALLED:
             return False
         x, y, heading = self._local_plan[: self._soon][-1]
-        moves = hypot(x - state.pose.x, y - state.pose.y) > STALLED
+        least = min(STALLED, 0.5 * segment.remaining)
+        moves = hypot(x - state.pose.x, y - state.pose.y) > least
         return not moves and abs(heading - state.pose.heading) < STALLED_TURN
 
     def _outline_for(self, resolution: float) -> Outline:

@@ -204,7 +204,7 @@ def test_a_short_first_leg_is_not_driven_at_the_speed_of_an_earlier_path():
     while world.twist.linear < 0.5:
         world.drive(driver.command(ControlState(world.time, world.pose, world.twist, costs.grid)))
     here, still = Pose2D(5.0, 3.0), STANDSTILL  # long after that one was cancelled
-    driver.set_path(Path(np.vstack([line(here, 0.03, spacing=0.01), line(here, -1.0)[1:]])))
+    driver.set_path(Path(np.vstack([line(here, 0.008, spacing=0.004), line(here, -1.0)[1:]])))
     speeds = [
         driver.command(ControlState(60.0 + 0.05 * n, here, still, costs.grid)).linear
         for n in range(3)

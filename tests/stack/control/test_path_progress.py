@@ -1,6 +1,6 @@
 """Progress on a path and the pieces it is cut into, by hand."""
 
-from math import cos, pi, sin
+from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -82,12 +82,32 @@ def arc(turn, radius=1.0, last=None):
     return Path(points)
 
 
-def test_beyond_its_end_a_cars_path_goes_on_as_the_car_looks():
+def test_beyond_its_end_a_cars_path_goes_on_in_its_arc():
     track = PathSegment(arc(pi / 2), steered=True)
     assert track.arrival.heading == pytest.approx(pi / 2, abs=1e-9)
-    assert track.sampled(track.length + 1.0, track.length + 1.0, beyond=True)[-1] == pytest.approx(
-        [1.0, 2.0], abs=1e-3
-    )
+    # An eighth of a circle of 1 m farther, at 135 degrees of it.
+    beyond = track.sampled(track.length + pi / 4, track.length + pi / 4, beyond=True)[-1]
+    assert beyond == pytest.approx([sqrt(0.5), 1.0 + sqrt(0.5)], abs=2e-3)
+
+
+def test_the_arc_ends_after_a_quarter_of_a_circle():
+    track = PathSegment(arc(pi / 2, radius=0.4), steered=True)
+    # The half circle ends at (0, 0.8), 0.2 pi m beyond the path, in direction -x.
+    length = track.length + 0.2 * pi + 0.5
+    assert track.sampled(length, length, beyond=True)[-1] == pytest.approx([-0.5, 0.8], abs=0.02)
+
+
+def test_a_last_heading_beside_the_arc_makes_the_extension_straight():
+    track = PathSegment(arc(pi / 2, last=pi / 2 - 0.5), steered=True)
+    beyond = track.sampled(track.length + 1.0, track.length + 1.0, beyond=True)[-1]
+    assert beyond == pytest.approx([1.0 + sin(0.5), 1.0 + cos(0.5)], abs=2e-3)
+
+
+def test_a_robot_that_is_no_car_goes_on_straight():
+    track = PathSegment(arc(pi / 2))
+    x, y = track.sampled(track.length + 1.0, track.length + 1.0, beyond=True)[-1]
+    # The chord of the last 0.15 m to 0.2 m of the arc lies 0.075 to 0.1 rad behind its tangent.
+    assert (x, y) == pytest.approx([1.0 + sin(0.0875), 1.0 + cos(0.0875)], abs=0.02)
 
 
 def test_a_heading_that_does_not_belong_to_the_path_is_left_to_the_robot():

@@ -82,3 +82,23 @@ def test_a_car_at_standstill_keeps_its_steering():
     # Straight ahead is 0.3805 rad away; one period of 0.1 s at 1 rad/s steers 0.1 rad of it.
     assert CAR.limit_step(stopped, Twist(0.5), 0.1).steering == pytest.approx(0.2805, abs=1e-4)
     assert CAR.limit_step(DriveState(), Twist(0.5, 0.4), 0.1).steering == moving.steering
+
+
+def test_a_standing_car_steers_before_it_drives():
+    """Otherwise it would begin each segment of a turn on the arc of the segment before."""
+    wanted, driven = Twist(-0.5, 0.4), 0.0  # steered by -0.3805 rad
+    state = CAR.limit_step(DriveState(STANDSTILL, 0.3805), wanted, 0.1)
+    for _ in range(6):
+        assert abs(state.twist.linear) <= 0.002
+        driven += 0.1 * state.twist.linear
+        state = CAR.limit_step(state, wanted, 0.1)
+    assert abs(driven) < 0.002
+    for _ in range(10):
+        state = CAR.limit_step(state, wanted, 0.1)
+    assert state.twist == Twist(-0.5, pytest.approx(0.4))
+
+
+def test_a_car_that_moves_steers_while_it_drives():
+    state = CAR.limit_step(DriveState(Twist(0.3), 0.0), Twist(0.5, 0.4), 0.1)
+    assert state.twist.linear == pytest.approx(0.4)  # 1 m/s² for 0.1 s
+    assert state.steering == pytest.approx(0.1)  # 1 rad/s for 0.1 s
