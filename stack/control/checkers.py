@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import inf, pi
 
 from stack.components import DriveState, GoalChecker, ProgressChecker
 from stack.drivetrain.description import RobotDescription
@@ -120,7 +120,11 @@ class SimpleProgressParameters:
 
 
 class SimpleProgressChecker(ProgressChecker):
-    """Progress checker: the robot must move by a distance in a time."""
+    """Progress checker: the robot must move by a distance in a time.
+
+    It may stay at one place while it gets ahead on its path, as a car that turns by driving to and
+    fro: the rest of the path must become shorter by that distance than ever before in the drive.
+    """
 
     Parameters = SimpleProgressParameters
     parameters: SimpleProgressParameters
@@ -130,11 +134,12 @@ class SimpleProgressChecker(ProgressChecker):
         self._timers = Timers()
         self._still = self._timers.new()
         self._place: Pose2D | None = None
+        self._least = inf
 
     def start(self, now: float) -> None:
         """Begin a drive."""
         self._timers.resume(now)
-        self._place = None
+        self._place, self._least = None, inf
 
     def pause(self, now: float) -> None:
         """Hold the time without progress."""
@@ -149,6 +154,10 @@ class SimpleProgressChecker(ProgressChecker):
         p = self.parameters
         if self._place is None or self._place.distance_to(state.pose) >= p.distance:
             self._begin_at(state.pose)
+            self._least = min(self._least, state.remaining)
+            self._still.start(state.time)
+        elif state.remaining <= self._least - p.distance:
+            self._least = state.remaining
             self._still.start(state.time)
         elif self._turned(state.pose):
             self._still.start(state.time)

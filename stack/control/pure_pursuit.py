@@ -8,8 +8,10 @@ distance d and lateral offset y. Speed is regulated by curvature, by the costs a
 the distance to the goal and by the time to collision. Additions: the path is extended beyond the
 goal for steering (see `PathSegment`), shorter lookahead distances are tried when an arc would hit
 an obstacle that the path avoids, and all commands respect the robot's accelerations. A car respects
-its turning radius and never turns in place; an omnidirectional robot drives straight to the
-lookahead point and turns to the target heading at the same time.
+its turning radius and never turns in place; it drives with the curvature of the path itself, and
+only its distance from the path is corrected as the lookahead point says, so that it does not cut
+bends. An omnidirectional robot drives straight to the lookahead point and turns to the target
+heading at the same time.
 """
 
 from __future__ import annotations
@@ -358,9 +360,22 @@ class PurePursuit(Controller):
         square = max(1e-6, dx * dx + dy * dy)
         bearing = float(np.arctan2(left, forward))
         curvature = 2.0 * left / square
+        if not self._drivetrain.turns_in_place:
+            curvature += self._cut(segment, state, point)
         if self._radius:
             curvature = min(max(curvature, -1.0 / self._radius), 1.0 / self._radius)
         return self._checked(_Arc(curvature, bearing, 0.0, 0), segment, state)
+
+    def _cut(self, segment: PathSegment, state: ControlState, point: tuple[float, float]) -> float:
+        """Curvature that the arc to a lookahead point lacks where the path is no arc, 1/m.
+
+        It is the path's own, less that of the arc from the path to the point.
+        """
+        ahead = abs(state.twist.linear) * self.parameters.response_time
+        pose = segment.pose_ahead(0.0)
+        dx, dy = point[0] - pose.x, point[1] - pose.y
+        left = cos(pose.heading) * dy - sin(pose.heading) * dx
+        return segment.curvature_ahead(ahead) - 2.0 * left / max(1e-6, dx * dx + dy * dy)
 
     def _checked(self, arc: _Arc, segment: PathSegment, state: ControlState) -> _Arc:
         """Return the arc with its free distance and cost."""

@@ -138,6 +138,13 @@ class PathSegment:
         length = self.travelled + distance
         return Pose2D(*self._point(length), self._heading(length))
 
+    def curvature_ahead(self, distance: float) -> float:
+        """Curvature of the path `distance` metres ahead of the progress, 1/m."""
+        half = HEADING_SPAN / 2.0
+        length = max(self.travelled + distance, HEADING_SPAN + half)  # all points are on the path
+        turn = self._heading(length + half) - self._heading(length - half)
+        return wrap_angle(turn) / HEADING_SPAN
+
     def feet(self, positions: FloatArray) -> FloatArray:
         """Project positions (k, 2) near the robot onto the path.
 

@@ -177,3 +177,24 @@ def test_checkers_are_chosen_by_name(kind, names):
         made = choose(kind, name, {}).create(robot())
         assert made.parameters == type(made).Parameters()
         made.configure(type(made).Parameters())
+
+
+@pytest.mark.parametrize(
+    ("cls", "parameters"),
+    [
+        (SimpleProgressChecker, SimpleProgressParameters),
+        (PoseProgressChecker, PoseProgressParameters),
+    ],
+)
+def test_a_car_that_drives_to_and_fro_makes_progress_while_its_path_gets_shorter(cls, parameters):
+    checker = progress_checker(cls, parameters)
+
+    def stuck_at(time, remaining):
+        to_and_fro = Pose2D(0.1 * (time % 2.0), 0.0, 0.0)  # 0 and 0.1 m
+        return checker.stuck(DriveState(time, to_and_fro, standing=False, remaining=remaining))
+
+    for second in range(20):
+        assert stuck_at(float(second), 2.0 - 0.05 * second) == ""  # 0.4 m in 8 s
+    for second in range(20, 26):
+        assert stuck_at(float(second), 2.0) == ""  # the rest of a new plan
+    assert "moved less than 0.3 m" in stuck_at(27.0, 1.05)  # as short as it was before

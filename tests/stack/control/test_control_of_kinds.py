@@ -1,6 +1,6 @@
 """Cars and omnidirectional robots: every controller drives them as they can move."""
 
-from math import hypot, pi
+from math import cos, hypot, pi, sin
 
 import numpy as np
 import pytest
@@ -62,6 +62,11 @@ def driven(name, world, path, seconds=20.0, **parameters):
     return trace
 
 
+def arc_end(radius, side, angle):
+    """Pose after an arc from the origin; side is 1 to the left and -1 to the right."""
+    return Pose2D(radius * sin(angle), side * radius * (1.0 - cos(angle)), side * angle)
+
+
 @pytest.mark.parametrize("name", CONTROLLERS)
 @pytest.mark.parametrize(("start", "goal"), THREE_POINT_TURN)
 def test_a_car_reaches_goals_on_arcs_that_it_steers(name, start, goal):
@@ -87,6 +92,23 @@ def test_a_car_reverses_where_its_path_does(name):
     assert min(backward) == pytest.approx(-world.robot.limits.reverse_speed, abs=0.02)
     signs = np.sign([twist.linear for twist, _ in trace if abs(twist.linear) > 0.02])
     assert np.count_nonzero(np.diff(signs)) == 1  # forward, then backward, and no more
+
+
+def test_a_car_keeps_to_a_path_of_opposite_bends():
+    """Without the path's own curvature it cut them by 0.16 m, more than a planner leaves free."""
+    bends, pose = [], Pose2D(1.0, 3.0)
+    for turn in (1.0, -1.0, 1.0, -1.0):  # 80 degrees each, with a radius of 0.7 m
+        steps = [pose.compose(arc_end(0.7, turn, angle)) for angle in np.linspace(0.0, 1.4, 29)]
+        bends += [[step.x, step.y, step.heading] for step in steps]
+        pose = steps[-1]
+    path = Path(np.array(bends))
+    world = ToyWorld(room(9, 7), moving("ackermann"), Pose2D(1.0, 3.0))
+    trace = driven("pure_pursuit", world, path)
+    driven_at = np.array([(pose.x, pose.y) for _, pose in trace])
+    away = np.hypot(*(driven_at[:, None] - path.points[None, :, :2]).transpose(2, 0, 1))
+    assert away.min(axis=1).max() < 0.06
+    assert world.pose.distance_to(path.goal) < 0.03
+    assert heading_error(world.pose, path.goal) < 0.07
 
 
 def test_a_path_is_cut_at_its_cusps():
