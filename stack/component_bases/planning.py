@@ -43,11 +43,14 @@ class PlanOptions:
         direction: +1 or -1 if the robot drives forward or backward at the start of the plan, 0 if
             it stands. Planners with directions count a change of direction there as anywhere.
         cancel: when cancellation is requested, the planner may fail with CANCELLED.
+        current: the rest of the path that the robot follows; None unless only a cheaper path is of
+            use. A planner may then fail with NO_VALID_PATH where a short search finds none.
     """
 
     partial: bool = False
     direction: int = 0
     cancel: CancelToken = field(default_factory=CancelToken)
+    current: Path | None = None
 
 
 DEFAULT_PLAN_OPTIONS = PlanOptions()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from math import pi
 
@@ -89,6 +89,16 @@ class PathProgress:
         first = self._lengths.searchsorted(travelled)
         last = self._lengths.searchsorted(travelled + distance)
         return self.path.points[first : last + 1, :2]
+
+    @property
+    def rest(self) -> Path:
+        """The path from the point nearest to the robot on."""
+        first = min(self._lengths.searchsorted(self.travelled), len(self._lengths) - 2)
+        limits = self.path.speed_limits
+        return replace(
+            self.path, points=self.path.points[first:],
+            speed_limits=None if limits is None else limits[first:],
+        )  # fmt: skip
 
     def _begin_next(self) -> None:
         self._index += 1

@@ -241,7 +241,9 @@ class GoalDrive(Drive):
         direction = 0 if standing(twist) else int(copysign(1, twist.linear))
         pose = state.estimate.pose
         copy = self._tools.global_costmap.copied()
-        request = PlanRequest(copy.grid, pose, self._goals, self.partial, direction)
+        progress = self._follower.progress
+        current = progress.rest if progress is not None and reason == ROUTINE else None
+        request = PlanRequest(copy.grid, pose, self._goals, self.partial, direction, current)
         due = p.plan_due(state.time)
         self.task.future = self._tools.planner_worker.ask(
             request, due, wait=p.wait_for_plan, over=copy.release

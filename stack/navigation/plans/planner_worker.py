@@ -39,6 +39,7 @@ class PlanRequest:
     Attributes:
         partial: if a goal is not reachable, plan to the nearest reachable pose.
         direction: +1 or -1 while the robot drives forward or backward, 0 while it stands.
+        current: the rest of the path that the robot follows, if only a better one is of use.
     """
 
     costs: CostGrid
@@ -46,6 +47,7 @@ class PlanRequest:
     goals: tuple[Pose2D, ...]
     partial: bool = False
     direction: int = 0
+    current: Path | None = None
 
 
 class PlanFuture:
@@ -163,7 +165,8 @@ def plan_through(planner: Planner, request: PlanRequest, cancel: CancelToken | N
         NavigationError: a leg cannot be planned, or CANCELLED.
     """
     cancel = cancel or CancelToken()
-    options = PlanOptions(request.partial, request.direction, cancel)
+    current = request.current if len(request.goals) == 1 else None
+    options = PlanOptions(request.partial, request.direction, cancel, current)
     start, legs = request.start, list[Path]()
     for goal in request.goals:
         cancel.check()

@@ -134,6 +134,7 @@ class HybridAstar(Planner):
             table_slack=_TABLE_SLACK * radius,
             ratio=p.analytic_ratio * moves[0].length,
             max_expansions=p.max_expansions,
+            penalties=self._penalties,
         )
 
 

@@ -131,6 +131,7 @@ class Lattice(Planner):
                 table_slack=0.0,
                 ratio=p.analytic_ratio * 2.0 * resolution,
                 max_expansions=p.max_expansions,
+                penalties=self._penalties,
             )
         return self._methods[resolution]
 

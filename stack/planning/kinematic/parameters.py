@@ -16,7 +16,7 @@ class PosePlannerParameters(PlannerParameters):
     """Parameters of a search over poses."""
 
     max_expansions: int = parameter(
-        500_000, at_least=1, at_most=100_000_000,
+        1_000_000, at_least=1, at_most=100_000_000,
         help="maximum number of expanded poses; the limit is the same on every machine",
     )  # fmt: skip
     cost_weight: float = parameter(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stack.compilation import KernelTypes
 from stack.components import CancelToken, PlanOptions
 from stack.errors import NavigationError
+from stack.geometry.path_progress import split_at_cusps
 from stack.planning.endpoints import (
     Cell,
     Endpoints,
@@ -38,6 +39,14 @@ _FLOOD_MARGIN = 0.3  # the cost-to-go field covers costs this share above the st
 _PARTIAL_REACH = 3.0  # m; search radius for a clear pose near a blocked goal of a partial plan
 _HEADING_TOLERANCE = 0.35  # rad; heading tolerance of an end other than the goal
 _ANY_HEADING = 8  # number of headings tried near a blocked goal of a partial plan
+
+
+_SAME_END = 0.02  # m and rad between the ends of two paths to the same goal
+
+_GRAZED = 0.02
+"""Share of the footprint in contact up to which a path is free. Scans with noise put a cell in the
+way of most long paths through narrow doors now and then; the controller gets past.
+"""
 
 
 @dataclass(frozen=True)
@@ -83,11 +92,17 @@ class PosePlanning:
             field, horizon = self._field(costs, end, begin, options.cancel)
         contacts = checker.allowed_contacts(start)
         escape = self.endpoints.escape_distance if contacts else 0.0
+        method = self.method(costs.resolution)
         query = Query(
             start, self.seeds(checker, start), end, field, horizon,
             escape, float(field[begin]), contacts, options.direction,
+            _cost_of(options.current, end, method, checker),
         )  # fmt: skip
-        outcome = PoseSearch(self.method(costs.resolution), checker, query).run(options.cancel)
+        outcome = PoseSearch(method, checker, query).run(options.cancel)
+        if outcome.drive is None and query.below < inf:
+            raise NavigationError(
+                FailureCode.NO_VALID_PATH, "found no path cheaper than the current one"
+            )
         drive = outcome.drive or self._nearest(outcome, start, goal)
         if len(drive.poses) < 2:
             drive = Drive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
@@ -229,3 +244,20 @@ def _cells_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[flo
             if away <= reach and costs.contains(row + rise, column + run):
                 found.append((away, x, y))
     return [(x, y) for _, x, y in sorted(found)]
+
+
+def _cost_of(path: Path | None, end: Pose2D, method: Method, checker: CollisionChecker) -> float:
+    """Return the cost of a path to the end; inf without one, if it ends elsewhere or is blocked.
+
+    It is a little too low: curves are counted as straight.
+    """
+    if path is None or path.partial or path.goal.distance_to(end) > _SAME_END:
+        return inf
+    if abs(wrap_angle(path.goal.heading - end.heading)) > _SAME_END:
+        return inf
+    parts, cost = split_at_cusps(path), 0.0
+    for part in parts:
+        cost += part.path.length * (method.penalties.reverse if part.backward else 1.0)
+    mean, share = checker.judged(path.points)
+    blocked = share > _GRAZED
+    return inf if blocked else mean * cost + method.penalties.change * (len(parts) - 1)

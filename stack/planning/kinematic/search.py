@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from stack.components import CancelToken
 from stack.geometry.distance_transform import distances_to_zero
 from stack.geometry.polygons import fill_polygon
+from stack.planning.kinematic.moves import Penalties
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
 
 _MORE_AFTER_FOUND = 1.0  # after the first solution, search on for this share of the expansions
 _LEAST_MORE = 100
+_SHARE_FOR_BETTER = 0.05  # of the expansions, while the robot follows a path that is still free
 _INITIAL_CAPACITY = 1 << 14  # nodes
 
 TILE = 5.0
@@ -57,6 +59,7 @@ class Method:
         table_slack: metres by which the table may overestimate.
         ratio: metres to go per expansion between two analytic expansions.
         max_expansions: maximum number of expansions.
+        penalties: of the moves and shortcuts.
     """
 
     moves: Any
@@ -66,6 +69,7 @@ class Method:
     table_slack: float
     ratio: float
     max_expansions: int
+    penalties: Penalties
 
 
 @dataclass(frozen=True)
@@ -120,6 +124,19 @@ class CollisionChecker:
         sweep: Any = kernels.sweep
         return float(sweep(self.grid, poses, contacts)[0])
 
+    def judged(self, poses: FloatArray) -> tuple[float, float]:
+        """Judge poses (n, 3), whether or not they collide.
+
+        Returns:
+            (mean cost of a metre; largest share of the footprint in contact).
+        """
+        from stack.planning.kinematic import kernels
+
+        contact: Any = kernels.contact
+        all_samples, least = len(self.grid.samples), float(self.grid.weights[0])
+        found = np.array([contact(self.grid, *pose, all_samples + 2) for pose in poses])
+        return float(np.maximum(found[:, 0], least).mean()), float(found[:, 1].max()) / all_samples
+
 
 def tiled(samples: FloatArray, width: float) -> tuple[FloatArray, FloatArray]:
     """Sort samples into square tiles, so that tiles far from obstacles are checked at once.
@@ -156,6 +173,7 @@ class Query:
         escape_cost: cost to the goal from the start's nearest free cell.
         contacts: number of footprint samples that may be in contact there.
         direction: +1 or -1 if the robot arrives driving forward or backward, 0 at standstill.
+        below: only drives that cost less are of use; a search for them is short.
     """
 
     start: Pose2D
@@ -167,6 +185,7 @@ class Query:
     escape_cost: float
     contacts: int
     direction: int = 0
+    below: float = np.inf
 
 
 @dataclass
@@ -221,7 +240,9 @@ class PoseSearch:
         """
         kernels, state = self._kernels, self._state
         best: tuple[int, Drive] | None = None
-        bound, most = np.inf, self._method.max_expansions
+        bound, most = self._query.below, self._method.max_expansions
+        if bound < np.inf:
+            most = max(_LEAST_MORE, int(_SHARE_FOR_BETTER * most))
         while True:
             status, node = kernels.expand(
                 self._checker.grid, self._method.moves, self._target, self._nodes, state, most,

@@ -165,3 +165,15 @@ def test_a_backward_segment_is_driven_by_a_robot_that_faces_backward():
     assert backward.segment.path.goal.heading == pytest.approx(pi)
     assert forward.segment.path.goal.heading == 0.0
     assert backward.path is not backward.segment.path and backward.path.goal.heading == 0.0
+
+
+def test_the_rest_of_a_path_begins_at_the_robot():
+    points = np.column_stack([np.arange(5.0), np.zeros(5), np.zeros(5)])
+    progress = PathProgress(Path(points, speed_limits=np.arange(5.0)))
+    assert np.array_equal(progress.rest.points, points)
+    progress.advance(Pose2D(1.5, 0.2))
+    assert np.array_equal(progress.rest.points, points[2:])
+    assert np.array_equal(progress.rest.speed_limits, [2.0, 3.0, 4.0])
+    for x in (2.5, 3.5, 4.5):
+        progress.advance(Pose2D(x, 0.0))
+    assert len(progress.rest.points) == 2  # a path has two points or more

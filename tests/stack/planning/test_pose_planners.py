@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.components import choose
+from stack.components import PlanOptions, choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import RobotDescription
@@ -32,6 +32,7 @@ from stack.types import (
     FailureCode,
     Footprint,
     OccupancyGrid,
+    Path,
     Pose2D,
 )
 from tests.stack.planning.footprint_check import first_blocked, footprint_cost
@@ -278,6 +279,39 @@ def test_the_limit_of_expansions_is_a_failure_that_says_so(planner):
     start, goal = (Pose2D(*grid.centre_of(*free[n]), 1.0) for n in (10, -10))
     with pytest.raises(NavigationError, match=r"TIMED_OUT: .* found within 3 expansions"):
         planner(max_expansions=3).plan(grid, start, goal)
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_path_that_is_followed_is_replaced_only_by_a_cheaper_one(planner):
+    planner = planner()
+    start, goal = Pose2D(1.0, 1.0), Pose2D(4.0, 3.0, 0.5)
+    current = planner.plan(open_floor(), start, goal)
+    with pytest.raises(NavigationError) as raised:
+        planner.plan(open_floor(), start, goal, PlanOptions(current=current))
+    assert raised.value.failure.code == FailureCode.NO_VALID_PATH
+
+    aside = Pose2D(1.0, 4.0, pi / 2)  # a detour
+    legs = planner.plan(open_floor(), start, aside), planner.plan(open_floor(), aside, goal)
+    detour = Path(np.vstack([legs[0].points, legs[1].points[1:]]))
+    better = planner.plan(open_floor(), start, goal, PlanOptions(current=detour))
+    assert better.length == pytest.approx(current.length, rel=0.02)
+    elsewhere = replace(detour, points=detour.points - [0.1, 0.0, 0.0])
+    assert planner.plan(open_floor(), start, goal, PlanOptions(current=elsewhere)).goal == goal
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_path_that_is_blocked_is_replaced_by_a_longer_one(planner):
+    planner = planner()
+    start, goal = Pose2D(1.0, 2.5), Pose2D(4.0, 2.5)
+    current = planner.plan(open_floor(), start, goal)
+    floor = open_floor()
+    floor.cells[44:57, 50] = LETHAL_COST
+    around = planner.plan(floor, start, goal, PlanOptions(current=current))
+    assert around.length > current.length + 0.1
+    floor = open_floor()
+    floor.cells[54, 50] = LETHAL_COST  # a footprint of 0.4 m just touches it: a reading's noise
+    with pytest.raises(NavigationError):
+        planner.plan(floor, start, goal, PlanOptions(current=current))
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
