@@ -40,7 +40,7 @@ FLATS_HELD_OUT = 9900
 """First seed of the flats that are not used for development."""
 LINES_HELD_OUT = 9000
 """First seed of the lines, docks and guides that are not used for development."""
-FLAT_ROBOTS = ("scout", "jackal", "glide")
+FLAT_ROBOTS = ("scout", "jackal", "glide", "buggy")
 FAILURES = ("contact", "struck", "timeout", "gave_up")
 
 
