@@ -17,12 +17,13 @@ heading at the same time.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import cos, hypot, inf, sin
+from math import hypot, inf
 
 import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.components import Controller, ControlState, StopCriterion
+from stack.control.lookahead_arc import LookaheadArc, lacking_curvature
 from stack.control.manoeuvre import ArcPrimitive, HoldDetector, Manoeuvres
 from stack.control.parameters import FollowingParameters
 from stack.control.ramps import Ramp, stopping_speed
@@ -90,33 +91,6 @@ class PurePursuitParameters(FollowingParameters):
     padding: float = parameter(
         0.015, "m", at_least=0.0, at_most=0.5, help="distance kept free around the footprint"
     )
-
-
-@dataclass(frozen=True, slots=True)
-class _Arc:
-    """An arc to the lookahead point.
-
-    Attributes:
-        curvature: turning per metre, 1/m.
-        bearing: of the lookahead point, base frame, radians.
-        free: metres that are clear.
-        cost: highest cost under the base along the arc.
-        sideways: whether the robot moves straight to the point, not along its heading
-            (omnidirectional).
-    """
-
-    curvature: float
-    bearing: float
-    free: float
-    cost: int
-    sideways: bool = False
-
-    def twist(self, speed: float) -> Twist:
-        """Return the twist that drives the arc at a speed in m/s."""
-        if not self.sideways:
-            return Twist(speed, speed * self.curvature)
-        c, s = cos(self.bearing), sin(self.bearing)
-        return Twist(speed * c, speed * self.curvature, speed * s)
 
 
 class PurePursuit(Controller):
@@ -291,7 +265,7 @@ class PurePursuit(Controller):
         """Drive straight to a lookahead point; turn at the same time if that is clear too."""
         speed = hypot(state.twist.linear, state.twist.lateral)
         lookahead = self._lookahead_distance(speed, segment.remaining)
-        best: _Arc | None = None
+        best: LookaheadArc | None = None
         for share in SHORTER:
             point = segment.nearer_point(state.pose, share * lookahead)
             for turning in (True, False):
@@ -307,7 +281,7 @@ class PurePursuit(Controller):
     def _line(
         self, segment: PathSegment, state: ControlState, point: tuple[float, float],
         *, turning: bool,
-    ) -> _Arc:  # fmt: skip
+    ) -> LookaheadArc:  # fmt: skip
         """The straight motion to a point of the map frame, with its free distance and cost."""
         p, pose, goal = self.parameters, state.pose, segment.path.goal
         towards = pose.bearing_to(Pose2D(*point))
@@ -316,10 +290,10 @@ class PurePursuit(Controller):
         bearing, speed = wrap(towards - pose.heading), max(self._cruise(), p.creep_speed)
         rate = turning_speed(wrap(heading - pose.heading), self._style, self._ramp)
         curvature = rate / speed if turning else 0.0
-        line = _Arc(curvature, bearing, 0.0, 0, sideways=True)
+        line = LookaheadArc(curvature, bearing, sideways=True)
         return self._checked(line, segment, state)
 
-    def _at_end(self, arc: _Arc, segment: PathSegment) -> bool:
+    def _at_end(self, arc: LookaheadArc, segment: PathSegment) -> bool:
         return arc.free >= segment.remaining
 
     def _lookahead_distance(self, speed: float, remaining: float) -> float:
@@ -351,45 +325,34 @@ class PurePursuit(Controller):
             return p.turn_angle * min(1.0, max(0.15, segment.remaining))
         return p.turn_angle
 
-    def _arc(self, segment: PathSegment, state: ControlState, point: tuple[float, float]) -> _Arc:
+    def _arc(
+        self, segment: PathSegment, state: ControlState, point: tuple[float, float]
+    ) -> LookaheadArc:
         """The arc through a point of the map frame, with its free distance and cost."""
-        (x, y), pose = point, state.pose
-        dx, dy = x - pose.x, y - pose.y
-        c, s = cos(pose.heading), sin(pose.heading)
-        forward, left = c * dx + s * dy, c * dy - s * dx
-        square = max(1e-6, dx * dx + dy * dy)
-        bearing = float(np.arctan2(left, forward))
-        curvature = 2.0 * left / square
+        arc = LookaheadArc.through(state.pose, point)
+        curvature = arc.curvature
         if not self._drivetrain.turns_in_place:
-            curvature += self._cut(segment, state, point)
+            ahead = abs(state.twist.linear) * self.parameters.response_time
+            curvature += lacking_curvature(segment, point, ahead)
         if self._radius:
             curvature = min(max(curvature, -1.0 / self._radius), 1.0 / self._radius)
-        return self._checked(_Arc(curvature, bearing, 0.0, 0), segment, state)
+        return self._checked(replace(arc, curvature=curvature), segment, state)
 
-    def _cut(self, segment: PathSegment, state: ControlState, point: tuple[float, float]) -> float:
-        """Curvature that the arc to a lookahead point lacks where the path is no arc, 1/m.
-
-        It is the path's own, less that of the arc from the path to the point.
-        """
-        ahead = abs(state.twist.linear) * self.parameters.response_time
-        pose = segment.pose_ahead(0.0)
-        dx, dy = point[0] - pose.x, point[1] - pose.y
-        left = cos(pose.heading) * dy - sin(pose.heading) * dx
-        return segment.curvature_ahead(ahead) - 2.0 * left / max(1e-6, dx * dx + dy * dy)
-
-    def _checked(self, arc: _Arc, segment: PathSegment, state: ControlState) -> _Arc:
+    def _checked(
+        self, arc: LookaheadArc, segment: PathSegment, state: ControlState
+    ) -> LookaheadArc:
         """Return the arc with its free distance and cost."""
         p, speed = self.parameters, self._cruise()
         brake = p.brake_share * self._limits.linear_deceleration
         reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
         reach = min(reach + p.clearance, segment.remaining + p.stop_distance)
         free, cost = self._swept.arc(state.costs, state.pose, arc.twist(1.0), reach)
-        return _Arc(arc.curvature, arc.bearing, free, cost, arc.sideways)
+        return replace(arc, free=free, cost=cost)
 
     def _cruise(self) -> float:
         return min(self.parameters.cruise_speed, self._limits.linear_speed)
 
-    def _speed(self, arc: _Arc, remaining: float) -> float:
+    def _speed(self, arc: LookaheadArc, remaining: float) -> float:
         """Cruise speed regulated by curvature, cost and remaining length, without collisions."""
         p = self.parameters
         speed = self._cruise()
@@ -408,7 +371,7 @@ class PurePursuit(Controller):
         )
         return min(speed, max(stopping, p.creep_speed))
 
-    def _driven(self, arc: _Arc, remaining: float) -> Twist:
+    def _driven(self, arc: LookaheadArc, remaining: float) -> Twist:
         p, last = self.parameters, self._last
         speed = self._speed(arc, remaining)
         room = (arc.free - p.clearance) / p.time_to_collision
