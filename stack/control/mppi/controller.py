@@ -151,7 +151,8 @@ class Mppi(PathController[MppiParameters]):
     def _stalled(self, segment: PathSegment, state: ControlState) -> bool:
         """Whether the robot stands and its plan does not move it within `time_to_collision`.
 
-        Later motion does not count: the robot could postpone it for ever.
+        Later motion does not count: the robot could postpone it for ever. Near the end of a segment
+        half of the rest is enough.
         """
         if self._local_plan is None or hypot(state.twist.linear, state.twist.lateral) > STALLED:
             return False

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.path_follower import SEGMENT_END, facing_backward
+from stack.control.path_follower import STEERED_END, facing_backward
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress, split_at_cusps
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus
@@ -87,7 +87,7 @@ def test_a_car_reverses_where_its_path_does(name):
     world = ToyWorld(room(8, 6), moving("ackermann"), Pose2D(1.0, 3.0))
     trace = driven(name, world, there_and_back())
     assert world.pose.distance_to(Pose2D(1.5, 3.0)) < 0.08
-    assert max(pose.x for _, pose in trace) == pytest.approx(2.5, abs=SEGMENT_END + 0.03)
+    assert max(pose.x for _, pose in trace) == pytest.approx(2.5, abs=STEERED_END + 0.03)
     backward = [twist.linear for twist, _ in trace if twist.linear < 0.0]
     assert min(backward) == pytest.approx(-world.robot.limits.reverse_speed, abs=0.02)
     signs = np.sign([twist.linear for twist, _ in trace if abs(twist.linear) > 0.02])
@@ -226,7 +226,8 @@ def test_a_short_first_leg_is_not_driven_at_the_speed_of_an_earlier_path():
     while world.twist.linear < 0.5:
         world.drive(driver.command(ControlState(world.time, world.pose, world.twist, costs.grid)))
     here, still = Pose2D(5.0, 3.0), STANDSTILL  # long after that one was cancelled
-    driver.set_path(Path(np.vstack([line(here, 0.008, spacing=0.004), line(here, -1.0)[1:]])))
+    short = line(here, 0.8 * STEERED_END, spacing=0.4 * STEERED_END)
+    driver.set_path(Path(np.vstack([short, line(here, -1.0)[1:]])))
     speeds = [
         driver.command(ControlState(60.0 + 0.05 * n, here, still, costs.grid)).linear
         for n in range(3)
