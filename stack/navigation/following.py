@@ -177,6 +177,11 @@ class Follower:
             "heading, and this robot cannot turn in place"
         )
 
+    @property
+    def can_turn(self) -> bool:
+        """Whether the robot can turn in place."""
+        return self._tools.turns_in_place
+
     def idles(self, now: float) -> bool:
         """Whether the robot has stood before the goal for IDLE_BEFORE_REPLAN seconds."""
         return self.idle.running and self.idle.elapsed(now) >= IDLE_BEFORE_REPLAN
@@ -351,7 +356,7 @@ def drive_feedback(follower: Follower) -> str:
     if follower.waiting:
         return f"waiting, an obstacle is in the way; {follower.progress.remaining:.1f} m to go"
     if follower.at_position:
-        return "turning to the goal's heading"
+        return "turning to the goal's heading" if follower.can_turn else "stopping at the goal"
     limit = follower.posted_limit
     slowly = f", {limit:.2f} m/s at most" if limit < inf else ""
     return f"{follower.progress.remaining:.1f} m to go{slowly}"

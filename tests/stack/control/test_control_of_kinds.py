@@ -82,6 +82,17 @@ def test_a_car_reaches_goals_on_arcs_that_it_steers(name, start, goal):
         assert twist.lateral == 0.0
 
 
+def test_a_car_at_its_goal_is_not_said_to_turn():
+    toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
+    task, said = toy.navigator.navigate_to(Pose2D(3.0, 3.0)), set()
+    while task.running:
+        toy.step()
+        said.add(task.feedback)
+    toy.navigator.close()
+    assert "stopping at the goal" in said
+    assert "turning to the goal's heading" not in said
+
+
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_a_car_reverses_where_its_path_does(name):
     world = ToyWorld(room(8, 6), moving("ackermann"), Pose2D(1.0, 3.0))
