@@ -53,6 +53,10 @@ ROUND_DISTANCE = 0.3
 STRAIGHT = 0.06
 """Metres by which the centres of its arcs lie beside a motion at constant velocity."""
 
+LEAST_ARCS, ARCS_APART = 5, 0.2
+"""Number of arcs of a motion, and least metres along it: few of them, or wandering ones, lie on a
+line by chance."""
+
 MANOEUVRE = 0.6
 """Metres from its expected place within which a lost object is a disc that nothing has matched."""
 
@@ -336,6 +340,8 @@ class Tracker:
         """
         if gone < ROUND_DISTANCE:
             return False
+        if len(item.seen) < LEAST_ARCS:
+            return False
         arcs = [sighting.arc for sighting in item.seen]
         found = [arc for arc in arcs if arc is not None]
         if len(found) < len(arcs) or np.ptp([arc.radius for arc in found]) > SAME_SIZE:
@@ -346,8 +352,10 @@ class Tracker:
         ]
         times = np.array([sighting.view.scan.stamp for sighting in item.seen])
         line = np.column_stack((np.ones(len(times)), times - times[0]))
-        error = np.array(places) - line @ np.linalg.lstsq(line, np.array(places), rcond=None)[0]
-        return float(np.hypot(error[:, 0], error[:, 1]).max()) <= STRAIGHT
+        motion = np.linalg.lstsq(line, np.array(places), rcond=None)[0]
+        error = np.array(places) - line @ motion
+        apart = float(np.hypot(*motion[1])) * (times[-1] - times[0])
+        return apart >= ARCS_APART and float(np.hypot(*error.T).max()) <= STRAIGHT
 
     def _left_its_ground(self, item: ObjectFilter) -> bool:
         """Whether it is where ground was seen free, or its old place is seen free now."""
