@@ -46,6 +46,9 @@ PRIMITIVE_DONE = 0.02
 CLEAR_AHEAD = 0.8
 """Metres of path ahead that must be clear before a manoeuvre onto it is searched."""
 
+MANOEUVRING = 2.0
+"""Factor on the minimum speed: highest speed of a manoeuvre."""
+
 FORGOTTEN = 0.5
 """Seconds of interruption after which a started manoeuvre is dropped."""
 
@@ -211,9 +214,20 @@ class PurePursuit(Controller):
             other = self._arc(segment, state, segment.nearer_point(state.pose, share * lookahead))
             if other.free > arc.free and abs(other.bearing) < self.parameters.turn_angle:
                 arc = other
-        if arc.free > self.parameters.clearance:
-            return self._driven(arc, segment.remaining)
-        return self._return_to_path(segment, state)
+        if arc.free <= self.parameters.clearance:
+            return self._return_to_path(segment, state)
+        motion = self._return_to_path(segment, state) if self._creeps(arc, segment) else None
+        return motion or self._driven(arc, segment.remaining)
+
+    def _creeps(self, arc: LookaheadArc, segment: PathSegment) -> bool:
+        """Whether the robot creeps towards an obstacle on an arc that is not the last one."""
+        p = self.parameters
+        slow = abs(self._last.linear) <= p.min_speed and self._room_speed(arc) < p.min_speed
+        return slow and segment.remaining > p.min_lookahead and not self._at_end(arc, segment)
+
+    def _room_speed(self, arc: LookaheadArc) -> float:
+        """Speed at which a collision on an arc is `time_to_collision` ahead, m/s."""
+        return (arc.free - self.parameters.clearance) / self.parameters.time_to_collision
 
     def _continue_manoeuvre(self, state: ControlState) -> Twist | None:
         """The next command of the current manoeuvre; None when there is none."""
@@ -245,7 +259,7 @@ class PurePursuit(Controller):
             return self._turn(state, primitive.twist.angular * room)
         brake = p.brake_share * self._limits.linear_deceleration
         stopping = stopping_speed(room - PRIMITIVE_DONE, brake, p.response_time + self._period)
-        speed = max(p.creep_speed, min(p.min_speed, stopping))
+        speed = max(p.creep_speed, min(MANOEUVRING * p.min_speed, stopping))
         if primitive.twist.angular:
             speed = min(speed, 0.5 * self._limits.angular_speed / abs(primitive.twist.angular))
         speed *= primitive.twist.linear
@@ -374,8 +388,7 @@ class PurePursuit(Controller):
     def _driven(self, arc: LookaheadArc, remaining: float) -> Twist:
         p, last = self.parameters, self._last
         speed = self._speed(arc, remaining)
-        room = (arc.free - p.clearance) / p.time_to_collision
-        speed = max(min(speed, room), min(p.creep_speed, speed))
+        speed = max(min(speed, self._room_speed(arc)), min(p.creep_speed, speed))
         if arc.sideways:
             wanted, rate = arc.twist(speed), arc.curvature * max(self._cruise(), p.creep_speed)
             return self._ramp.towards(last, replace(wanted, angular=rate))

@@ -18,8 +18,13 @@ class SafetyParameters:
         0.015, "m", at_least=0.0, at_most=0.5, help="distance kept free up to tight_speed"
     )
     tight_speed: float = parameter(
-        0.15, "m/s", at_least=0.0, help="speed limit when passing obstacles within the padding"
-    )
+        0.15, "m/s", at_least=0.0,
+        help="speed of the outline at which it passes obstacles at tight_padding",
+    )  # fmt: skip
+    padding_speed: float = parameter(
+        0.6, "m/s", at_least=0.0,
+        help="speed of the outline from which padding is kept free; in between, in proportion",
+    )  # fmt: skip
     slow_time: float = parameter(
         1.0, "s", above=0.0, at_most=5.0, help="time to contact below which the speed is reduced"
     )

@@ -32,6 +32,9 @@ from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, ContactZone, FloatArray, ObstaclePoints, Odometry, Twist
 
+TIGHT_LEVELS = (0.75, 0.5, 0.25, 0.0)
+"""Shares between tight_padding and padding at which a speed is tried, the fastest first."""
+
 
 class _Around(NamedTuple):
     """What the robot could touch: (m, 2) points, and (k, 5) moving discs; base frame."""
@@ -229,27 +232,41 @@ class Safety:
     def _tight_share(self, twist: Twist, around: _Around) -> float:
         """Share of a twist's speed at which the robot may pass obstacles within the padding.
 
-        At low speed the robot follows its arc to millimetres and needs less room to the side. An
-        obstacle ahead still limits the speed as usual; a turn in place slows down in proportion to
-        the time until this smaller room is used up, so that it may end before.
+        The slower it is, the more exactly the robot follows its arc, and the less room it needs to
+        the side. An obstacle ahead still limits the speed as usual; a turn in place slows down in
+        proportion to the time until the smallest room is used up, so that it may end before.
         """
         p = self.parameters
         speed = self._rim_speed(twist)
         if speed == 0.0 or p.tight_padding >= p.padding:
             return 0.0
-        share = min(1.0, p.tight_speed / speed)
-        slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
-        contact = self._contact(slow, around, p.slow_time, p.tight_padding)
-        if contact.time == inf:
-            return share
+        share, time = 1.0, inf
+        for level in TIGHT_LEVELS:
+            share = min(1.0, self._tight_speed(level) / speed)
+            slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+            time = self._contact(slow, around, p.slow_time, self._padding_of(level)).time
+            if time == inf:
+                return share
         turns = twist.linear == twist.lateral == 0.0
-        return share * contact.time / p.slow_time if turns else 0.0
+        return share * time / p.slow_time if turns else 0.0
+
+    def _tight_speed(self, level: float) -> float:
+        """Speed of the outline at a level of the padding: 0, tight_padding, to 1, padding."""
+        p = self.parameters
+        return p.tight_speed + level * max(0.0, p.padding_speed - p.tight_speed)
+
+    def _padding_of(self, level: float) -> float:
+        p = self.parameters
+        return p.tight_padding + level * (p.padding - p.tight_padding)
 
     def _padding(self, twist: Twist) -> float:
         """Distance kept free at a twist's speed, metres."""
         p = self.parameters
-        slow = self._rim_speed(twist) <= p.tight_speed + 1e-9
-        return min(p.padding, p.tight_padding) if slow else p.padding
+        if p.tight_padding >= p.padding:
+            return p.padding
+        over, span = self._rim_speed(twist) - p.tight_speed, p.padding_speed - p.tight_speed
+        level = over / span if span > 0.0 else float(over > 1e-9)
+        return self._padding_of(min(max(level, 0.0), 1.0))
 
     def _braked(self, smooth: Twist, wanted: Twist, measured: Twist, around: _Around) -> Twist:
         """Return the smoothed twist, or full braking when it leads to a contact before a stop.

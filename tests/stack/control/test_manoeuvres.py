@@ -177,6 +177,18 @@ def test_pure_pursuit_does_not_dodge_what_stands_on_the_path():
     assert driver.command(state(costs, pose, points)) == STANDSTILL
 
 
+def test_it_does_not_creep_up_to_what_its_arc_touches_but_takes_another_motion_at_once():
+    """A post 11 cm before the nose: every arc to the path is shut after 4 to 7 cm, 6 of which are
+    the clearance; a flatter arc leads past it. Up to 2 s were lost in such gaps of BARN worlds."""
+    costs, _ = lane(3.0)
+    pose, points = Pose2D(3.3, 3.0, -0.4), np.array([(0.36, -0.1)])
+    driver = Driver(PurePursuit, PurePursuitParameters(), robot(), 0.05)
+    driver.set_path(polyline((2, 3), (5, 3)))
+    now = state(costs, pose, points)
+    twist, leg = driver.command(now), driver.controller._manoeuvres.ahead(now, AHEAD)
+    assert leg is not None and twist.angular / twist.linear == pytest.approx(leg.twist.angular)
+
+
 def test_a_search_for_three_motions_without_result_rests_for_half_a_second(monkeypatch):
     """It takes most of a step; an operator's command must not wait for it in every one."""
     costs, _ = lane(3.0)
@@ -250,8 +262,8 @@ def test_a_motion_that_something_else_holds_ends_after_half_a_second(share, ends
 
 
 def test_motions_are_driven_at_an_even_pace_almost_to_their_end():
-    """From 0.15 m/s the robot stops within 4 cm; it does not slow down 15 cm before the end."""
+    """From 0.3 m/s the robot stops within 12 cm; it does not slow down 15 cm before the end."""
     manoeuvring = Manoeuvring(np.array([[4.5, 3.0]]))
-    for x in (3.3, 3.3, 3.3, 3.35, 3.4, 3.45):
-        twist = manoeuvring.command(Pose2D(x, 3.0), Twist(0.15))
-    assert twist.linear == pytest.approx(0.15)
+    for x in (3.3, 3.3, 3.3, 3.3, 3.3, 3.35, 3.4):
+        twist = manoeuvring.command(Pose2D(x, 3.0), Twist(0.3))
+    assert twist.linear == pytest.approx(0.3)

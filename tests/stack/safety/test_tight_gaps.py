@@ -29,12 +29,14 @@ def through(gap, speed=0.6):
     return world, inside
 
 
-def test_a_gap_within_the_padding_is_passed_at_a_crawl():
-    """2 cm on either side: less than the padding of 3 cm, more than the 1.5 cm of a crawl."""
-    world, speeds = through(0.44)
+@pytest.mark.parametrize(("beside", "speed"), [(0.016, 0.15), (0.02, 0.2625), (0.025, 0.375)])
+def test_a_gap_within_the_padding_is_passed_the_faster_the_wider_it_is(beside, speed):
+    """1.5 cm on either side are enough for 0.15 m/s, 3 cm for 0.6 m/s and more, and in between in
+    proportion, rounded down to quarters: 2 cm are a third of the way, 2.5 cm two thirds."""
+    world, speeds = through(0.4 + 2.0 * beside)
     assert world.pose.x > 5.0
-    assert max(speeds) <= PARAMETERS.tight_speed + 1e-9
-    assert world.nearest == pytest.approx(0.02, abs=1e-3)
+    assert max(speeds) == pytest.approx(speed)
+    assert world.nearest == pytest.approx(beside, abs=1e-3)
 
 
 def test_who_asks_for_less_than_a_crawl_gets_it_in_a_gap_within_the_padding():
