@@ -46,8 +46,8 @@ PRIMITIVE_DONE = 0.02
 CLEAR_AHEAD = 0.8
 """Metres of path ahead that must be clear before a manoeuvre onto it is searched."""
 
-MANOEUVRING = 2.0
-"""Factor on the minimum speed: highest speed of a manoeuvre."""
+MANOEUVRE_SPEED = 2.0
+"""Highest speed of a manoeuvre, as a factor on the minimum speed."""
 
 FORGOTTEN = 0.5
 """Seconds of interruption after which a started manoeuvre is dropped."""
@@ -216,14 +216,18 @@ class PurePursuit(Controller):
                 arc = other
         if arc.free <= self.parameters.clearance:
             return self._return_to_path(segment, state)
-        motion = self._return_to_path(segment, state) if self._creeps(arc, segment) else None
-        return motion or self._driven(arc, segment.remaining)
+        past = None
+        if self._creeps(arc, segment) and not self._is_blocked(segment, state):
+            past = self._arc_past(segment, state)
+        return past or self._driven(arc, segment.remaining)
 
     def _creeps(self, arc: LookaheadArc, segment: PathSegment) -> bool:
-        """Whether the robot creeps towards an obstacle on an arc that is not the last one."""
+        """Whether the robot would creep up to an obstacle on an arc that is not the last one."""
         p = self.parameters
-        slow = abs(self._last.linear) <= p.min_speed and self._room_speed(arc) < p.min_speed
-        return slow and segment.remaining > p.min_lookahead and not self._at_end(arc, segment)
+        slow = abs(self._last.linear) <= MANOEUVRE_SPEED * p.min_speed + 1e-9
+        if not slow or self._room_speed(arc) >= p.min_speed:
+            return False
+        return segment.remaining > p.min_lookahead and not self._at_end(arc, segment)
 
     def _room_speed(self, arc: LookaheadArc) -> float:
         """Speed at which a collision on an arc is `time_to_collision` ahead, m/s."""
@@ -240,15 +244,22 @@ class PurePursuit(Controller):
         return None
 
     def _return_to_path(self, segment: PathSegment, state: ControlState) -> Twist | None:
-        """A manoeuvre onto the path, for when the path is clear but no arc to it is."""
+        """A manoeuvre onto the path, where the path is clear but no arc to it is."""
         if self._is_blocked(segment, state):
             return None
-        ahead = self._manoeuvres.ahead(state, segment)
-        if ahead is not None and not self._hold.is_held:
-            return self._primitive_twist(state, ahead, ahead.span)
+        past = self._arc_past(segment, state)
+        if past is not None:
+            return past
         self._primitives = self._manoeuvres.around(state, segment)
         self._hold.reset()
         return self._continue_manoeuvre(state)
+
+    def _arc_past(self, segment: PathSegment, state: ControlState) -> Twist | None:
+        """Another arc ahead that leads back to the path, unless something holds the robot."""
+        ahead = self._manoeuvres.ahead(state, segment)
+        if ahead is None or self._hold.is_held:
+            return None
+        return self._primitive_twist(state, ahead, ahead.span)
 
     def _primitive_twist(
         self, state: ControlState, primitive: ArcPrimitive, room: float
@@ -259,7 +270,10 @@ class PurePursuit(Controller):
             return self._turn(state, primitive.twist.angular * room)
         brake = p.brake_share * self._limits.linear_deceleration
         stopping = stopping_speed(room - PRIMITIVE_DONE, brake, p.response_time + self._period)
-        speed = max(p.creep_speed, min(MANOEUVRING * p.min_speed, stopping))
+        top = min(MANOEUVRE_SPEED * p.min_speed, self._cruise())
+        if primitive.twist.linear < 0.0:
+            top = min(top, self._limits.reverse_speed)
+        speed = max(min(p.creep_speed, top), min(top, stopping))
         if primitive.twist.angular:
             speed = min(speed, 0.5 * self._limits.angular_speed / abs(primitive.twist.angular))
         speed *= primitive.twist.linear

@@ -12,18 +12,22 @@ class SafetyParameters:
     """Parameters of `Safety`."""
 
     padding: float = parameter(
-        0.03, "m", at_least=0.0, at_most=0.5, help="distance kept free around the footprint"
-    )
+        0.03, "m", at_least=0.0, at_most=0.5,
+        help="distance kept free around the footprint at padding_speed and above",
+    )  # fmt: skip
     tight_padding: float = parameter(
-        0.015, "m", at_least=0.0, at_most=0.5, help="distance kept free up to tight_speed"
-    )
+        0.015, "m", at_least=0.0, at_most=0.5,
+        help="distance kept free up to tight_speed; if not below padding, padding always holds",
+    )  # fmt: skip
     tight_speed: float = parameter(
         0.15, "m/s", at_least=0.0,
-        help="speed of the outline at which it passes obstacles at tight_padding",
+        help="highest speed of any point of the robot past an obstacle tight_padding away; "
+        "0: padding always holds",
     )  # fmt: skip
     padding_speed: float = parameter(
         0.6, "m/s", at_least=0.0,
-        help="speed of the outline from which padding is kept free; in between, in proportion",
+        help="highest speed past an obstacle almost padding away; between the two distances the "
+        "limit rises linearly. Higher: faster through gaps",
     )  # fmt: skip
     slow_time: float = parameter(
         1.0, "s", above=0.0, at_most=5.0, help="time to contact below which the speed is reduced"

@@ -32,8 +32,9 @@ from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, ContactZone, FloatArray, ObstaclePoints, Odometry, Twist
 
-TIGHT_LEVELS = (0.75, 0.5, 0.25, 0.0)
-"""Shares between tight_padding and padding at which a speed is tried, the fastest first."""
+LEVELS = (0.75, 0.5, 0.25, 0.0)
+"""Levels of padding, from 0, tight_padding, to 1, padding, that are tried in turn: the lower, the
+slower."""
 
 
 class _Around(NamedTuple):
@@ -238,24 +239,34 @@ class Safety:
         """
         p = self.parameters
         speed = self._rim_speed(twist)
-        if speed == 0.0 or p.tight_padding >= p.padding:
+        if speed == 0.0 or p.tight_speed == 0.0 or p.tight_padding >= p.padding:
             return 0.0
+        own = self._level(speed)
         share, time = 1.0, inf
-        for level in TIGHT_LEVELS:
-            share = min(1.0, self._tight_speed(level) / speed)
+        for level in ([own] if own < 1.0 else []) + [lower for lower in LEVELS if lower < own]:
+            share = min(1.0, self._speed_at(level) / speed)
             slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
-            time = self._contact(slow, around, p.slow_time, self._padding_of(level)).time
+            time = self._contact(slow, around, p.slow_time, self._padding_at(level)).time
             if time == inf:
                 return share
         turns = twist.linear == twist.lateral == 0.0
         return share * time / p.slow_time if turns else 0.0
 
-    def _tight_speed(self, level: float) -> float:
-        """Speed of the outline at a level of the padding: 0, tight_padding, to 1, padding."""
+    def _level(self, speed: float) -> float:
+        """Padding that a speed of the outline needs: 0 is tight_padding, 1 is padding."""
+        over = speed - self.parameters.tight_speed
+        span = self.parameters.padding_speed - self.parameters.tight_speed
+        if over <= 1e-9:
+            return 0.0
+        return min(1.0, over / span) if span > 0.0 else 1.0
+
+    def _speed_at(self, level: float) -> float:
+        """Speed of the outline that is allowed at a level of padding, m/s."""
         p = self.parameters
         return p.tight_speed + level * max(0.0, p.padding_speed - p.tight_speed)
 
-    def _padding_of(self, level: float) -> float:
+    def _padding_at(self, level: float) -> float:
+        """Distance kept free at a level of padding, metres."""
         p = self.parameters
         return p.tight_padding + level * (p.padding - p.tight_padding)
 
@@ -264,9 +275,7 @@ class Safety:
         p = self.parameters
         if p.tight_padding >= p.padding:
             return p.padding
-        over, span = self._rim_speed(twist) - p.tight_speed, p.padding_speed - p.tight_speed
-        level = over / span if span > 0.0 else float(over > 1e-9)
-        return self._padding_of(min(max(level, 0.0), 1.0))
+        return self._padding_at(self._level(self._rim_speed(twist)))
 
     def _braked(self, smooth: Twist, wanted: Twist, measured: Twist, around: _Around) -> Twist:
         """Return the smoothed twist, or full braking when it leads to a contact before a stop.

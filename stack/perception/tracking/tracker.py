@@ -55,7 +55,7 @@ STRAIGHT = 0.06
 
 LEAST_ARCS, ARCS_APART = 5, 0.2
 """Number of arcs of a motion, and least metres along it: few of them, or wandering ones, lie on a
-line by chance."""
+line by chance. In the newest VIEWS scans of a lidar at 10 Hz that is 0.22 m/s."""
 
 MANOEUVRE = 0.6
 """Metres from its expected place within which a lost object is a disc that nothing has matched."""

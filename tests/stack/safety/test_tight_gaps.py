@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from stack.safety.parameters import SafetyParameters
@@ -12,14 +14,14 @@ from tests.stack.navigation.toy_world import ToyWorld, robot, room
 PARAMETERS = SafetyParameters()
 
 
-def through(gap, speed=0.6):
+def through(gap, speed=0.6, parameters=PARAMETERS):
     """How fast a box 0.4 m wide gets on between two walls, and the least that was free."""
     middle = 4.0
     posts = [(3, 0, 3, middle - gap / 2), (5, 0, 5, middle - gap / 2),
              (3, middle - gap / 2, 5, middle - gap / 2), (3, middle + gap / 2, 5, middle + gap / 2),
              (3, middle + gap / 2, 3, 8), (5, middle + gap / 2, 5, 8)]  # fmt: skip
     world = ToyWorld(room(8, 8) + posts, robot(), Pose2D(1.5, middle), beams=720)
-    safety = Safety(world.robot, PARAMETERS, world.period)
+    safety = Safety(world.robot, parameters, world.period)
     inside = []
     for _ in range(500):
         twist = safety.limit(Twist(speed), world.odometry, world.obstacles)
@@ -37,6 +39,14 @@ def test_a_gap_within_the_padding_is_passed_the_faster_the_wider_it_is(beside, s
     assert world.pose.x > 5.0
     assert max(speeds) == pytest.approx(speed)
     assert world.nearest == pytest.approx(beside, abs=1e-3)
+
+
+def test_who_asks_for_what_the_room_allows_gets_it_and_without_a_tight_speed_nothing():
+    """2 cm are a third of the way from 1.5 cm, for 0.15 m/s, to 3 cm, for 0.6 m/s: 0.3 m/s."""
+    _, speeds = through(0.4404, speed=0.3)
+    assert min(speeds) == max(speeds) == pytest.approx(0.3)
+    world, speeds = through(0.44, parameters=replace(PARAMETERS, tight_speed=0.0))
+    assert world.pose.x < 3.0 and not speeds
 
 
 def test_who_asks_for_less_than_a_crawl_gets_it_in_a_gap_within_the_padding():

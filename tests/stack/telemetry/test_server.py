@@ -441,7 +441,7 @@ def test_a_silent_client_gives_its_place_to_a_new_one(run, monkeypatch):
 
 def test_without_a_place_only_the_emergency_stop_is_obeyed(run, monkeypatch):
     monkeypatch.setattr(server, "MAX_CLIENTS", 1)
-    monkeypatch.setattr(server, "SILENT_AFTER", inf)  # the clock runs faster than its messages
+    monkeypatch.setattr(server, "SILENT_AFTER", inf)  # the clock is faster than messages
     first = run.connect()
     run.until(first.poll)
     second = run.connect()

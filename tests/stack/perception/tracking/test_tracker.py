@@ -143,25 +143,10 @@ def test_a_view_that_changes_makes_no_moving_object():
     assert moved == 0
 
 
-def test_a_drive_between_many_posts_shows_nothing_that_moves():
-    """Posts 7.5 cm thick stand like those of the BARN worlds. Nearer posts hide farther ones, and
-    two that stand close are one object from some sides and two from others. 20 drives at 1.5 m/s
-    had 62 objects that "moved" while discs were compared with free ground, not returns."""
-    moved = 0
-    for seed in range(20):
-        random = np.random.default_rng(seed)
-        posts = [
-            (x, y, 0.075) for x, y in random.uniform((-1, -3), (9, 3), (70, 2)) if abs(y) > 0.5
-        ]
-        tracker = Tracker(TrackerParameters())
-        ids: set[int] = set()
-        for step in range(50):
-            time = 0.1 * step
-            pose = Pose2D(-2.0 + 1.5 * time, 0.2 * sin(2.0 * time), 0.5 * sin(1.5 * time))
-            scan = seen(pose, posts, time, noise=0.01, random=random)
-            ids |= {track.id for track in tracker.update(pose, scan, time)}
-        moved += len(ids)
-    assert moved == 0
+def scattered(random):
+    """Posts 7.5 cm thick at random places."""
+    places = random.uniform((-1, -3), (9, 3), (70, 2))
+    return [(x, y, 0.075) for x, y in places if abs(y) > 0.5]
 
 
 def clumps(random):
@@ -176,22 +161,31 @@ def clumps(random):
     return [(x, y, 0.075) for x, y in places if abs(y) > 0.5]
 
 
+def moved_on_a_drive(seed, posts_of):
+    """Number of objects that "moved" on a drive of 5 s at 1.5 m/s between posts."""
+    random = np.random.default_rng(seed)
+    posts, tracker = posts_of(random), Tracker(TrackerParameters())
+    ids: set[int] = set()
+    for step in range(50):
+        time = 0.1 * step
+        pose = Pose2D(-2.0 + 1.5 * time, 0.2 * sin(2.0 * time), 0.5 * sin(1.5 * time))
+        scan = seen(pose, posts, time, noise=0.01, random=random)
+        ids |= {track.id for track in tracker.update(pose, scan, time)}
+    return len(ids)
+
+
+def test_a_drive_between_many_posts_shows_nothing_that_moves():
+    """Nearer posts hide farther ones, and two that stand close are one object from some sides and
+    two from others. The drives had 62 objects that "moved" while discs were compared with free
+    ground, not returns."""
+    assert sum(moved_on_a_drive(seed, scattered) for seed in range(20)) == 0
+
+
 def test_a_drive_between_clumps_of_posts_shows_nothing_that_moves():
-    """What shows of a clump is round from some sides, and wanders or jumps to the next clump. 20
-    drives had 11 objects that "moved" while three arcs in a line were enough."""
-    moved = 0
-    for seed in range(20):
-        random = np.random.default_rng(seed)
-        posts = clumps(random)
-        tracker = Tracker(TrackerParameters())
-        ids: set[int] = set()
-        for step in range(50):
-            time = 0.1 * step
-            pose = Pose2D(-2.0 + 1.5 * time, 0.2 * sin(2.0 * time), 0.5 * sin(1.5 * time))
-            scan = seen(pose, posts, time, noise=0.01, random=random)
-            ids |= {track.id for track in tracker.update(pose, scan, time)}
-        moved += len(ids)
-    assert moved == 0
+    """What shows of a clump is round from some sides, and wanders or jumps to the next clump. 9 of
+    20 drives, these four among them, had objects that "moved" while three arcs in a line were
+    enough."""
+    assert sum(moved_on_a_drive(seed, clumps) for seed in (0, 5, 12, 15)) == 0
 
 
 def test_mapped_walls_are_not_tracks_and_a_walker_in_front_of_them_is():
