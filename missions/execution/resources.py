@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from behaviours.catalogue import Catalogue, find_behaviours
-from missions.execution.component_choices import chosen
+from missions.execution.component_choices import NAVIGATION_KINDS, chosen
 from missions.execution.plugin_components import plugged_components
 from missions.language.model import Component, Mission, Replay, Resources
 from robots.load import find_robot, read_robot
@@ -140,6 +140,7 @@ def resources(world: str | None = None) -> Resources:
         world: replaces the mission's world; a path is relative to the current folder.
     """
     return Resources(
+        navigation_kinds=NAVIGATION_KINDS,
         world_places=lambda name, folder: (
             (load_world(world, Path.cwd()) if world else load_world(name, folder)).places
         ),

@@ -176,7 +176,7 @@ MISSION = _section(
 )  # fmt: skip
 """Keys at the top of a mission file."""
 
-RESERVED = ("mapping", "sensors", "perception", "safety", "faults")
+RESERVED = ("mapping", "sensors", "perception", "faults")
 """Words at the top of a mission file that later versions will support."""
 
 TREE_FILE = _section(*(MISSION[word] for word in ("include", "format", "doc", "places", "trees")))

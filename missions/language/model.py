@@ -53,6 +53,7 @@ class Resources:
             -> name -> location, which the other callables accept in place of a name.
         nav2_components: (Nav2 parameter file as written, mission's folder) -> its components by
             kind, and warnings about settings without effect.
+        navigation_kinds: the keys under `navigation`.
     """
 
     world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, folder: {}
@@ -66,6 +67,7 @@ class Resources:
     nav2_components: Callable[[str, Path], tuple[Mapping[str, Component], Sequence[Finding]]] = (
         lambda file, folder: ({}, ())
     )
+    navigation_kinds: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,13 @@ class HeaderReader:
         return self.top.value(Declaration(key, str, default=default)) or ""
 
     def unsupported(self) -> None:
-        """Report reserved keys and an unsupported format."""
+        """Report reserved keys, keys that belong under `navigation`, and an unsupported format."""
+        for key, _ in self.top.node.entries:
+            word = str(key.value)
+            if word in self.resources.navigation_kinds and word not in MISSION:
+                self.top.node_of(word)
+                sentence = f"`{word}` does not belong to the top of a mission"
+                self.findings.error("E101", key.mark, sentence, "write it under `navigation`")
         for word in RESERVED:
             if self.top.node_of(word) is not None:
                 key = next(key for key, _ in self.top.node.entries if key.value == word)

@@ -244,7 +244,7 @@ FILES = [
     ("run: {use: a}\ntrees: {a: {doo: {say: a}}}", "E101 2:13"),
     ("doc: x", "E101 1:1"),
     ("format: 2\nrun: {say: a}", "E105 1:9"),
-    ("perception: []\nsafety: {}\nrun: {say: a}", "E104 1:1", "E104 2:1"),
+    ("perception: []\nfaults: {}\nrun: {say: a}", "E104 1:1", "E104 2:1"),
     ("events: {lost: {}}\nrun: {say: a}", "E112 1:9"),
     ("events: [lost]\nrun: {say: a}", "E112 1:10"),
     ("events: [{lost: {}, do: stop}]\nrun: {say: a}", "E112 1:10"),
@@ -500,6 +500,17 @@ def test_errors_of_resources_are_reported_at_their_key(tmp_path):
         read_text(tmp_path, text, resources)
     found = [f"{item.code} {item.mark.line}:{item.mark.column}" for item in caught.value.findings]
     assert found == ["E110 2:8", "E110 3:6", "E111 4:23", "E111 4:73"]
+
+
+def test_a_key_that_belongs_under_navigation_is_sent_there(tmp_path):
+    resources = Resources(lambda name, beside: PLACES, navigation_kinds=("safety", "controller"))
+    text = "safety: {padding: 0.1}\ncontroler: mppi\nrun: {say: a}"
+    with pytest.raises(InputError) as caught:
+        read_text(tmp_path, text, resources)
+    safety, controller = sorted(caught.value.findings, key=lambda item: item.mark.line)
+    assert safety.sentence == "`safety` does not belong to the top of a mission"
+    assert safety.hint == "write it under `navigation`"
+    assert controller.code == "E101" and controller.mark.line == 2
 
 
 def test_the_keys_of_a_mission_are_those_that_editors_propose():
