@@ -196,7 +196,9 @@ class GoalDrive(Drive):
         if self.path is None or not self.path.partial:
             self.task.succeed(f"reached the goal, {distance} off")
         elif self.partial:
-            self.task.succeed(f"reached the nearest reachable pose, {away}")
+            reached = f"reached the nearest reachable pose, {away}"
+            self._tools.emit("partial", reached)
+            self.task.succeed(reached)
         else:
             self.task.fail(
                 FailureCode.NO_VALID_PATH,

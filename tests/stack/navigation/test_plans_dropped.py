@@ -82,6 +82,7 @@ def test_with_partial_it_comes_as_near_as_it_can_and_that_is_success(make):
     assert toy.world.pose.y == pytest.approx(3.0, abs=0.08)
     away = toy.world.pose.distance_to(GOAL)
     assert task.feedback == f"reached the nearest reachable pose, {away:.2f} m from the goal"
+    assert ("partial", task.feedback) in [event[:2] for event in toy.events]
 
 
 class MakesRoom(PurePursuit):
