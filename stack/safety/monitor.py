@@ -34,7 +34,8 @@ NOTHING_MOVES = np.empty((0, 5))
 class CollisionMonitor:
     """Sweeps the footprint along a twist against obstacle points, without a costmap.
 
-    Points stand still; moving objects keep their velocity.
+    Points stand still; moving objects keep their velocity. A round robot that turns in place
+    touches no point.
     """
 
     SLACK = 0.005
@@ -45,6 +46,7 @@ class CollisionMonitor:
         self._kernels = kernels
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
+        self._is_round = robot.footprint.is_round
 
     def contact(  # noqa: PLR0913 - one motion, and what it may meet
         self, twist: Twist, points: FloatArray, horizon: float, padding: float,
@@ -60,11 +62,13 @@ class CollisionMonitor:
             moving: (k, 5) moving objects, as `moving_discs` returns them.
             moving_padding: distance kept free to those that walk, if larger than `padding`.
         """
-        time, which = self._kernels.time_to_contact(
-            points, self._corners, self._radius, padding, self.SLACK,
-            twist.linear, twist.lateral, twist.angular, horizon,
-        )  # fmt: skip
-        found = Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
+        found = NOTHING_NEAR
+        if twist.linear or twist.lateral or not self._is_round:
+            time, which = self._kernels.time_to_contact(
+                points, self._corners, self._radius, padding, self.SLACK,
+                twist.linear, twist.lateral, twist.angular, horizon,
+            )  # fmt: skip
+            found = Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
         if not len(moving):
             return found
         time, which = self._kernels.time_to_meeting(

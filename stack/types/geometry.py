@@ -118,6 +118,10 @@ class Path:
         return Pose2D(float(x), float(y), float(heading))
 
 
+CORNERS = 16
+"""Number of corners of a round footprint."""
+
+
 @dataclass(frozen=True, slots=True)
 class Footprint:
     """Outline of the robot on the floor, in the base frame.
@@ -131,9 +135,14 @@ class Footprint:
     @staticmethod
     def circle(radius: float) -> Footprint:
         """A regular 16-gon that contains the circle of this radius."""
-        angles = np.arange(16) * (2.0 * pi / 16)
-        outer = radius / cos(pi / 16)
+        angles = np.arange(CORNERS) * (2.0 * pi / CORNERS)
+        outer = radius / cos(pi / CORNERS)
         return Footprint(outer * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is that of `circle`, or rounder: it touches nothing by turning in place."""
+        return self.inscribed_radius >= (cos(pi / CORNERS) - 1e-9) * self.circumscribed_radius
 
     @property
     def front(self) -> float:

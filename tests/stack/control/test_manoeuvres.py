@@ -14,7 +14,7 @@ from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.kinematics import moved
 from stack.geometry.path_segment import PathSegment
-from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
+from stack.types import STANDSTILL, CostGrid, Footprint, Pose2D, Twist
 from tests.stack.control.driver import Driver
 from tests.stack.control.test_pure_pursuit import polyline
 from tests.stack.navigation.toy_world import RECTANGLE, moving, robot
@@ -61,6 +61,26 @@ def test_arcs_keep_the_padding_from_what_the_scan_shows():
     swept.seen = pose.transform(np.array([[1.0, 0.0]]))
     assert swept.arc(costs, pose, Twist(1.0), 2.0)[0] == pytest.approx(0.73, abs=0.005)
     assert swept.arc(costs, pose, Twist(-1.0), 2.0)[0] == inf
+
+
+@pytest.mark.parametrize(
+    ("footprint", "turns"), [(Footprint.circle(0.22), True), (RECTANGLE, False)]
+)
+def test_a_round_robot_that_touches_a_wall_can_turn_in_place(footprint, turns):
+    """Its outline is a 16-gon whose corners are 4 mm farther out than its edges. The scout could
+    not turn away from a wall that people had pushed it against."""
+    costs, side = (
+        CostGrid(np.zeros((120, 120), np.uint8), CELL),
+        footprint.points[:, 1].min() + 0.01,
+    )
+    swept = SweptFootprint(footprint, padding=0.015, exact=True)
+    swept.seen = np.array([(x, 3.0 + side) for x in np.arange(2.0, 4.0, 0.01)])
+    pose, turn = Pose2D(3.0, 3.0, 0.1), Twist(angular=1.0)
+    assert (swept.arc(costs, pose, turn, pi)[0] == inf) == turns
+    pose_row, twist_row = np.array([(pose.x, pose.y, pose.heading)]), np.array([(0.0, 0.0, 1.0)])
+    free = swept.free_times(costs, pose_row, twist_row, np.array([pi]))
+    assert (free[0, 0] == inf) == turns
+    assert swept.arc(costs, Pose2D(3.0, 3.0, -0.5), Twist(1.0), 1.0)[0] < 1.0
 
 
 def test_a_leg_knows_what_is_left_of_it():

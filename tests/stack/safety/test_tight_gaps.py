@@ -8,8 +8,8 @@ import pytest
 
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
-from stack.types import Pose2D, Twist
-from tests.stack.navigation.toy_world import ToyWorld, robot, room
+from stack.types import Footprint, Pose2D, Twist
+from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
 
 PARAMETERS = SafetyParameters()
 
@@ -77,3 +77,13 @@ def test_beside_a_post_within_the_padding_it_turns_a_little_nearer(side):
         world.drive(safety.limit(Twist(angular=side), world.odometry, world.obstacles))
     assert 0.05 < side * world.pose.heading < 0.12
     assert PARAMETERS.tight_padding < world.nearest < 0.025
+
+
+@pytest.mark.parametrize(("footprint", "speed"), [(Footprint.circle(0.22), 1.0), (RECTANGLE, 0.0)])
+def test_only_a_round_robot_turns_freely_where_it_touches_a_wall(footprint, speed):
+    pose = Pose2D(4.0, -footprint.points[:, 1].min() - 0.005)
+    world = ToyWorld(room(8, 8), robot(footprint), pose, beams=1440)
+    safety = Safety(world.robot, PARAMETERS, world.period)
+    for _ in range(20):
+        twist = safety.limit(Twist(angular=1.0), world.odometry, world.obstacles)
+    assert twist.angular == pytest.approx(speed)
