@@ -53,9 +53,13 @@ ROUND_DISTANCE = 0.3
 STRAIGHT = 0.06
 """Metres by which the centres of its arcs lie beside a motion at constant velocity."""
 
-LEAST_ARCS, ARCS_APART = 5, 0.2
-"""Number of arcs of a motion, and least metres along it: few of them, or wandering ones, lie on a
-line by chance. In the newest VIEWS scans of a lidar at 10 Hz that is 0.22 m/s."""
+ARCS_APART = 0.2
+"""Least metres of a motion along its arcs: those of a thing that stands wander. In the newest VIEWS
+scans of a lidar at 10 Hz that is 0.22 m/s."""
+
+LONGEST_GAP = 0.5
+"""Largest share of the time of a motion between two of its arcs: what was not seen in between may
+have jumped."""
 
 MANOEUVRE = 0.6
 """Metres from its expected place within which a lost object is a disc that nothing has matched."""
@@ -340,8 +344,6 @@ class Tracker:
         """
         if gone < ROUND_DISTANCE:
             return False
-        if len(item.seen) < LEAST_ARCS:
-            return False
         arcs = [sighting.arc for sighting in item.seen]
         found = [arc for arc in arcs if arc is not None]
         if len(found) < len(arcs) or np.ptp([arc.radius for arc in found]) > SAME_SIZE:
@@ -354,8 +356,12 @@ class Tracker:
         line = np.column_stack((np.ones(len(times)), times - times[0]))
         motion = np.linalg.lstsq(line, np.array(places), rcond=None)[0]
         error = np.array(places) - line @ motion
-        apart = float(np.hypot(*motion[1])) * (times[-1] - times[0])
-        return apart >= ARCS_APART and float(np.hypot(*error.T).max()) <= STRAIGHT
+        seconds = times[-1] - times[0]
+        if np.hypot(*motion[1]) * seconds < ARCS_APART:
+            return False
+        if np.diff(times).max() > LONGEST_GAP * seconds + 1e-6:
+            return False
+        return float(np.hypot(*error.T).max()) <= STRAIGHT
 
     def _left_its_ground(self, item: ObjectFilter) -> bool:
         """Whether it is where ground was seen free, or its old place is seen free now."""
