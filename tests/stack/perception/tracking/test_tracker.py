@@ -182,7 +182,7 @@ def test_a_drive_between_many_posts_shows_nothing_that_moves():
 
 
 def test_a_drive_between_clumps_of_posts_shows_nothing_that_moves():
-    """What shows of a clump is round from some sides, and jumps to the next clump. In 9 of 20 drives,
+    """What shows of a clump is round from some sides, and jumps to the next one. In 9 of 20 drives,
     these eight and seed 12, something "moved" while three arcs in a line were enough whatever the
     time between them; in seed 12 something still does."""
     seeds = (0, 1, 2, 5, 10, 13, 14, 15)
