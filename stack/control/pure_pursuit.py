@@ -46,9 +46,6 @@ PRIMITIVE_DONE = 0.02
 CLEAR_AHEAD = 0.8
 """Metres of path ahead that must be clear before a manoeuvre onto it is searched."""
 
-MANOEUVRE_SPEED = 2.0
-"""Highest speed of a manoeuvre, as a factor on the minimum speed."""
-
 FORGOTTEN = 0.5
 """Seconds of interruption after which a started manoeuvre is dropped."""
 
@@ -114,6 +111,7 @@ class PurePursuit(Controller):
     ) -> None:
         self.parameters, self._limits, self._period = parameters, robot.limits, period
         self._drivetrain, self._radius = robot.drivetrain, robot.turning_radius
+        self._is_round = robot.footprint.is_round
         self._ramp = Ramp(self._drivetrain, period, parameters.response_time)
         self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
         self._manoeuvres = Manoeuvres(self._swept, robot)
@@ -204,8 +202,10 @@ class PurePursuit(Controller):
         arc = self._arc(segment, state, segment.lookahead_point(state.pose, lookahead))
         self._turning = abs(arc.bearing) > self._turn_threshold(segment, state)
         if self._turning:
-            turn = self._turn(state, arc.bearing)
-            return turn if turn is not None else self._return_to_path(segment, state)
+            turn = self._turn(state, arc.bearing) or self._return_to_path(segment, state)
+            if turn is None and self._is_round and not self._is_blocked(segment, state):
+                turn = self._turns.free_twist(self._last, arc.bearing)
+            return turn
         wanted = self._speed(arc, segment.remaining)
         for share in SHORTER[1:]:
             clear = arc.free >= wanted * self.parameters.time_to_collision
@@ -224,7 +224,7 @@ class PurePursuit(Controller):
     def _creeps(self, arc: LookaheadArc, segment: PathSegment) -> bool:
         """Whether the robot would creep up to an obstacle on an arc that is not the last one."""
         p = self.parameters
-        slow = abs(self._last.linear) <= MANOEUVRE_SPEED * p.min_speed + 1e-9
+        slow = abs(self._last.linear) <= p.min_speed + 1e-9
         if not slow or self._room_speed(arc) >= p.min_speed:
             return False
         return segment.remaining > p.min_lookahead and not self._at_end(arc, segment)
@@ -270,7 +270,7 @@ class PurePursuit(Controller):
             return self._turn(state, primitive.twist.angular * room)
         brake = p.brake_share * self._limits.linear_deceleration
         stopping = stopping_speed(room - PRIMITIVE_DONE, brake, p.response_time + self._period)
-        top = min(MANOEUVRE_SPEED * p.min_speed, self._cruise())
+        top = min(p.min_speed, self._cruise())
         if primitive.twist.linear < 0.0:
             top = min(top, self._limits.reverse_speed)
         speed = max(min(p.creep_speed, top), min(top, stopping))
@@ -414,7 +414,11 @@ class PurePursuit(Controller):
         """Turn in place; a car can only stop."""
         if not self._drivetrain.turns_in_place:
             return self._ramp.stopped(self._last) if state.at_goal else None
-        return TurnInPlace(self._swept, self._ramp, self._style).twist(state, self._last, angle)
+        return self._turns.twist(state, self._last, angle)
+
+    @property
+    def _turns(self) -> TurnInPlace:
+        return TurnInPlace(self._swept, self._ramp, self._style)
 
     @property
     def _style(self) -> TurnStyle:

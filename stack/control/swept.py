@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, hypot, inf
+from math import ceil, hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,7 @@ BoolArray = NDArray[np.bool_]
 class SweptFootprint:
     """Checks motions of one robot against lethal cells and, if set, scan points.
 
-    Cells that the footprint covers already do not count, so that the robot can always leave them. A
-    round robot can always turn in place.
+    Cells that the footprint covers already do not count, so that the robot can always leave them.
 
     Args:
         footprint: outline of the robot.
@@ -44,7 +43,7 @@ class SweptFootprint:
         self._kernels, self._time_to_contact = kernels, time_to_contact
         self._footprint, self.padding, self._exact = footprint, padding, exact
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
-        self._radius, self._is_round = footprint.circumscribed_radius, footprint.is_round
+        self._radius = footprint.circumscribed_radius
         self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
         self._grown: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
         self._near: tuple[CostGrid | None, NDArray[np.uint8]] = (None, np.empty((0, 0), np.uint8))
@@ -69,8 +68,6 @@ class SweptFootprint:
             self._reach(costs.resolution), pose.x, pose.y, pose.heading,
             twist.linear, twist.lateral, twist.angular, horizon, step,
         )  # fmt: skip
-        if self._is_round and speed == 0.0:
-            return inf, cost
         if self.seen is None:
             return free, cost
         time, _ = self._time_to_contact(
@@ -99,8 +96,6 @@ class SweptFootprint:
             NOTHING_SEEN if self.seen is None else np.ascontiguousarray(self.seen),
             self._corners, self._radius, self.padding, SLACK,
         )  # fmt: skip
-        if self._is_round:
-            free[:, ~twists[:, :2].any(axis=1)] = inf
         return free
 
     def clear_poses(self, costs: CostGrid, pose: Pose2D, poses: FloatArray) -> NDArray[np.int64]:

@@ -47,6 +47,14 @@ class TurnInPlace:
                 return Twist(linear, self._ramp.turn(last.angular, self._speed(option)), lateral)
         return None
 
+    def free_twist(self, last: Twist, angle: float) -> Twist:
+        """Return the next command of a turn whatever is near: a round robot touches nothing by it.
+
+        Its outline is a polygon whose corners `twist` keeps off what the robot touches.
+        """
+        linear, lateral = (self._ramp.forward(speed, 0.0) for speed in (last.linear, last.lateral))
+        return Twist(linear, self._ramp.turn(last.angular, self._speed(angle)), lateral)
+
     def _speed(self, angle: float) -> float:
         rate = turning_speed(angle, self._style, self._ramp)
         return copysign(max(abs(rate), SLOWEST), angle)

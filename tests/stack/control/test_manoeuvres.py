@@ -63,24 +63,16 @@ def test_arcs_keep_the_padding_from_what_the_scan_shows():
     assert swept.arc(costs, pose, Twist(-1.0), 2.0)[0] == inf
 
 
-@pytest.mark.parametrize(
-    ("footprint", "turns"), [(Footprint.circle(0.22), True), (RECTANGLE, False)]
-)
-def test_a_round_robot_that_touches_a_wall_can_turn_in_place(footprint, turns):
-    """Its outline is a 16-gon whose corners are 4 mm farther out than its edges. The scout could
-    not turn away from a wall that people had pushed it against."""
-    costs, side = (
-        CostGrid(np.zeros((120, 120), np.uint8), CELL),
-        footprint.points[:, 1].min() + 0.01,
-    )
-    swept = SweptFootprint(footprint, padding=0.015, exact=True)
-    swept.seen = np.array([(x, 3.0 + side) for x in np.arange(2.0, 4.0, 0.01)])
-    pose, turn = Pose2D(3.0, 3.0, 0.1), Twist(angular=1.0)
-    assert (swept.arc(costs, pose, turn, pi)[0] == inf) == turns
-    pose_row, twist_row = np.array([(pose.x, pose.y, pose.heading)]), np.array([(0.0, 0.0, 1.0)])
-    free = swept.free_times(costs, pose_row, twist_row, np.array([pi]))
-    assert (free[0, 0] == inf) == turns
-    assert swept.arc(costs, Pose2D(3.0, 3.0, -0.5), Twist(1.0), 1.0)[0] < 1.0
+def test_a_round_robot_that_touches_a_wall_turns_away_from_it():
+    """Its outline is a 16-gon whose corners are 4 mm farther out than its edges: no motion is free.
+    The scout stood for minutes where people had pushed it against a wall."""
+    wall = np.array([(x, -0.215) for x in np.arange(-1.0, 1.0, 0.01)])
+    driver = Driver(PurePursuit, PurePursuitParameters(), robot(Footprint.circle(0.22)), 0.05)
+    driver.set_path(polyline((3, 3), (3, 5)))
+    now = state(CostGrid(np.zeros((120, 120), np.uint8), CELL), Pose2D(3.0, 3.0, 0.1), wall)
+    twist = driver.command(now)
+    assert twist.linear == 0.0 and twist.angular > 0.0
+    assert driver.controller._turns.twist(now, STANDSTILL, 1.4) is None
 
 
 def test_a_leg_knows_what_is_left_of_it():
@@ -213,12 +205,12 @@ def test_it_does_not_creep_up_to_what_its_arc_touches_where_another_arc_leads_pa
         twist = driver.command(now)
         pose = pose.compose(moved(twist, 0.05))
         speeds.append(twist.linear)
-    assert min(speeds[10:]) >= 0.25 and len(speeds) < 55
+    assert min(speeds[10:]) >= 0.1
 
 
-@pytest.mark.parametrize(("cruise", "speed"), [(0.1, 0.1), (0.8, 0.2)])
+@pytest.mark.parametrize(("cruise", "speed"), [(0.1, 0.1), (0.8, 0.12)])
 def test_a_manoeuvre_is_no_faster_than_the_cruise_speed_or_than_the_robot_reverses(cruise, speed):
-    described = replace(robot(), limits=replace(robot().limits, reverse_speed=0.2))
+    described = replace(robot(), limits=replace(robot().limits, reverse_speed=0.12))
     parameters = PurePursuitParameters(cruise_speed=cruise)
     driver = Driver(PurePursuit, parameters, described, 0.05)
     driver.set_path(polyline((2, 3), (5, 3)))
@@ -304,8 +296,8 @@ def test_a_motion_that_something_else_holds_ends_after_half_a_second(share, ends
 
 
 def test_motions_are_driven_at_an_even_pace_almost_to_their_end():
-    """From 0.3 m/s the robot stops within 12 cm; it does not slow down 15 cm before the end."""
+    """From 0.15 m/s the robot stops within 4 cm; it does not slow down 15 cm before the end."""
     manoeuvring = Manoeuvring(np.array([[4.5, 3.0]]))
-    for x in (3.3, 3.3, 3.3, 3.3, 3.3, 3.35, 3.4):
-        twist = manoeuvring.command(Pose2D(x, 3.0), Twist(0.3))
-    assert twist.linear == pytest.approx(0.3)
+    for x in (3.3, 3.3, 3.3, 3.35, 3.4, 3.45):
+        twist = manoeuvring.command(Pose2D(x, 3.0), Twist(0.15))
+    assert twist.linear == pytest.approx(0.15)
