@@ -216,9 +216,8 @@ class PurePursuit(Controller):
                 arc = other
         if arc.free <= self.parameters.clearance:
             return self._return_to_path(segment, state)
-        past = None
-        if self._creeps(arc, segment) and not self._is_blocked(segment, state):
-            past = self._arc_past(segment, state)
+        creeps = self._creeps(arc, segment) and not self._is_blocked(segment, state)
+        past = self._arc_past(segment, state) if creeps else None
         return past or self._driven(arc, segment.remaining)
 
     def _creeps(self, arc: LookaheadArc, segment: PathSegment) -> bool:

@@ -273,7 +273,7 @@ class Safety:
     def _padding(self, twist: Twist) -> float:
         """Distance kept free at a twist's speed, metres."""
         p = self.parameters
-        if p.tight_padding >= p.padding:
+        if p.tight_speed == 0.0 or p.tight_padding >= p.padding:
             return p.padding
         return self._padding_at(self._level(self._rim_speed(twist)))
 

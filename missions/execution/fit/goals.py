@@ -155,13 +155,8 @@ def _goal_findings(goals: Sequence[_Goal], world: World, footprint: Footprint) -
                 sentence = f"{goal.words()} is too near to {_thing(shape)} of {world.name}: "
                 sentence += f"{gaps[nearest[number], number]:.2f} m, the robot needs "
                 sentence += f"{footprint.inscribed_radius:.2f} m"
-            yield Finding(
-                goal.mark,
-                "E181",
-                sentence,
-                "move the goal, or use "
-                "`partial: true`: the robot stops at the nearest place and succeeds",
-            )
+            hint = "move the goal, or use `partial: true`: the robot stops at the nearest place "
+            yield Finding(goal.mark, "E181", sentence, hint + "and succeeds")
             continue
         near = [shapes[row] for row in np.flatnonzero(
             gaps[:, number] < footprint.circumscribed_radius + CLEARANCE)]  # fmt: skip

@@ -47,6 +47,8 @@ def test_who_asks_for_what_the_room_allows_gets_it_and_without_a_tight_speed_not
     assert min(speeds) == max(speeds) == pytest.approx(0.3)
     world, speeds = through(0.44, parameters=replace(PARAMETERS, tight_speed=0.0))
     assert world.pose.x < 3.0 and not speeds
+    careful = Safety(world.robot, replace(PARAMETERS, tight_speed=0.0), world.period)
+    assert careful._padding(Twist(0.1)) == PARAMETERS.padding
 
 
 def test_who_asks_for_less_than_a_crawl_gets_it_in_a_gap_within_the_padding():
