@@ -50,7 +50,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "route": "stack.planning.routes.planner:Route",
     },
     "controller": {
-        "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
+        "pure_pursuit": "stack.control.pure_pursuit.controller:PurePursuit",
         "mppi": "stack.control.mppi.controller:Mppi",
         "dwb": "stack.control.dwb.controller:Dwb",
         "graceful": "stack.control.graceful:Graceful",

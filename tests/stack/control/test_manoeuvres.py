@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.manoeuvre import REACH, ArcPrimitive, Manoeuvres
-from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.control.pure_pursuit.controller import PurePursuit
+from stack.control.pure_pursuit.manoeuvres import REACH, ArcPrimitive, Manoeuvres
+from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.kinematics import moved
 from stack.geometry.path_segment import PathSegment
@@ -215,7 +216,7 @@ def test_a_manoeuvre_is_no_faster_than_the_cruise_speed_or_than_the_robot_revers
     driver = Driver(PurePursuit, parameters, described, 0.05)
     driver.set_path(polyline((2, 3), (5, 3)))
     back = ArcPrimitive.of(Pose2D(3.3, 3.0), Twist(-1.0), 0.4)
-    driver.controller._primitives = (back,)
+    driver.controller._manoeuvre._primitives = (back,)
     twist = STANDSTILL
     for step in range(10):
         now = ControlState(0.05 * step, Pose2D(3.3, 3.0), twist, lane(3.0)[0])
@@ -253,7 +254,7 @@ class Manoeuvring:
         self.costs, self.points, self.time = lane(3.0)[0], points, 0.0
         ahead = ArcPrimitive.of(Pose2D(3.3, 3.0), Twist(1.0), 0.25)
         self.motions = ahead, ArcPrimitive.of(ahead.end, Twist(-1.0), 0.4)
-        self.driver.controller._primitives = self.motions
+        self.driver.controller._manoeuvre._primitives = self.motions
 
     def command(self, pose, twist=STANDSTILL):
         self.time += 0.05
@@ -262,7 +263,7 @@ class Manoeuvring:
 
     @property
     def left(self):
-        return self.driver.controller._primitives
+        return self.driver.controller._manoeuvre._primitives
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import ControlState
-from stack.control.manoeuvre import ArcPrimitive
-from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.control.pure_pursuit.controller import PurePursuit
+from stack.control.pure_pursuit.manoeuvres import ArcPrimitive
+from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError
 from stack.geometry.path_segment import PathSegment
 from stack.navigation.tuning import Tunable
@@ -245,10 +246,12 @@ def test_a_motion_begun_long_ago_is_not_gone_on_with():
     controller.set_path(polyline((4, 2), (7, 2)))
     controller.command(ControlState(0.0, world.pose, STANDSTILL, costs.grid))
     primitives = (ArcPrimitive.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
-    controller.controller._primitives = primitives
+    controller.controller._manoeuvre._primitives = primitives
     controller.follower.stop(1.0)
     controller.follower.start(1.5)
-    assert controller.controller._primitives == primitives  # a newer goal just replaces the older
+    assert (
+        controller.controller._manoeuvre._primitives == primitives
+    )  # a newer goal just replaces the older
     controller.follower.stop(2.0)
     controller.follower.start(30.0)
     controller.set_path(polyline((6, 2), (8, 2)))

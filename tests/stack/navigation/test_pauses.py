@@ -4,7 +4,8 @@ import pytest
 
 from stack.components import Controller
 from stack.control.path_follower import PathFollower
-from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.control.pure_pursuit.controller import PurePursuit
+from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.lifecycle import Timers
 from stack.navigation.activities import Activities
 from stack.navigation.doubt import LocalisationMonitor

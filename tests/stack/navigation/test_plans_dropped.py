@@ -6,7 +6,8 @@ import pytest
 
 from stack.components import CancelToken, choose
 from stack.control.path_follower import PathFollower
-from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.control.pure_pursuit.controller import PurePursuit
+from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.types import FailureCode, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stack.control.pure_pursuit import PurePursuitParameters
+from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
 from stack.navigation.facade.parts import FacadeParts
 from stack.navigation.facade.robot_facade import RobotFacade

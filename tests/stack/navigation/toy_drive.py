@@ -13,7 +13,8 @@ from stack.control.checkers import (
 from stack.control.evasion.evasion import Evasion
 from stack.control.evasion.parameters import EvasionParameters
 from stack.control.path_follower import PathFollower
-from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.control.pure_pursuit.controller import PurePursuit
+from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import NavigationState

@@ -16,81 +16,27 @@ heading at the same time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import hypot, inf
 
 import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.components import Controller, ControlState, StopCriterion
-from stack.control.lookahead_arc import LookaheadArc, lacking_curvature
-from stack.control.manoeuvre import ArcPrimitive, HoldDetector, Manoeuvres
-from stack.control.parameters import FollowingParameters
+from stack.control.pure_pursuit.lookahead_arc import LookaheadArc, lacking_curvature
+from stack.control.pure_pursuit.manoeuvre_driver import ManoeuvreDriver, is_blocked
+from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
-from stack.costmap.route_costs import blocked_at
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import poses_along, speed_towards
 from stack.geometry.path_segment import PathSegment
-from stack.parameters import parameter
-from stack.types import LETHAL_COST, STANDSTILL, Path, Pose2D, Twist
+from stack.types import STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
 
 SHORTER = (1.0, 0.6, 0.35)
 """Factors on the lookahead distance, tried in turn while the arc ahead is not clear."""
-
-PRIMITIVE_DONE = 0.02
-"""Remaining metres or radians at which a motion is complete."""
-
-CLEAR_AHEAD = 0.8
-"""Metres of path ahead that must be clear before a manoeuvre onto it is searched."""
-
-FORGOTTEN = 0.5
-"""Seconds of interruption after which a started manoeuvre is dropped."""
-
-
-@dataclass(frozen=True)
-class PurePursuitParameters(FollowingParameters):
-    """Parameters of `PurePursuit`."""
-
-    min_speed: float = parameter(
-        0.15, "m/s", above=0.0, help="lower limit of the speed regulated by curvature and cost"
-    )
-    creep_speed: float = parameter(
-        0.05, "m/s", above=0.0, help="minimum speed near the goal or an obstacle"
-    )
-    lookahead_time: float = parameter(
-        1.0, "s", above=0.0, help="lookahead distance divided by the speed"
-    )
-    min_lookahead: float = parameter(0.3, "m", above=0.0, help="minimum lookahead distance")
-    max_lookahead: float = parameter(0.9, "m", above=0.0, help="maximum lookahead distance")
-    min_radius: float = parameter(
-        0.9, "m", at_least=0.0, help="radius of arcs below which the speed falls in proportion"
-    )
-    cost_slowdown: float = parameter(
-        0.5, at_least=0.0, at_most=1.0, help="share of speed lost at the highest passable cost"
-    )
-    turn_angle: float = parameter(
-        0.785, "rad", above=0.0, help="angle to the path above which the robot turns in place"
-    )
-    turn_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
-    stop_distance: float = parameter(
-        0.01, "m", above=0.0, help="remaining path at which the robot turns to the goal's heading"
-    )
-    time_to_collision: float = parameter(
-        1.0, "s", above=0.0, help="slows down when a collision is nearer than this"
-    )
-    clearance: float = parameter(
-        0.06, "m", at_least=0.0, help="distance kept to an obstacle on the arc"
-    )
-    omni_heading: str = parameter(
-        "path", one_of=("path", "goal"),
-        help="omnidirectional robots only: heading along the path, or the goal's heading",
-    )  # fmt: skip
-    padding: float = parameter(
-        0.015, "m", at_least=0.0, at_most=0.5, help="distance kept free around the footprint"
-    )
 
 
 class PurePursuit(Controller):
@@ -109,49 +55,42 @@ class PurePursuit(Controller):
     def __init__(
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float
     ) -> None:
-        self.parameters, self._limits, self._period = parameters, robot.limits, period
+        self._limits, self._period = robot.limits, period
         self._drivetrain, self._radius = robot.drivetrain, robot.turning_radius
         self._is_round = robot.footprint.is_round
-        self._ramp = Ramp(self._drivetrain, period, parameters.response_time)
         self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
-        self._manoeuvres = Manoeuvres(self._swept, robot)
-        self._primitives: tuple[ArcPrimitive, ...] = ()
+        self._manoeuvre = ManoeuvreDriver(self._swept, robot, period)
         self._segment: PathSegment | None = None
         self._turning = False
-        self._hold = HoldDetector(period)
         self._last = STANDSTILL
         self._state: ControlState | None = None
-        self._left_at: float | None = None
+        self.configure(parameters)
 
     def configure(self, parameters: PurePursuitParameters) -> None:
         """Apply new parameters."""
         self.parameters, self._swept.padding = parameters, parameters.padding
         self._ramp = Ramp(self._drivetrain, self._period, parameters.response_time)
+        self._style = TurnStyle(
+            parameters.turn_speed, parameters.brake_share, parameters.turn_precision
+        )
+        self._turns = TurnInPlace(self._swept, self._ramp, self._style)
+        self._manoeuvre.configure(parameters, self._ramp, self._turns)
 
     def start(self, now: float) -> None:
         """Begin a drive."""
-        self._return(now)
+        self._manoeuvre.resume(now)
 
     def pause(self, now: float) -> None:
         """Hold the drive."""
-        self._leave(now)
+        self._manoeuvre.leave(now)
 
     def resume(self, now: float) -> None:
         """Continue the drive."""
-        self._return(now)
+        self._manoeuvre.resume(now)
 
     def stop(self, now: float) -> None:
         """End the drive."""
-        self._leave(now)
-
-    def _leave(self, now: float) -> None:
-        self._left_at = now if self._left_at is None else self._left_at
-
-    def _return(self, now: float) -> None:
-        """Drop a manoeuvre that was interrupted for too long."""
-        if self._left_at is None or now - self._left_at > FORGOTTEN:
-            self._primitives = ()
-        self._left_at = None
+        self._manoeuvre.leave(now)
 
     @property
     def stop_criterion(self) -> StopCriterion:
@@ -172,7 +111,7 @@ class PurePursuit(Controller):
         self._swept.seen = None if state.points is None else state.pose.transform(state.points)
         if segment is None:
             return STANDSTILL
-        self._hold.update(self._last, state.twist)
+        self._manoeuvre.compare(self._last, state.twist)
         self._last = self._ramp.rebased(self._last, state.twist)
         if state.at_goal:
             chosen = self._turn(state, wrap(segment.path.goal.heading - state.pose.heading))
@@ -195,15 +134,17 @@ class PurePursuit(Controller):
 
     def _pursue(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """Follow the path: a clear arc or a turn in place; None when neither is safe."""
-        manoeuvre = self._continue_manoeuvre(state)
+        manoeuvre = self._manoeuvre.go_on(state, self._last)
         if manoeuvre is not None:
             return manoeuvre
         lookahead = self._lookahead_distance(state.twist.linear, segment.remaining)
         arc = self._arc(segment, state, segment.lookahead_point(state.pose, lookahead))
         self._turning = abs(arc.bearing) > self._turn_threshold(segment, state)
         if self._turning:
-            turn = self._turn(state, arc.bearing) or self._return_to_path(segment, state)
-            if turn is None and self._is_round and not self._is_blocked(segment, state):
+            turn = self._turn(state, arc.bearing) or self._manoeuvre.begin(
+                segment, state, self._last
+            )
+            if turn is None and self._is_round and not is_blocked(segment, state):
                 turn = self._turns.free_twist(self._last, arc.bearing)
             return turn
         wanted = self._speed(arc, segment.remaining)
@@ -215,9 +156,9 @@ class PurePursuit(Controller):
             if other.free > arc.free and abs(other.bearing) < self.parameters.turn_angle:
                 arc = other
         if arc.free <= self.parameters.clearance:
-            return self._return_to_path(segment, state)
-        creeps = self._creeps(arc, segment) and not self._is_blocked(segment, state)
-        past = self._arc_past(segment, state) if creeps else None
+            return self._manoeuvre.begin(segment, state, self._last)
+        creeps = self._creeps(arc, segment) and not is_blocked(segment, state)
+        past = self._manoeuvre.arc_past(segment, state, self._last) if creeps else None
         return past or self._driven(arc, segment.remaining)
 
     def _creeps(self, arc: LookaheadArc, segment: PathSegment) -> bool:
@@ -231,62 +172,6 @@ class PurePursuit(Controller):
     def _room_speed(self, arc: LookaheadArc) -> float:
         """Speed at which a collision on an arc is `time_to_collision` ahead, m/s."""
         return (arc.free - self.parameters.clearance) / self.parameters.time_to_collision
-
-    def _continue_manoeuvre(self, state: ControlState) -> Twist | None:
-        """The next command of the current manoeuvre; None when there is none."""
-        while self._primitives:
-            room = self._manoeuvres.room(state, self._primitives[0])
-            if room > PRIMITIVE_DONE and not self._hold.is_held:
-                return self._primitive_twist(state, self._primitives[0], room)
-            self._primitives = self._primitives[1:]
-            self._hold.reset()
-        return None
-
-    def _return_to_path(self, segment: PathSegment, state: ControlState) -> Twist | None:
-        """A manoeuvre onto the path, where the path is clear but no arc to it is."""
-        if self._is_blocked(segment, state):
-            return None
-        past = self._arc_past(segment, state)
-        if past is not None:
-            return past
-        self._primitives = self._manoeuvres.around(state, segment)
-        self._hold.reset()
-        return self._continue_manoeuvre(state)
-
-    def _arc_past(self, segment: PathSegment, state: ControlState) -> Twist | None:
-        """Another arc ahead that leads back to the path, unless something holds the robot."""
-        ahead = self._manoeuvres.ahead(state, segment)
-        if ahead is None or self._hold.is_held:
-            return None
-        return self._primitive_twist(state, ahead, ahead.span)
-
-    def _primitive_twist(
-        self, state: ControlState, primitive: ArcPrimitive, room: float
-    ) -> Twist | None:
-        """Drive a motion as far as there is room, metres or radians."""
-        p = self.parameters
-        if not primitive.twist.linear:
-            return self._turn(state, primitive.twist.angular * room)
-        brake = p.brake_share * self._limits.linear_deceleration
-        stopping = stopping_speed(room - PRIMITIVE_DONE, brake, p.response_time + self._period)
-        top = min(p.min_speed, self._cruise())
-        if primitive.twist.linear < 0.0:
-            top = min(top, self._limits.reverse_speed)
-        speed = max(min(p.creep_speed, top), min(top, stopping))
-        if primitive.twist.angular:
-            speed = min(speed, 0.5 * self._limits.angular_speed / abs(primitive.twist.angular))
-        speed *= primitive.twist.linear
-        linear = self._ramp.forward(self._last.linear, speed)
-        turn = abs(linear) * primitive.twist.angular
-        return Twist(linear, self._ramp.turn(self._last.angular, turn))
-
-    def _is_blocked(self, segment: PathSegment, state: ControlState) -> bool:
-        """Whether an obstacle is on the path itself, and not only near it.
-
-        The cells of the costmap are coarser than the scan: a near obstacle may still leave room.
-        """
-        points = segment.ahead(CLEAR_AHEAD)
-        return blocked_at(state.costs, points, state.pose, 0.0, LETHAL_COST) is not None
 
     def _drive_omni(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """Drive straight to a lookahead point; turn at the same time if that is clear too."""
@@ -414,12 +299,3 @@ class PurePursuit(Controller):
         if not self._drivetrain.turns_in_place:
             return self._ramp.stopped(self._last) if state.at_goal else None
         return self._turns.twist(state, self._last, angle)
-
-    @property
-    def _turns(self) -> TurnInPlace:
-        return TurnInPlace(self._swept, self._ramp, self._style)
-
-    @property
-    def _style(self) -> TurnStyle:
-        p = self.parameters
-        return TurnStyle(p.turn_speed, p.brake_share, p.turn_precision)
