@@ -162,7 +162,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         robot = robot.drawn_by(options.renderer)
     start = _start_pose(options.start, mission, world)
     _gather(found, lambda: _check_start(start, options, marks, world, robot))
-    misfits = [] if recording else fit_findings(mission, world, robot)
+    misfits = [] if recording else fit_findings(mission, world, robot, start)
     found.items += [item for item in misfits if item.severity == "error"]
     belief = _belief(mission, start)
     choices = choices_of(mission, robot, options.parameters or {})

@@ -8,13 +8,16 @@ from missions.language.model import Mission
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
 from stack.sim.worlds.world import World
+from stack.types import Pose2D
 
 __all__ = ["fit_findings", "start_problem"]
 
 
-def fit_findings(mission: Mission, world: World, robot: RobotDescription) -> list[Finding]:
+def fit_findings(
+    mission: Mission, world: World, robot: RobotDescription, start: Pose2D
+) -> list[Finding]:
     """Return errors and warnings about goals and speeds that world and robot do not allow."""
     found = speed_findings(mission, robot)
     if mission.map != "none":  # else poses are relative to the start, not to the world
-        found += goal_findings(mission, world, robot.footprint)
+        found += goal_findings(mission, world, robot, start)
     return found
