@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from missions.execution.component_choices import choices_of
-from missions.execution.fit import fit_findings, start_problem
+from missions.execution.fit import fit_findings, setting_findings, start_problem
 from missions.execution.fit.components import (
     Marks,
     check_estimator,
@@ -32,7 +32,7 @@ from missions.execution.resources import (
 from missions.execution.route_graphs import leaves_of, located_planner
 from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
-from missions.language.reading.mission import read_mission
+from missions.language.reading.mission import FaultyMissionError, read_mission
 from missions.language.reading.words import Draft
 from missions.run_options import RunOptions
 from robots.logs.recording import Recording
@@ -140,8 +140,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     Raises:
         InputError: all errors, or those without which the others cannot be checked.
     """
-    arguments = options.arguments or {}
-    mission = read_mission(path, catalogue_of, resources(options.world), arguments, draft)
+    mission = _mission(path, options, draft)
     text = draft.text
     if text is None:
         text = decoded(read_input(path, "mission"), path)
@@ -162,10 +161,11 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         robot = robot.drawn_by(options.renderer)
     start = _start_pose(options.start, mission, world)
     _gather(found, lambda: _check_start(start, options, marks, world, robot))
-    misfits = [] if recording else fit_findings(mission, world, robot)
+    misfits = [] if recording else fit_findings(mission, world, robot, start)
     found.items += [item for item in misfits if item.severity == "error"]
     belief = _belief(mission, start)
     choices = choices_of(mission, robot, options.parameters or {})
+    misfits += setting_findings(mission, robot, choices)
     _gather(found, lambda: check_robot_fits(choices, marks, robot))
     _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
     if recording is None and (options.body or robot.body) == "simulated":
@@ -193,6 +193,34 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()
     return plan
+
+
+def _mission(path: Path, options: RunOptions, draft: Draft) -> Mission:
+    """Read the mission.
+
+    Raises:
+        InputError: its errors; those of its goals too if world and robot are known.
+    """
+    arguments = options.arguments or {}
+    try:
+        return read_mission(path, catalogue_of, resources(options.world), arguments, draft)
+    except FaultyMissionError as error:
+        errors = [*error.findings, *_goal_errors(error.mission, options)]
+        raise InputError(errors) from None
+
+
+def _goal_errors(mission: Mission, options: RunOptions) -> list[Finding]:
+    """Return the errors of the goals of a mission that has other errors."""
+    named, folder = options.world or mission.world, mission.source.parent
+    if not named or mission.replay is not None or options.replay is not None:
+        return []
+    try:
+        robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
+        world = load_world(named, _base_folder(options.world, folder))
+    except InputError:
+        return []  # among the mission's own errors
+    found = fit_findings(mission, world, robot, mission.start or world.start)
+    return [item for item in found if item.severity == "error"]
 
 
 def _recording(options: RunOptions, marks: Marks) -> Recording | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
@@ -18,6 +18,12 @@ from missions.execution.resources import (
     mission_files,
     world_files,
 )
+from missions.inspection.parameter_descriptions import (
+    list_hint,
+    owners_of,
+    parameter_description,
+)
+from missions.inspection.tables import aligned, table
 from missions.language.keys import MODIFIERS, ONLY_FOR, SECTIONS
 from missions.language.kinds import NODES
 from robots.load import robot_names
@@ -103,12 +109,14 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
 def description_of(name: str, known: Installed) -> str:
     """Return the documentation and settings of a behaviour, node, component, robot or world.
 
+    A name with a dot is that of one parameter.
+
     Raises:
         InputError: unknown name; the message suggests the most similar one.
     """
     kind = known.catalogue.get(name)
     if kind is not None:
-        parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
+        parts = [f"{name}: {kind.doc}", table("ports", kind.ports.values())]
         return "\n".join(filter(None, [*parts, _outputs(kind.outputs.values())]))
     if name in NODES or name in MODIFIERS:
         return _describe_word(name)
@@ -116,15 +124,23 @@ def description_of(name: str, known: Installed) -> str:
         if name in found:
             cls = component(component_kind, found[name])
             fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
-            return f"{name}: {(cls.__doc__ or '').strip()}\n{_table('parameters', fields.values())}"
+            return f"{name}: {(cls.__doc__ or '').strip()}\n{table('parameters', fields.values())}"
     if name in SETTINGS:
         doc, fields = SETTINGS[name].__doc__, declarations(SETTINGS[name])
-        return f"{name}: {(doc or '').strip()}\n{_table('parameters', fields.values())}"
+        parts = [f"{name}: {(doc or '').strip()}", table("parameters", fields.values())]
+        return "\n".join(filter(None, [*parts, list_hint(name)]))
     if name in robot_names():
         return _describe_robot(name)
     for file in world_files():
         if file.stem == name:
             return _describe_world(name)
+    if "." in name:
+        return parameter_description(name, known.components)
+    raise _unknown(name, known)
+
+
+def _unknown(name: str, known: Installed) -> InputError:
+    """Return the error for an unknown name, with the most similar one."""
     names = [other for found in known.components.values() for other in found]
     names += [
         *known.catalogue.names(),
@@ -134,7 +150,11 @@ def description_of(name: str, known: Installed) -> str:
         *robot_names(),
         *(file.stem for file in world_files()),
     ]
-    raise InputError(
+    parameters = owners_of(name, known.components)
+    if parameters:
+        many = " or ".join(f"`treepilot describe {item}`" for item in parameters[:3])
+        return InputError(f"{name} is a parameter; use {many}")
+    return InputError(
         f"no behaviour, node, component, robot or world is called {name!r}; "
         f"{suggestion(name, names)}"
     )
@@ -145,7 +165,7 @@ def _describe_word(word: str) -> str:
     if word in NODES:
         kind = NODES[word]
         keeps = f"keeps from tick to tick: {kind.keeps or 'nothing'}"
-        parts = [f"{word}: {kind.doc}", keeps, _table("ports", kind.ports.values()),
+        parts = [f"{word}: {kind.doc}", keeps, table("ports", kind.ports.values()),
                  _outputs(kind.outputs.values())]  # fmt: skip
         return "\n".join(filter(None, parts))
     key = MODIFIERS[word]
@@ -153,44 +173,12 @@ def _describe_word(word: str) -> str:
     where = f"only for: {', '.join(only)}" if only else ""
     rows = [(inner.word, "required" if inner.required else "", inner.doc)
             for inner in SECTIONS.get(key.section, {}).values()]  # fmt: skip
-    return "\n".join(filter(None, [f"{word}: {key.doc}", where, _aligned("keys", rows)]))
-
-
-def _table(title: str, declared: Iterable[Declaration]) -> str:
-    rows = [
-        (
-            item.name,
-            item.type_name(),
-            "required" if item.required else f"default {_shown(item)}",
-            item.range_text(),
-            item.help,
-        )
-        for item in declared
-    ]
-    return _aligned(title, rows)
+    return "\n".join(filter(None, [f"{word}: {key.doc}", where, aligned("keys", rows)]))
 
 
 def _outputs(declared: Iterable[Declaration]) -> str:
     """Return the table of outputs, which have neither default nor range."""
-    return _aligned("outputs", [(item.name, item.type_name(), item.help) for item in declared])
-
-
-def _aligned(title: str, rows: Sequence[Sequence[str]]) -> str:
-    if not rows:
-        return ""
-    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
-    lines = [
-        "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True))
-        for row in rows
-    ]
-    return "\n".join([f"{title}:", *(line.rstrip() for line in lines)])
-
-
-def _shown(item: Declaration) -> str:
-    if isinstance(item.default, float):
-        return f"{item.default:g}{' ' + item.unit if item.unit else ''}"
-    plain = item.default is None or isinstance(item.default, bool)
-    return str(item.default).lower() if plain else str(item.default)
+    return aligned("outputs", [(item.name, item.type_name(), item.help) for item in declared])
 
 
 def _kind_summary(catalogue: Catalogue, name: str) -> str:

@@ -10,7 +10,8 @@ from typing import Any, cast
 from missions.execution.component_choices import MAPLESS_DEFAULTS
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from stack.components import Choice
-from stack.parameters import Declaration, declarations, values_of
+from stack.errors import InputError
+from stack.parameters import Declaration, declarations, nearest, values_of
 
 DEFAULT, COMMAND_LINE = "default", "--parameter"
 
@@ -48,6 +49,28 @@ def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origi
     found = [origin for kind, choice in plan.choices.items() for origin in _of(plan, kind, choice)]
     given = options.parameters or {}
     return [replace(item, source=COMMAND_LINE) if item.name in given else item for item in found]
+
+
+def filtered(origins: list[Origin], wanted: str) -> list[Origin]:
+    """Return the parameters of one kind, or else those whose names contain a text.
+
+    Args:
+        origins: of a mission.
+        wanted: a kind such as `safety`, or a part of a name; empty: all.
+
+    Raises:
+        InputError: no parameter of the mission has such a name.
+    """
+    kinds = {item.name.partition(".")[0] for item in origins}
+    if wanted in kinds:
+        return [item for item in origins if item.name.startswith(f"{wanted}.")]
+    found = [item for item in origins if wanted.lower() in item.name]
+    if not found:
+        names = {part for item in origins for part in (item.name, item.name.partition(".")[2])}
+        close = nearest(wanted, sorted(kinds | names))
+        hint = f"did you mean {close!r}?" if close else f"kinds: {', '.join(sorted(kinds))}"
+        raise InputError(f"no parameter of the mission has {wanted!r} in its name; {hint}")
+    return found
 
 
 def lines_of(origins: list[Origin]) -> list[str]:

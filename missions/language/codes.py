@@ -242,6 +242,9 @@ CODES: dict[str, Code] = {
     "W142": Code("sees nothing", "a detector without a camera, or a layer without a detector",
                  "navigation: {costmap: {layers: [static, semantic]}}",
                  "give the robot a camera, or the mission a model"),
+    "W143": Code("goal out of reach", "no way as wide as the robot leads from the start to it",
+                 "run: {navigate_to_pose: [14.4, 5.0]}",
+                 "move the goal, or use `partial: true`"),
     "W170": Code("text without a case", "an argument can have a text for which there is no case",
                  "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",

@@ -48,11 +48,15 @@ class GoalAlignmentParameters(FollowingParameters):
     rotate_until: float = parameter(
         0.3, at_least=0.0, at_most=1.0, help="share of rotate_angle at which that turn ends"
     )
-    rotate_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
+    rotate_speed: float = parameter(
+        1.4, "rad/s", above=0.0, robot_limit="angular_speed", help="top speed of turns in place"
+    )
     stop_distance: float = parameter(
         0.03, "m", above=0.0, help="distance to the goal at which the robot turns to its heading"
     )
-    turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
+    turn_speed: float = parameter(
+        1.9, "rad/s", above=0.0, robot_limit="angular_speed", help="top turning speed"
+    )
 
 
 class GoalAlignment:

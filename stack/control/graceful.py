@@ -45,7 +45,9 @@ class GracefulParameters(GoalAlignmentParameters):
     """Parameters of `Graceful`."""
 
     min_speed: float = parameter(0.1, "m/s", above=0.0, help="minimum speed in bends")
-    min_lookahead: float = parameter(0.15, "m", above=0.0, help="nearest target on the path")
+    min_lookahead: float = parameter(
+        0.15, "m", above=0.0, not_above="max_lookahead", help="nearest target on the path"
+    )
     max_lookahead: float = parameter(0.8, "m", above=0.0, help="farthest target on the path")
     k_phi: float = parameter(
         2.0, above=0.0, help="ratio of the rates at which heading and distance converge"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from stack.errors import ParameterError
 from stack.mapping.limits import LEAST_RESOLUTION
 from stack.parameters import parameter
 
@@ -34,10 +33,14 @@ class ObstacleParameters:
     """Parameters of the obstacle layer."""
 
     obstacle_range: float = parameter(
-        2.5, "m", above=0.0, help="returns up to this distance mark obstacles"
-    )
+        2.5, "m", above=0.0, not_above="clearing_range",
+        help="returns up to this distance mark obstacles",
+    )  # fmt: skip
     clearing_range: float = parameter(
-        3.0, "m", above=0.0, help="beams clear cells up to this distance"
+        3.0,
+        "m",
+        above=0.0,
+        help="beams clear cells up to this distance; marks beyond it would stay",
     )
     decay: float = parameter(
         60.0, "s", at_least=0.0, help="an obstacle not seen for this long is removed; 0: never"
@@ -45,15 +48,6 @@ class ObstacleParameters:
     persistence: float = parameter(
         0.0, "s", at_least=0.0, help="beams do not clear marks younger than this"
     )
-
-    def __post_init__(self) -> None:
-        if self.clearing_range < self.obstacle_range:
-            raise ParameterError(
-                "clearing_range",
-                f"{self.clearing_range:g} m is less than obstacle_range "
-                f"{self.obstacle_range:g} m: marks beyond it could never be cleared",
-                f"use at least {self.obstacle_range:g} m",
-            )
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stack.errors import ParameterError
 from stack.parameters import parameter
 
 
@@ -26,8 +25,9 @@ class LocaliserParameters:
         0.05, "rad", at_least=0.0, help="standard deviation of the initial heading of the mission"
     )
     min_particles: int = parameter(
-        300, at_least=50, at_most=20000, help="number of particles when the pose is certain"
-    )
+        300, at_least=50, at_most=20000, not_above="max_particles",
+        help="number of particles when the pose is certain",
+    )  # fmt: skip
     max_particles: int = parameter(
         3000, at_least=50, at_most=20000, help="number of particles over the whole map"
     )
@@ -142,8 +142,9 @@ class LocaliserParameters:
         0.01, "m", at_least=0.0, help="standard deviation of a lidar range, for the health"
     )
     lost_health: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, help="health below which the robot counts as lost"
-    )
+        0.3, at_least=0.0, at_most=1.0, not_above="good_health",
+        help="health below which the robot counts as lost",
+    )  # fmt: skip
     good_health: float = parameter(
         0.5, at_least=0.0, at_most=1.0, help="health from which on the pose counts as right"
     )
@@ -249,14 +250,6 @@ class LocaliserParameters:
         3.0, above=0.0, at_most=100.0,
         help="largest evidence of the markers in one picture for or against a mode",
     )  # fmt: skip
-
-    def __post_init__(self) -> None:
-        if self.max_particles < self.min_particles:
-            raise ParameterError(
-                "max_particles",
-                f"{self.max_particles} is less than min_particles {self.min_particles}",
-                f"use at least {self.min_particles}",
-            )
 
 
 @dataclass(frozen=True)

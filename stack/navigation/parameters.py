@@ -131,11 +131,16 @@ class NavigationParameters:
     obscured_distance: float = parameter(
         5.0, "m", at_least=0.0, help="distance driven by odometry so before the robot stands"
     )
-    spin_speed: float = parameter(1.0, "rad/s", above=0.0, help="turning speed of spins")
-    back_up_speed: float = parameter(0.15, "m/s", above=0.0, help="speed of backing up")
-    straight_speed: float = parameter(
-        0.25, "m/s", above=0.0, help="speed of driving straight on a heading"
+    spin_speed: float = parameter(
+        1.0, "rad/s", above=0.0, robot_limit="angular_speed", help="turning speed of spins"
     )
+    back_up_speed: float = parameter(
+        0.15, "m/s", above=0.0, robot_limit="reverse_speed", help="speed of backing up"
+    )
+    straight_speed: float = parameter(
+        0.25, "m/s", above=0.0, robot_limit="linear_speed",
+        help="speed of driving straight on a heading",
+    )  # fmt: skip
     escape_speed: float = parameter(
         0.15, "m/s", above=0.0, help="speed of driving out of a tight spot"
     )

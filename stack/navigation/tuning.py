@@ -8,7 +8,7 @@ from operator import is_not
 from typing import Any
 
 from stack.errors import ParameterError
-from stack.parameters import declarations, suggestion, values_of
+from stack.parameters import check_relations, declarations, suggestion, values_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ def change(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
     """Set a parameter; return the value as read.
 
     Raises:
-        ParameterError: unknown component or parameter, or an invalid value.
+        ParameterError: unknown component or parameter, or an invalid value, also beside the others.
     """
     component, _, parameter = name.partition(".")
     if component not in tunables:
@@ -76,5 +76,7 @@ def change(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
             name, f"{component} has no parameter {parameter!r}", suggestion(parameter, declared)
         )
     value = declared[parameter].read(raw)
-    tunables[component].apply(replace(parameters, **{parameter: value}))
+    changed = replace(parameters, **{parameter: value})
+    check_relations(changed, {parameter})
+    tunables[component].apply(changed)
     return value

@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -53,6 +53,9 @@ class Declaration:
         at_most: inclusive upper bound of numbers.
         above: exclusive lower bound of numbers.
         one_of: the allowed texts; empty if any text is allowed.
+        not_above: another parameter of the same component that the value must not exceed, unless
+            that is 0 or None: switched off.
+        robot_limit: the field of the robot's `Limits` that limits the value.
     """
 
     name: str
@@ -64,6 +67,8 @@ class Declaration:
     at_most: float | None = None
     above: float | None = None
     one_of: tuple[str, ...] = ()
+    not_above: str = ""
+    robot_limit: str = ""
 
     @property
     def required(self) -> bool:
@@ -129,9 +134,12 @@ class Declaration:
 def parameter(  # noqa: PLR0913 - the attributes of a declaration
     default: T, unit: str = "", *, help: str, at_least: float | None = None,
     at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
+    not_above: str = "", robot_limit: str = "",
 ) -> T:  # fmt: skip
     """Define a dataclass field with a declaration."""
-    declared = Declaration("", None, help, unit, default, at_least, at_most, above, one_of)
+    declared = Declaration(
+        "", None, help, unit, default, at_least, at_most, above, one_of, not_above, robot_limit
+    )
     return dataclasses.field(default=default, metadata={"declaration": declared})
 
 
@@ -153,6 +161,37 @@ def values_of(instance: Any) -> dict[str, Any]:
     return {item.name: getattr(instance, item.name) for item in dataclasses.fields(instance)}
 
 
+def check_relations(instance: Any, written: Collection[str]) -> None:
+    """Check that no parameter is above the one that it is declared `not_above`.
+
+    Args:
+        instance: of a parameter dataclass.
+        written: the parameters that a user has set: one of them is named.
+
+    Raises:
+        ParameterError: one is; quotes both values.
+    """
+    kind: type = type(instance)
+    declared, values = declarations(kind), values_of(instance)
+    for low in declared.values():
+        if not low.not_above:
+            continue
+        high = declared[low.not_above]
+        least, most = values[low.name], values[high.name]
+        if least is None or not most or least <= most:
+            continue
+        lower, higher = _with_unit(least, low.unit), _with_unit(most, high.unit)
+        if low.name in written or high.name not in written:
+            sentence, hint = f"{lower} is above {high.name} {higher}", f"use at most {higher}"
+            raise ParameterError(low.name, sentence, f"{hint}, or a higher {high.name}")
+        sentence, hint = f"{higher} is less than {low.name} {lower}", f"use at least {lower}"
+        raise ParameterError(high.name, sentence, f"{hint}, or a lower {low.name}")
+
+
+def _with_unit(number: float, unit: str) -> str:
+    return f"{number:g} {unit}".rstrip()
+
+
 def refuse_changes(names: Iterable[str], former: Any, new: Any) -> None:
     """Check that these parameters are the same in two instances of a parameter dataclass.
 
@@ -169,7 +208,8 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
     """Construct a parameter dataclass from raw values; each is converted and checked.
 
     Raises:
-        ParameterError: an unknown name (with the most similar known one) or a wrong value.
+        ParameterError: an unknown name (with the most similar known one), a wrong value, or two
+            values that contradict each other.
     """
     known = declarations(typing.cast("type", parameters))
     checked = {}
@@ -181,7 +221,9 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
                 hint = f"write `{MOVED[name]}`"
             raise ParameterError(str(name), f"there is no parameter {name!r} here", hint)
         checked[name] = known[name].read(raw)
-    return parameters(**checked)
+    instance = parameters(**checked)
+    check_relations(instance, checked)
+    return instance
 
 
 def type_name(kind: Any, unit: str = "") -> str:

@@ -20,7 +20,7 @@ class SafetyParameters:
         help="distance kept free up to tight_speed; if not below padding, padding always holds",
     )  # fmt: skip
     tight_speed: float = parameter(
-        0.15, "m/s", at_least=0.0,
+        0.15, "m/s", at_least=0.0, not_above="padding_speed",
         help="highest speed of any point of the robot past an obstacle tight_padding away; "
         "0: padding always holds",
     )  # fmt: skip

@@ -1,5 +1,6 @@
 """Values as they stand in files, and what they mean."""
 
+from dataclasses import dataclass
 from math import pi
 
 import pytest
@@ -7,7 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stack.errors import ParameterError
-from stack.parameters import Declaration, build, read_quantity, refuse_changes, values_of
+from stack.parameters import (
+    Declaration,
+    build,
+    parameter,
+    read_quantity,
+    refuse_changes,
+    values_of,
+)
 from stack.planning.astar import AstarParameters
 from stack.types import Pose2D
 
@@ -67,6 +75,37 @@ def test_any_pose_reads_back(x, y, heading):
 def test_a_key_that_is_no_text_is_an_unknown_parameter(name):
     with pytest.raises(ParameterError, match=f"there is no parameter {name!r} here"):
         build(AstarParameters, {name: 1})
+
+
+@dataclass(frozen=True)
+class Band:
+    slow: float = parameter(0.2, "m/s", not_above="fast", help="lower speed")
+    fast: float = parameter(0.5, "m/s", help="higher speed; 0: off")
+
+
+@pytest.mark.parametrize(
+    ("values", "error"),
+    [
+        ({"slow": 0.8}, "slow: 0.8 m/s is above fast 0.5 m/s"),
+        ({"slow": 0.8, "fast": 0.3}, "slow: 0.8 m/s is above fast 0.3 m/s"),
+        ({"fast": 0.1}, "fast: 0.1 m/s is less than slow 0.2 m/s"),
+    ],
+)
+def test_values_that_contradict_each_other_are_refused_at_what_is_written(values, error):
+    with pytest.raises(ParameterError) as caught:
+        build(Band, values)
+    assert str(caught.value) == error
+
+
+def test_equal_values_and_one_that_is_off_do_not_contradict():
+    assert build(Band, {"slow": 0.5}).slow == 0.5
+    assert build(Band, {"slow": 0.8, "fast": 0.0}).fast == 0.0
+
+
+def test_the_other_value_is_in_the_hint():
+    with pytest.raises(ParameterError) as caught:
+        build(Band, {"fast": 0.1})
+    assert caught.value.hint == "use at least 0.2 m/s, or a lower slow"
 
 
 def test_values_of_a_dataclass_are_the_objects_themselves():

@@ -22,14 +22,20 @@ class Kind(StrEnum):
     GOAL_CHECKERS = "goal_checkers"
     PROGRESS_CHECKERS = "progress_checkers"
     ESTIMATORS = "estimators"
+    ODOMETRY = "odometry"
     LAYERS = "layers"
 
 
 def list_(
-    kind: Annotated[Kind, typer.Argument(metavar="KIND", help="kind to list")],
+    kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"one of: {', '.join(Kind)}")],
     mission: PluginsOf = None,
 ) -> None:
-    """List behaviours, nodes, robots, worlds or components."""
+    """List behaviours, nodes, robots, worlds or components.
+
+    \b
+    treepilot list behaviours
+    treepilot list worlds
+    """
     from missions.inspection.listing import installed, rows_of
 
     known = installed(mission)
@@ -43,11 +49,21 @@ def list_(
 
 def describe(
     name: Annotated[
-        str, typer.Argument(help="name of a behaviour, node, modifier, component, robot or world")
+        str,
+        typer.Argument(
+            help="name of a behaviour, node, modifier, component, robot or world, or KIND.PARAMETER"
+        ),
     ],
     mission: PluginsOf = None,
 ) -> None:
-    """Describe a behaviour, node, component, robot or world."""
+    """Describe a behaviour, node, component, robot or parameter.
+
+    \b
+    treepilot describe navigate_to_pose
+    treepilot describe pure_pursuit
+    treepilot describe safety
+    treepilot describe safety.padding_speed
+    """
     from missions.inspection.listing import description_of, installed
 
     known = installed(mission)

@@ -7,8 +7,15 @@ import typer
 from missions.cli.arguments import MissionArgument, Settings, assignments
 
 
-def parameters(
+def parameters(  # noqa: PLR0913 - each is an option of the command
     mission: MissionArgument,
+    wanted: Annotated[
+        str,
+        typer.Argument(
+            metavar="[NAME]",
+            help="show only this kind (`safety`) or names with this text (`speed`)",
+        ),
+    ] = "",
     robot: Annotated[
         str | None, typer.Option(help="use another robot: a name or a robot.yaml")
     ] = None,
@@ -21,9 +28,17 @@ def parameters(
         bool, typer.Option("--changed", help="show only parameters that a file or option sets")
     ] = False,
 ) -> None:
-    """Show the parameters of a mission and the file that sets each."""
+    """Show the parameters of a mission and the file that sets each.
+
+    Columns: name, value, source and meaning. `treepilot describe NAME` explains one parameter.
+
+    \b
+    treepilot parameters 02_office_patrol safety
+    treepilot parameters 02_office_patrol cruise_speed
+    treepilot parameters 02_office_patrol --changed
+    """
     from missions.execution.prepare import RunOptions
-    from missions.inspection.parameter_sources import lines_of, parameters_of
+    from missions.inspection.parameter_sources import filtered, lines_of, parameters_of
 
     found = parameters_of(
         mission,
@@ -33,5 +48,8 @@ def parameters(
             parameters=assignments(parameter or [], "--parameter"),
         ),
     )
-    for line in lines_of([item for item in found if item.is_set or not changed]):
+    found = [item for item in filtered(found, wanted) if item.is_set or not changed]
+    for line in lines_of(found):
         typer.echo(line)
+    if wanted and not found:
+        typer.echo(f"no file or option sets a parameter of {wanted!r}", err=True)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
+from missions.execution.fit.reachability import ReachableFloor
 from missions.execution.fit.steps import every_step
+from missions.language.analysis.claims import number_of
 from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.model import (
     Constant,
@@ -20,6 +23,8 @@ from missions.language.model import (
     Value,
 )
 from stack.documents import Finding, Mark
+from stack.drivetrain.description import RobotDescription
+from stack.planning.parameters import PlannerParameters
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Footprint, Pose2D
@@ -32,21 +37,41 @@ _SPACING = 0.02
 
 @dataclass(frozen=True)
 class _Goal:
-    """A goal: its pose, where it is written, and whether being near to it is enough."""
+    """A goal: its pose, where it is written, and how near to it is enough.
+
+    Attributes:
+        tolerance: metres; infinite if it is not known before the mission runs.
+    """
 
     pose: Pose2D
     mark: Mark
     name: str
     is_partial: bool
+    tolerance: float = 0.0
 
     def words(self) -> str:
         at = f"({self.pose.x:g}, {self.pose.y:g})"
         return f"the goal {self.name} {at}" if self.name else f"the goal {at}"
 
 
-def goal_findings(mission: Mission, world: World, footprint: Footprint) -> list[Finding]:
-    """Return errors and warnings about goals at which the robot cannot stand."""
-    return list(_goal_findings(_Goals(mission).all(), world, footprint))
+def goal_findings(
+    mission: Mission, world: World, robot: RobotDescription, start: Pose2D
+) -> list[Finding]:
+    """Return errors and warnings about goals at which the robot cannot stand or arrive.
+
+    Args:
+        mission: a checked mission with poses in the world frame.
+        world: world as it is when the mission starts.
+        robot: its footprint and height count.
+        start: where the mission starts; in an obstacle, no goal is called unreachable.
+    """
+    goals = _Goals(mission).all()
+    found = list(_goal_findings(goals, world, robot.footprint))
+    faulty = {item.mark for item in found if item.severity == "error"}
+    sound = [goal for goal in goals if not goal.is_partial and goal.mark not in faulty]
+    if sound:
+        found += _unreachable(sound, world, robot, start)
+    return found
 
 
 def start_problem(start: Pose2D, world: World, footprint: Footprint) -> str:
@@ -87,16 +112,17 @@ class _Goals:
 
     def all(self) -> list[_Goal]:
         """Return every goal that is known before the mission runs, each position once."""
-        found: dict[tuple[Mark, Pose2D, bool], _Goal] = {}
+        found: dict[tuple[Mark, Pose2D, bool, float], _Goal] = {}
         for step in every_step(self.mission):
             if not isinstance(step, Leaf):
                 continue
             partial = step.ports.get("partial")
             is_partial = isinstance(partial, Constant) and partial.value is True
+            tolerance = _tolerance(step.ports.get("tolerance"))
             for port in step.behaviour.goal_ports:
                 for pose, mark, name in self._poses(step.ports.get(port), step.mark, ()):
-                    goal = _Goal(pose, mark, name, is_partial)
-                    found.setdefault((mark, pose, is_partial), goal)
+                    goal = _Goal(pose, mark, name, is_partial, tolerance)
+                    found.setdefault((mark, pose, is_partial, tolerance), goal)
         return list(found.values())
 
     def _poses(
@@ -127,6 +153,32 @@ def _constants(value: Constant, mark: Mark) -> Iterator[tuple[Pose2D, Mark, str]
             if isinstance(pose, Pose2D):
                 at = value.items[number] if number < len(value.items) else where
                 yield pose, at, f"{number + 1} of {name}" if name else ""
+
+
+def _tolerance(value: Value | None) -> float:
+    """Return how far from a goal a drive may end, metres: at least the planner's tolerance."""
+    known = number_of(value)
+    if known is not None:
+        return max(known, PlannerParameters.tolerance)
+    is_open = value is not None and not isinstance(value, Constant)
+    return inf if is_open else PlannerParameters.tolerance
+
+
+def _unreachable(
+    goals: Sequence[_Goal], world: World, robot: RobotDescription, start: Pose2D
+) -> Iterator[Finding]:
+    """Report goals to which no way of the robot's width leads."""
+    floor = ReachableFloor(world, robot, start)
+    width = 2.0 * robot.footprint.inscribed_radius
+    for goal in goals:
+        if floor.reaches(goal.pose, goal.tolerance):
+            continue
+        x, y = floor.nearest(goal.pose)
+        sentence = f"no way leads from the start ({start.x:g}, {start.y:g}) to {goal.words()}: "
+        sentence += f"{robot.name} is {width:.2f} m wide; the nearest place that it can reach is "
+        sentence += f"({x:.2f}, {y:.2f})"
+        hint = "move the goal, make an opening in the world, or use `partial: true`"
+        yield Finding(goal.mark, "W143", sentence, hint, "warning")
 
 
 def _goal_findings(goals: Sequence[_Goal], world: World, footprint: Footprint) -> Iterator[Finding]:

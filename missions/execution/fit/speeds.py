@@ -2,18 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from missions.execution.fit.steps import every_step
 from missions.language.analysis.claims import is_literal, mark_of, number_of
 from missions.language.model import Constant, Leaf, Mission, Step, Value
+from stack.components import Choice
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
+from stack.parameters import declarations
 
 
 def speed_findings(mission: Mission, robot: RobotDescription) -> list[Finding]:
     """Return warnings about speeds that the robot cannot reach."""
     return [item for step in every_step(mission) for item in _speeds(step, robot)]
+
+
+def setting_findings(
+    mission: Mission, robot: RobotDescription, choices: Mapping[str, Choice]
+) -> Iterator[Finding]:
+    """Yield a warning for each speed that the mission or its files set above the robot's limit.
+
+    Values of the robot file, the command line and defaults are not reported.
+    """
+    for kind, choice in choices.items():
+        named = mission.components.get(kind)
+        if named is None or (named.use or choice.name) != choice.name:
+            continue  # the mission's parameters belong to another component
+        parameters: type = type(choice.parameters)
+        for name, declared in declarations(parameters).items():
+            if not declared.robot_limit or name not in named.values:
+                continue
+            speed = getattr(choice.parameters, name)
+            most = getattr(robot.limits, declared.robot_limit)
+            # The command line can replace the mission's value.
+            if speed <= most + 1e-9 or declared.read(named.values[name]) != speed:
+                continue
+            unit = declared.unit
+            sentence = f"{kind}.{name}: {speed:g} {unit} is limited to {most:g} {unit} by the robot"
+            hint = f"use at most {most:g} {unit}"
+            mark = named.marks.get(name, named.mark)
+            yield Finding(mark, "W141", f"{sentence} {robot.name}", hint, "warning")
 
 
 def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:

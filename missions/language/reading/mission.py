@@ -32,12 +32,24 @@ from missions.language.reading.robot import HeaderValues
 from missions.language.reading.trees import read_bodies
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import Draft, Words
-from stack.documents import Findings, Node, Section, read_document
+from stack.documents import Finding, Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.types import Pose2D
 
 CatalogueFor = Callable[[list[Node], Path, Findings], Catalogue]
 """(nodes under `plugins`, folder of the mission, findings) -> catalogue."""
+
+
+class FaultyMissionError(InputError):
+    """A mission has errors, but its nodes could be read.
+
+    Attributes:
+        mission: the model without what has errors, for checks that need no more.
+    """
+
+    def __init__(self, findings: Sequence[Finding], mission: Mission) -> None:
+        super().__init__(findings)
+        self.mission = mission
 
 
 def read_mission(
@@ -54,7 +66,8 @@ def read_mission(
         draft: text to read instead of the file's, and a recorder of its words.
 
     Raises:
-        InputError: with all errors found.
+        FaultyMissionError: with all errors found.
+        InputError: likewise, if there is no `run` that could be read.
     """
     keys = (*MISSION, *RESERVED)
     draft = draft or Draft()
@@ -107,13 +120,13 @@ class _Reading:
             self.findings.items += of_cases.items
         if key_flow is not None:
             key_flow.keys(keys, cases)
-        self.findings.raise_errors()
-        assert root is not None
+        if root is None:
+            raise InputError(self.findings.errors)
         warnings = sorted(
             (item for item in self.findings.items if item.severity == "warning"),
             key=lambda item: item.mark,
         )
-        return Mission(
+        mission = Mission(
             name=name, source=self.path, root=root, robot=robot, world=world, doc=doc,
             start=start if isinstance(start, Pose2D) else None, map=map_name,
             initial_pose=initial_pose or "start", components=components,
@@ -124,6 +137,9 @@ class _Reading:
             blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
             includes=tuple(self.includes.files), replay=replay, markers=markers,
         )  # fmt: skip
+        if self.findings.errors:
+            raise FaultyMissionError(self.findings.errors, mission)
+        return mission
 
     def _names(
         self, world: str, included: Layer, overrides: Overrides

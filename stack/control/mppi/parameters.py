@@ -16,8 +16,9 @@ class MppiParameters(GoalAlignmentParameters):
     """
 
     reverse_speed: float = parameter(
-        0.2, "m/s", at_least=0.0, help="top speed backward; 0: never reverse"
-    )
+        0.2, "m/s", at_least=0.0, robot_limit="reverse_speed",
+        help="top speed backward; 0: never reverse",
+    )  # fmt: skip
     blind_speed: float = parameter(
         0.15, "m/s", at_least=0.0, help="top speed backward into ground that no sensor covers"
     )

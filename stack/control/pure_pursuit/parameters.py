@@ -21,7 +21,9 @@ class PurePursuitParameters(FollowingParameters):
     lookahead_time: float = parameter(
         1.0, "s", above=0.0, help="lookahead distance divided by the speed"
     )
-    min_lookahead: float = parameter(0.3, "m", above=0.0, help="minimum lookahead distance")
+    min_lookahead: float = parameter(
+        0.3, "m", above=0.0, not_above="max_lookahead", help="minimum lookahead distance"
+    )
     max_lookahead: float = parameter(0.9, "m", above=0.0, help="maximum lookahead distance")
     min_radius: float = parameter(
         0.9, "m", at_least=0.0, help="radius of arcs below which the speed falls in proportion"
@@ -32,7 +34,9 @@ class PurePursuitParameters(FollowingParameters):
     turn_angle: float = parameter(
         0.785, "rad", above=0.0, help="angle to the path above which the robot turns in place"
     )
-    turn_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
+    turn_speed: float = parameter(
+        1.4, "rad/s", above=0.0, robot_limit="angular_speed", help="top speed of turns in place"
+    )
     stop_distance: float = parameter(
         0.01, "m", above=0.0, help="remaining path at which the robot turns to the goal's heading"
     )

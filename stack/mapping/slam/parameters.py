@@ -145,8 +145,9 @@ class SlamParameters(MapperParameters):
         0.1, above=0.0, at_most=1.0, help="share of a new scan in the health"
     )
     lost_health: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, help="health below which the robot counts as lost"
-    )
+        0.3, at_least=0.0, at_most=1.0, not_above="good_health",
+        help="health below which the robot counts as lost",
+    )  # fmt: skip
     good_health: float = parameter(
         0.5, at_least=0.0, at_most=1.0, help="health from which on the pose counts as right"
     )

@@ -81,19 +81,68 @@ def covered_cells(
     return covered
 
 
-def _cover(covered: NDArray[np.bool_], outline: Outline, grid: OccupancyGrid) -> None:
-    """Mark the cells that an outline overlaps; only cells near it are tested."""
+def cells_near(world: World, resolution: float, distance: float) -> NDArray[np.bool_]:
+    """Return the cells whose middles are nearer to an obstacle than a distance.
+
+    The distances are exact, so that two cells of a way on which a disc of this radius fits are
+    never separated by the grid.
+
+    Args:
+        world: world with walls, boxes and cylinders; its doors are open.
+        resolution: side of a cell, metres.
+        distance: metres, > 0.
+
+    Returns:
+        (rows, columns) over the bounds.
+    """
+    found = np.zeros(map_shape(world, resolution), dtype=np.bool_)
+    grid = OccupancyGrid(np.zeros(found.shape, np.int8), resolution, world.bounds[:2])
+    for outline in outlines(world):
+        near, xs, ys = _window(found, outline, grid, distance)
+        if near.size:
+            near |= _is_near(outline, xs, ys, distance - TOUCHING)
+    return found
+
+
+def _is_near(
+    outline: Outline, xs: FloatArray, ys: FloatArray, distance: float
+) -> NDArray[np.bool_]:
+    """Tell whether points (xs, ys) are nearer to an outline than a distance, or inside it."""
+    near: NDArray[np.bool_]
+    if isinstance(outline, Disc):
+        reach = outline.radius + distance
+        near = np.square(xs - outline.x) + np.square(ys - outline.y) < reach * reach
+        return near
+    pose = outline.pose
+    c, s = np.cos(pose.heading), np.sin(pose.heading)
+    dx, dy = xs - pose.x, ys - pose.y
+    beyond_x = np.maximum(np.abs(c * dx + s * dy) - outline.half_length, 0.0)
+    beyond_y = np.maximum(np.abs(c * dy - s * dx) - outline.half_width, 0.0)
+    near = np.square(beyond_x) + np.square(beyond_y) < distance * distance
+    return near
+
+
+def _window(
+    cells: NDArray[np.bool_], outline: Outline, grid: OccupancyGrid, margin: float
+) -> tuple[NDArray[np.bool_], FloatArray, FloatArray]:
+    """Return the cells within a margin of an outline's extent, with x and y of their middles."""
     x_min, y_min, x_max, y_max = outline.extent
-    first_row, first_column = grid.cell_at(x_min - TOUCHING, y_min - TOUCHING)
-    last_row, last_column = grid.cell_at(x_max + TOUCHING, y_max + TOUCHING)
+    first_row, first_column = grid.cell_at(x_min - margin, y_min - margin)
+    last_row, last_column = grid.cell_at(x_max + margin, y_max + margin)
     rows = slice(max(first_row, 0), max(last_row + 1, 0))
     columns = slice(max(first_column, 0), max(last_column + 1, 0))
-    near = covered[rows, columns]
-    if near.size == 0:
-        return
+    near = cells[rows, columns]
     middles_x = grid.origin[0] + (columns.start + 0.5 + np.arange(near.shape[1])) * grid.resolution
     middles_y = grid.origin[1] + (rows.start + 0.5 + np.arange(near.shape[0])) * grid.resolution
     xs, ys = np.meshgrid(middles_x, middles_y)
+    return near, xs, ys
+
+
+def _cover(covered: NDArray[np.bool_], outline: Outline, grid: OccupancyGrid) -> None:
+    """Mark the cells that an outline overlaps; only cells near it are tested."""
+    near, xs, ys = _window(covered, outline, grid, TOUCHING)
+    if near.size == 0:
+        return
     if isinstance(outline, Disc):
         near |= _disc_overlap(outline, xs, ys, grid.resolution / 2)
     else:

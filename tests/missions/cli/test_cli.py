@@ -267,6 +267,26 @@ def test_parameters_changed_shows_what_a_file_or_option_sets():
     assert line.split()[:2] == ["controller.cruise_speed", "0.4"]
 
 
+def test_parameters_are_filtered_by_kind_or_text():
+    words = ("parameters", "01_drive_to_a_point")
+    names = [line.split()[0] for line in treepilot(*words, "safety").stdout.splitlines()]
+    assert "safety.padding" in names and all(name.startswith("safety.") for name in names)
+    names = [line.split()[0] for line in treepilot(*words, "cruise").stdout.splitlines()]
+    assert names == ["controller.cruise_speed"]
+    done = treepilot(*words, "cruse_speed")
+    assert done.returncode == 2 and "did you mean 'cruise_speed'?" in done.stderr
+    done = treepilot(*words, "safety", "--changed")
+    assert (done.returncode, done.stdout) == (0, "")
+    assert "no file or option sets a parameter of 'safety'" in done.stderr
+
+
+def test_the_help_of_list_names_every_kind():
+    said = treepilot("list", "--help").stdout
+    for kind in ("behaviours", "goal_checkers", "estimators", "odometry", "layers"):
+        assert kind in said
+        assert treepilot("list", kind).returncode == 0
+
+
 def test_show_refuses_what_it_cannot_draw(tmp_path):
     for words, said in (
         (("a", "b"), "for a world: show world W"),

@@ -2,8 +2,12 @@
 
 import pytest
 
-from missions.execution.prepare import RunOptions, prepare
+from missions.execution.component_choices import SETTINGS
+from missions.execution.prepare import RunOptions, diagnose, prepare
+from stack.components import GROUPS, available, component
+from stack.drivetrain.limits import Limits
 from stack.errors import FrameError, InputError, ParameterError
+from stack.parameters import build, declarations
 from stack.perception.camera_lease import CameraLease
 from tests.missions.execution.live_run import HEAD, LiveRun
 
@@ -44,6 +48,66 @@ def test_rates_that_do_not_fit_are_found_where_they_stand(tmp_path, loop, senten
     with pytest.raises(InputError) as caught:
         prepare(path, RunOptions())
     assert f"{path}:{sentence}" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("settings", "found"),
+    [
+        ("safety: {tight_speed: 0.8, padding_speed: 0.3}",
+         "4:36 E111 tight_speed: 0.8 m/s is above padding_speed 0.3 m/s"),
+        ("safety: {padding_speed: 0.1}",
+         "4:38 E111 padding_speed: 0.1 m/s is less than tight_speed 0.15 m/s"),
+        ("controller: {cruise_speed: 2 m/s}",
+         "4:41 W141 controller.cruise_speed: 2 m/s is limited to 0.8 m/s by the robot scout"),
+        ("navigator: {spin_speed: 2 rad/s}",
+         "4:38 W141 navigator.spin_speed: 2 rad/s is limited to 1.8 rad/s by the robot scout"),
+        ("controller: {use: dwb, reverse_speed: 0.4}",
+         "4:52 W141 controller.reverse_speed: 0.4 m/s is limited to 0.3 m/s by the robot scout"),
+        ("safety: {padding_speed: 0}", ""),
+        ("controller: {cruise_speed: 0.8}", ""),
+    ],
+)  # fmt: skip
+def test_values_that_contradict_each_other_or_the_robot_are_found(tmp_path, settings, found):
+    path = tmp_path / "m.yaml"
+    path.write_text(f"{HEAD}navigation: {{{settings}}}\n{RUN}", "utf-8")
+    findings = diagnose(path).findings
+    assert [
+        f"{item.mark.line}:{item.mark.column} {item.code} {item.sentence}" for item in findings
+    ] == ([found] if found else [])
+
+
+def test_only_what_the_mission_sets_is_compared_with_the_robot(tmp_path):
+    path = tmp_path / "m.yaml"
+    path.write_text(f"{HEAD}navigation: {{controller: {{cruise_speed: 2}}}}\n{RUN}", "utf-8")
+    given = RunOptions(parameters={"controller.cruise_speed": "0.5"})
+    assert diagnose(path, given).findings == ()
+    given = RunOptions(parameters={"controller.use": "dwb"})
+    assert diagnose(path, given).findings == ()
+    assert diagnose(path, RunOptions(robot="jackal")).findings == ()  # 2 m/s
+
+
+def test_the_command_line_and_live_tuning_refuse_a_contradiction(live, tmp_path):
+    facade = live("safety: {tight_speed: 0.1}").runtime.parts.facade
+    with pytest.raises(ParameterError, match=r"0.05 m/s is less than tight_speed 0.1 m/s"):
+        facade.set_parameter("safety.padding_speed", 0.05)
+    facade.set_parameter("safety.padding_speed", 0.1)
+    with pytest.raises(InputError, match=r"--parameter safety.tight_speed: 2 m/s is above"):
+        prepare(tmp_path / "lively.yaml", RunOptions(parameters={"safety.tight_speed": "2"}))
+
+
+def test_every_relation_names_a_parameter_and_holds_for_the_defaults():
+    classes = [*SETTINGS.values()]
+    for kind in GROUPS:
+        classes += [component(kind, where).Parameters for where in available(kind).values()]
+    related = 0
+    for parameters in classes:
+        build(parameters, {})
+        declared = declarations(parameters)
+        for item in declared.values():
+            related += bool(item.not_above) + bool(item.robot_limit)
+            assert not item.not_above or declared[item.not_above].unit == item.unit
+            assert not item.robot_limit or item.robot_limit in declarations(Limits)
+    assert related >= 20
 
 
 def test_only_the_simulation_asks_for_a_multiple_of_its_step(live):

@@ -103,6 +103,12 @@ def test_all_agree_on_a_file_and_its_mutations(folder, file):
         ("plugins: [./grip.py]\ntrees: {a: {do: {grip: {force: 12 N}}}}\n"
          "run: {sequence: [{use: a}, {use: a}]}\n", ["E127"]),
         ("run: {fallback: [{say: a}, {say: b}]}\n", ["E160"]),
+        # Goals are checked in what could be read of a mission with other errors.
+        ("run: {sequence: [{navigate_to_pose: [620, 150]}, {navigate_to_poze: [1, 1]}, "
+         "{wait: 3 m}]}\n", ["E121", "E132", "E180"]),
+        ("run: {sequence: [{navigate_to_pose: [3.4, 1.2]}, {wait: 3 m}]}\n", ["E132", "E181"]),
+        ("map: none\nrun: {sequence: [{navigate_to_pose: [620, 150]}, {wait: 3 m}]}\n", ["E132"]),
+        ("run: {sequence: [{navigate_to_pose: [6.4, 3]}, {wait: 3 m}]}\n", ["E132"]),
         ("places: {spare: [0, 0]}\nblackboard: {n: {type: int}}\nrun: {wait: 1 s}\n", ["W102"]),
     ],
 )  # fmt: skip

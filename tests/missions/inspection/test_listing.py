@@ -1,13 +1,20 @@
 """What `treepilot list` and `describe` say with the plugins of a mission."""
 
+import re
 import shutil
 
 import pytest
 
+from missions.execution.component_choices import SETTINGS, chosen
+from missions.execution.prepare import diagnose
 from missions.execution.resources import MISSIONS, find_mission
-from missions.inspection.listing import description_of, installed, rows_of
+from missions.inspection.listing import COMPONENTS, description_of, installed, rows_of
+from missions.inspection.parameter_descriptions import LISTS
 from missions.inspection.scaffold import new_component
+from stack.components import available, component
+from stack.documents import value_of
 from stack.errors import InputError
+from stack.parameters import declarations
 
 
 @pytest.fixture
@@ -41,6 +48,87 @@ def test_the_settings_of_fixed_parts_are_described():
     assert "control_rate" in text and "default 20 Hz" in text and ">= 5 and <= 200" in text
     with pytest.raises(InputError, match="did you mean 'obstacle_memory'"):
         description_of("obstacle_memor", installed())
+
+
+def test_one_parameter_is_described_with_where_it_is_written():
+    assert description_of("safety.tight_speed", installed()).splitlines() == [
+        "safety.tight_speed: highest speed of any point of the robot past an obstacle "
+        "tight_padding away; 0: padding always holds",
+        "  type     number in m/s",
+        "  default  0.15 m/s",
+        "  range    >= 0",
+        "  at most  padding_speed, unless that is 0",
+        "  write    navigation: {safety: {tight_speed: 0.15 m/s}}",
+        "  one run  treepilot run MISSION --parameter safety.tight_speed=0.15",
+    ]
+    assert "  at least tight_speed, or 0" in description_of("safety.padding_speed", installed())
+
+
+def test_a_parameter_of_several_components_is_described_for_each():
+    one = description_of("controller.cruise_speed", installed())
+    assert "  of       pure_pursuit, mppi, dwb, graceful\n" in one
+    assert "  at most  `linear_speed` of the robot's limits\n" in one
+    assert "  write    navigation: {controller: {cruise_speed: 0.8 m/s}}\n" in one
+    two = description_of("controller.reverse_speed", installed()).split("\n\n")
+    assert ["default  0.2 m/s" in text for text in two] == [True, False]
+    assert "{controller: {use: dwb, reverse_speed: 0.1 m/s}}" in two[1]
+    assert two[1] == description_of("dwb.reverse_speed", installed())
+
+
+def described():
+    """Every parameter of a part or component, by the name that describes it."""
+    for settings, parameters in SETTINGS.items():
+        yield from (f"{settings}.{name}" for name in declarations(parameters))
+    for kind in COMPONENTS.values():
+        for name, where in available(kind).items():
+            fields = declarations(component(kind, where).Parameters)
+            yield from (f"{name}.{field}" for field in fields)
+
+
+def test_what_a_description_says_to_write_is_accepted():
+    known, names = installed(), list(described())
+    assert len(names) > 200
+    for name in names[::4]:
+        line = re.search(r"^  write    (.+)$", description_of(name, known), re.MULTILINE)[1]
+        if "…" in line:
+            continue  # no default that a file could state
+        written = value_of(f"{{{line}}}")
+        ((kind, wanted),) = written.get("navigation", written).items()
+        use = {"use": wanted["use"]} if "use" in wanted else {}
+        assert chosen(kind, wanted).parameters == chosen(kind, use).parameters, name
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("safety.paddin_speed", "safety has no parameter 'paddin_speed'; did you mean 'padding_sp"),
+        ("safty.padding", "'safty' has no parameters; did you mean 'safety'"),
+        ("safety.zone", "did you mean 'zones'"),
+        ("padding_speed", "is a parameter; use `treepilot describe safety.padding_speed`"),
+    ],
+)
+def test_an_unknown_parameter_names_the_nearest(name, error):
+    with pytest.raises(InputError, match=re.escape(error)):
+        description_of(name, installed())
+
+
+@pytest.mark.parametrize("settings", sorted(LISTS))
+def test_the_lists_of_a_part_are_mentioned_with_an_example_that_works(settings, tmp_path):
+    listed = LISTS[settings]
+    assert f"{listed.key}: {listed.help}\n  {listed.example}" in description_of(
+        settings, installed()
+    )
+    assert listed.example in description_of(f"{settings}.{listed.key}", installed())
+    file = tmp_path / "m.yaml"
+    file.write_text(
+        f"mission: m\nrobot: scout\nworld: small_room\n{listed.example}\nrun: {{say: a}}\n"
+    )
+    assert diagnose(file).findings == ()
+
+
+def test_the_keys_of_a_safety_zone_are_described():
+    text = description_of("safety.zones", installed())
+    assert "stop | slow_down | limit | approach" in text and "time to contact" in text
 
 
 def test_a_robot_s_camera_is_described_with_its_intrinsics():

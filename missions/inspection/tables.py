@@ -1,0 +1,42 @@
+"""Tables of declarations for `treepilot describe`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from stack.parameters import Declaration
+
+
+def table(title: str, declared: Iterable[Declaration]) -> str:
+    """Return a table of declarations: name, type, default, range and help."""
+    rows = [
+        (
+            item.name,
+            item.type_name(),
+            "required" if item.required else f"default {shown(item)}",
+            item.range_text(),
+            item.help,
+        )
+        for item in declared
+    ]
+    return aligned(title, rows)
+
+
+def aligned(title: str, rows: Sequence[Sequence[str]]) -> str:
+    """Return a title and rows in columns; empty without rows."""
+    if not rows:
+        return ""
+    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
+    lines = [
+        "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True))
+        for row in rows
+    ]
+    return "\n".join([f"{title}:", *(line.rstrip() for line in lines)])
+
+
+def shown(item: Declaration) -> str:
+    """Return the default of a declaration as text, with its unit."""
+    if isinstance(item.default, float):
+        return f"{item.default:g}{' ' + item.unit if item.unit else ''}"
+    plain = item.default is None or isinstance(item.default, bool)
+    return str(item.default).lower() if plain else str(item.default)
