@@ -3,9 +3,10 @@
 Every lidar and sonar counts alike. Points are kept in the odom frame at their own stamps, so that
 the motion since a measurement is compensated by odometry. Points that the robot's motion moves into
 a sector that no sensor covers are remembered for a while: a robot that is blind behind does not
-reverse into what it has just passed. People who walk are not remembered: they are not there any
-more. The arc of a sonar reading that shows a person is left out: a lidar shows where they are.
-Such a robot also remembers which ground it has seen (stack/perception/seen_ground.py).
+reverse into what it has just passed. People who walk into such a sector are expected where they
+were seen last for a short time only: they go on, or stop behind the robot. The arc of a sonar
+reading that shows a person is left out: a lidar shows where they are. Such a robot also remembers
+which ground it has seen (stack/perception/seen_ground.py).
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ PLACE, STATIC_AFTER = 0.1, 2.0
 stands there counts as static. A person who walks leaves it earlier."""
 
 WALKING_SPEED, AROUND = 0.2, 0.12
-"""Speed in m/s from which a person's points are not remembered, and metres round the person within
-which points are theirs."""
+"""Speed in m/s from which a person walks, and metres round the person within which points are
+theirs."""
 
 MARGIN = 0.05
 """Radians by which the view of a sensor is narrowed for the memory, so that no point is lost
@@ -75,6 +76,13 @@ class ObstacleMemoryParameters:
         "s",
         at_least=0.0,
         help="the same for points that were seen in one place for two seconds",
+    )
+    walking_time: float = parameter(
+        3.0,
+        "s",
+        at_least=0.0,
+        not_above="blind_time",
+        help="the same for points of people who walked",
     )
     blind_range: float = parameter(
         2.0, "m", at_least=0.0, help="largest distance of remembered points"
@@ -225,13 +233,13 @@ class ObstacleMemory:
             return local[hidden]
         seen = pose.transform(visible[np.hypot(visible[:, 0], visible[:, 1]) <= p.blind_range])
         new = np.column_stack([seen, np.full((len(seen), 2), now)])
+        walking = [track.at(now) for track in tracks if track.speed >= WALKING_SPEED]
+        if walking:  # as old as what is remembered for walking_time only
+            theirs = _on(new, walking, frames.map_from_odom(now).inverse())
+            new[theirs, 2:] -= p.blind_time - p.walking_time
         rows = _with_first_sightings(np.concatenate([new, known]))
         kept = np.concatenate([np.ones(len(new), dtype=bool), hidden])
-        rows = rows[kept]
-        walking = [track.at(now) for track in tracks if track.speed >= WALKING_SPEED]
-        if walking:
-            rows = _without(rows, walking, frames.map_from_odom(now).inverse())
-        self._remembered = _thinned(rows)
+        self._remembered = _thinned(rows[kept])
         return local[hidden]
 
     def _is_hidden(self, points: FloatArray) -> NDArray[np.bool_]:
@@ -251,15 +259,14 @@ def _near(points: FloatArray, base: Pose2D, reach: float) -> FloatArray:
     return base.inverse().transform(points[near])
 
 
-def _without(
+def _on(
     rows: FloatArray, walking: Sequence[TrackedObject], odom_from_map: Pose2D
-) -> FloatArray:
-    """Return the rows (x, y, …), odom frame, without those on people, map frame."""
+) -> NDArray[np.bool_]:
+    """Return (n,) which of the rows (x, y, …), odom frame, are on people, map frame."""
     centres = odom_from_map.transform(np.array([track.position for track in walking]))
     away = np.hypot(*(rows[:, None, :2] - centres).transpose(2, 0, 1))
-    beside = away > np.array([track.radius for track in walking]) + AROUND
-    kept: FloatArray = rows[beside.all(axis=1)]
-    return kept
+    found: NDArray[np.bool_] = (away <= np.array([t.radius for t in walking]) + AROUND).any(axis=1)
+    return found
 
 
 def _thinned(rows: FloatArray) -> FloatArray:

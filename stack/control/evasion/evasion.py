@@ -240,6 +240,6 @@ def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
     """Return the parameters as `motion_costs` takes them, with padding that is wider by metres."""
     p = parameters
     return np.array([
-        p.horizon, STEP, p.padding + wider, p.growth, p.margin, STATIC_PADDING, p.decay,
+        p.horizon, STEP, p.padding + wider, p.growth, p.headway, p.margin, STATIC_PADDING, p.decay,
         p.meeting_weight, p.closeness_weight, 1.0, ARM,
     ])  # fmt: skip

@@ -209,19 +209,19 @@ def motion_costs(
         points: (m, 2) obstacle points, base frame, without those of the discs.
         corners: (c, 2) of the footprint, base frame.
         radius: circumscribed radius of the footprint, metres.
-        settings: horizon and step in seconds; padding of a meeting in metres, and its growth per
-            second; margin of closeness; padding of points; decay of the cost in seconds; weights of
-            a meeting, of closeness (per second) and of the deviation (per metre); metres per radian
-            of deviation.
+        settings: horizon and step in seconds; padding of a meeting in metres, its growth per
+            second, and per m/s of the robot towards the disc; margin of closeness; padding of
+            points; decay of the cost in seconds; weights of a meeting, of closeness (per second)
+            and of the deviation (per metre); metres per radian of deviation.
 
     Returns:
         (l + n,) costs, and (l + n,) seconds until the meeting; inf: none. Candidate 0, the first
         lane or without lanes the first motion, is the wanted one.
     """
     horizon, step, padding, growth = settings[0], settings[1], settings[2], settings[3]
-    margin, static, decay = settings[4], settings[5], settings[6]
-    meeting_weight, close_weight, deviation_weight = settings[7], settings[8], settings[9]
-    arm = settings[10]
+    headway, margin, static, decay = settings[4], settings[5], settings[6], settings[7]
+    meeting_weight, close_weight, deviation_weight = settings[8], settings[9], settings[10]
+    arm = settings[11]
     count = int(horizon / step + 0.5)
     compared = int(1.0 / step + 0.5)
     total = lanes.shape[0] + motions.shape[0]
@@ -282,8 +282,10 @@ def motion_costs(
                 if away - radius - discs[k, 4] > margin:
                     continue
                 gap = signed_distance(corners, c * dx + sn * dy, c * dy - sn * dx) - discs[k, 4]
-                if gap < min(padding + growth * time, near[k] - 0.01):
-                    closing = max(0.0, (dx * (c * v - sn * u) + dy * (sn * v + c * u)) / away)
+                closing = dx * (c * v - sn * u) + dy * (sn * v + c * u)
+                closing = max(0.0, closing / max(away, 1e-9))
+                keep = padding + growth * time + headway * closing
+                if gap < min(keep, near[k] - 0.01):
                     costs[n] += meeting_weight * fading * (1.0 + 2.0 * closing)
                     times[n] = time
                     break

@@ -94,6 +94,16 @@ def test_a_standing_robot_leaves_the_way_of_somebody_who_walks_into_it(kind, bea
     assert standing < 0.0 < least
 
 
+def test_the_faster_it_drives_the_wider_it_passes():
+    """Somebody stands 0.1 m beside its way: 0.2 m of robot and 0.2 m of person on 0.5 m."""
+
+    def least(**parameters):
+        evasion = made(closeness_weight=0.0, growth=0.0, **parameters)
+        return simulate(evasion, Twist(0.8), [(2.0, 0.43, 0.0, 0.0, 0.2)], seconds=3.0)[0]
+
+    assert least(headway=0.1) > least(headway=0.0) + 0.02
+
+
 def test_in_a_wide_corridor_it_passes_and_goes_on():
     """2.4 m: 0.4 m of robot and 0.4 m of person leave 1.6 m."""
     least, pose = simulate(
@@ -193,7 +203,7 @@ def test_a_predicted_meeting_is_that_of_small_steps(linear, angular, x, y, vx, v
     if gap < padding + 0.05:
         return
     motion = np.array([[linear, 0.0, angular, 9.0, linear, 0.0, angular]])
-    options = np.array([3.0, 0.1, padding, 0.0, 0.3, 0.04, 1.0, 1.0, 1.0, 1.0, 0.15])
+    options = np.array([3.0, 0.1, padding, 0.0, 0.0, 0.3, 0.04, 1.0, 1.0, 1.0, 1.0, 0.15])
     _, times = kernels.motion_costs(
         NO_LANES, NO_WAY, np.zeros(5), motion, np.array([linear, 0.0, angular]),
         np.array([1.0, 1.5, 3.2]),

@@ -174,15 +174,18 @@ def someone(x, y, velocity, time) -> TrackedObject:
     return TrackedObject(1, time, (x, y), velocity, 0.2, np.eye(4))
 
 
-@pytest.mark.parametrize(("walks", "remembered"), [(True, False), (False, True)])
-def test_people_who_walk_are_not_remembered(walks, remembered):
-    """Somebody 0.8 m to the left; the robot drives on until they are behind its half view."""
+@pytest.mark.parametrize(
+    ("walks", "seconds", "remembered"),
+    [(True, 3.0, True), (True, 4.5, False), (False, 4.5, True), (False, 12.0, False)],
+)
+def test_people_who_walk_are_remembered_for_a_short_time(walks, seconds, remembered):
+    """Somebody 0.8 m to the left, 0.5 s later behind the half view: 3 s if they walk, else 10 s."""
     described, frames = half_blind(), TransformBuffer()
     memory, place = ObstacleMemory(described), (0.3, 0.8)
     frames.correct(PoseEstimate(Pose2D(0.0, 0.0), np.eye(3), 1.0))
-    for step in range(40):
+    for step in range(round(20.0 * seconds)):
         stamp = 0.05 * step
-        x = 0.5 * stamp
+        x = 0.5 * min(stamp, 2.0)
         frames.add(Odometry(stamp, Pose2D(x, 0.0), STANDSTILL))
         bearing, away = np.arctan2(place[1], place[0] - x), np.hypot(place[0] - x, place[1])
         ranges = HALF.ranges.copy()
