@@ -29,8 +29,8 @@ class EvasionParameters:
     )  # fmt: skip
     headway: float = parameter(
         0.1, "s", at_least=0.0, at_most=1.0,
-        help="increase of that distance with the robot's speed towards the person: only a slow robot "
-        "passes closely",
+        help="increase of that distance with the robot's speed towards the person: only a slow "
+        "robot passes closely",
     )  # fmt: skip
     margin: float = parameter(
         0.35, "m", above=0.0, at_most=2.0, help="distance below which being close costs"
