@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -150,9 +150,14 @@ class PeopleRow:
 
 
 class FailureCodes:
-    """A telemetry sink that counts the failed drives by their code, and contacts with things."""
+    """A telemetry sink that counts the failed drives by their code, and contacts with things.
 
-    def __init__(self) -> None:
+    Args:
+        people: their names; contacts with them are counted elsewhere.
+    """
+
+    def __init__(self, people: Iterable[str]) -> None:
+        self._people = tuple(f"contact with {name} at " for name in people)
         self.codes: Counter[str] = Counter()
         self.things = 0
         self.last = ""
@@ -165,7 +170,7 @@ class FailureCodes:
         if event.kind == "task" and event.fields.get("status") == "failed":
             self.codes[str(event.fields.get("code"))] += 1
             self.last = event.text
-        elif event.kind == "contact" and "person" not in event.text:
+        elif event.kind == "contact" and not event.text.startswith(self._people):
             self.things += 1
 
     def wants_snapshot(self, time: float) -> bool:
@@ -200,7 +205,8 @@ def run_entry(entry: PeopleEntry) -> PeopleRow:
     case = entry.make(entry)
     options = options_of(entry, case)
     plan = prepare(MISSION, options)
-    recorder, codes = DriveRecorder(), FailureCodes()
+    recorder = DriveRecorder()
+    codes = FailureCodes(person.name for person in plan.world.people)
     report = execute(plan, options, [recorder, codes], lambda: recorder.time >= TIME_LIMIT)
     false = sum(goal.distance_to(truth) > FALSE_GOAL for goal, truth in recorder.reached)
     visited = int(report.blackboard.get("visited", "0"))

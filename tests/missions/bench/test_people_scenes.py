@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missions.bench.people.runs import PeopleEntry, run_entry
+from missions.bench.people.runs import FailureCodes, PeopleEntry, run_entry
 from missions.bench.people.scenes import (
     CROWD,
     OFFICE,
@@ -18,6 +18,7 @@ from missions.bench.people.scenes import (
 from missions.bench.people.table import group_of, report, scene_entries, scene_rows
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
+from stack.telemetry.records import Event
 
 
 def entry(tmp_path, scene, people="unaware", seed=0) -> PeopleEntry:
@@ -82,3 +83,12 @@ def test_a_meeting_in_a_corridor(tmp_path):
     (shown,) = scene_rows([row])
     assert (shown["scene"], shown["all goals"]) == ("corridor 2 m", "1/1")
     assert report([row], [shown])[0].startswith("scene")
+
+
+def test_contacts_with_people_are_not_contacts_with_things():
+    """Recorded people have the name of their file's entry and a number."""
+    codes = FailureCodes(["walker 1", "person 2"])
+    for text in ("walker 1", "walker 12", "person 2", "a wall"):
+        sentence = f"contact with {text} at (1.00, 2.00)"
+        codes.event(Event(0, 0, 1.0, "warning", "simulation", "contact", sentence))
+    assert codes.things == 2
