@@ -81,8 +81,7 @@ class ObstacleMemoryParameters:
         3.0,
         "s",
         at_least=0.0,
-        not_above="blind_time",
-        help="the same for points of people who walked",
+        help="the same for points of people who walked, at most blind_time",
     )
     blind_range: float = parameter(
         2.0, "m", at_least=0.0, help="largest distance of remembered points"
@@ -236,7 +235,7 @@ class ObstacleMemory:
         walking = [track.at(now) for track in tracks if track.speed >= WALKING_SPEED]
         if walking:  # as old as what is remembered for walking_time only
             theirs = _on(new, walking, frames.map_from_odom(now).inverse())
-            new[theirs, 2:] -= p.blind_time - p.walking_time
+            new[theirs, 2:] -= max(0.0, p.blind_time - p.walking_time)
         rows = _with_first_sightings(np.concatenate([new, known]))
         kept = np.concatenate([np.ones(len(new), dtype=bool), hidden])
         self._remembered = _thinned(rows[kept])
