@@ -102,8 +102,9 @@ def usual_layers(
 
     The map, one obstacle layer for each lidar, one for the depth cameras of a robot that has some,
     and the sonars of a robot without a lidar. Beside a
-    lidar, the wide cones of sonars would close doors; list `range` where they are wanted. Paths
-    lead past people with some distance: they cost time, and close no way.
+    lidar, the wide cones of sonars would close doors; list `range` where they are wanted. People
+    who walk change no path: who is there now has gone when the robot comes. List `social` to plan
+    round where they walk.
     """
     layers: list[Any] = ["static"]
     layers += [
@@ -115,8 +116,6 @@ def usual_layers(
         layers.append("range")
     if depth:
         layers.append("depth")
-    if lidars:
-        layers.append({"use": "social", "only": "global"})
     return read_layers(layers, CostmapParameters())
 
 

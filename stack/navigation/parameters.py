@@ -63,7 +63,7 @@ class NavigationParameters:
     give_way_after: float = parameter(
         4.0, "s", at_least=0.0,
         help="a drive that faces a person this long leaves the way for them to pass, twice as long "
-        "while they still move; it does so at once where it would meet somebody in a passage too "
+        "while they still move; it does so at once where it would meet somebody in a corridor too "
         "narrow for two",
     )  # fmt: skip
     give_way_time: float = parameter(

@@ -94,11 +94,11 @@ def test_nobody_follows_people_unless_a_part_needs_it(tmp_path, evades):
     engine.body.close()
 
 
-def test_by_default_only_the_global_costmap_adds_costs_around_people():
+def test_by_default_no_costmap_adds_costs_around_people():
     engine = wired(prepare("01_drive_to_a_point", RunOptions(serve=False)))
     world_model = engine.runtime.parts.world_model
     assert world_model.local_costmap.layers == ("static", "obstacle")
-    assert world_model.global_costmap.layers == ("static", "obstacle", "social")
+    assert world_model.global_costmap.layers == ("static", "obstacle")
     engine.body.close()
 
 

@@ -49,7 +49,17 @@ KEPT, KEPT_SHARE = 0.25, 0.2
 WIDER = 0.05
 """Distance, metres, that is kept to people in addition while an evasion is under way."""
 
+LONG = 10.0
+"""Seconds of a motion that goes on for longer than the horizon."""
+
+RETREAT_SHARE = 0.5
+"""Share of `retreat_time` by which a robot that retreats must be clear in addition."""
+
+NO_TIME = 1e-9
+"""Seconds, for rounding."""
+
 NO_MOTIONS: FloatArray = np.empty((0, 7))
+STANDING: FloatArray = np.array([[0.0, 0.0, 0.0, LONG, 0.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +82,21 @@ class Situation:
     tracks: Sequence[TrackedObject]
     obstacles: ObstaclePoints
     path: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The lane or motion under way.
+
+    Attributes:
+        is_lane: whether it is a lane.
+        number: of the lane, or of the motion.
+        began: seconds.
+    """
+
+    is_lane: bool
+    number: int
+    began: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +153,7 @@ class Evasion:
         ])  # fmt: skip
         self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
         self._pushing = PushingPeople()
-        self._kept: tuple[str, int] | None = None
+        self._kept: Kept | None = None
         self._until = -inf
 
     def configure(self, parameters: EvasionParameters) -> None:
@@ -176,7 +201,7 @@ class Evasion:
     def _decide(
         self, wanted: Twist, situation: Situation, discs: FloatArray, *, resting: bool
     ) -> Twist | None:
-        """Return the evasive motion's first velocity; None if the wanted one meets nobody."""
+        """Return the evasive motion's first velocity; None if the wanted one is as good."""
         p = self.parameters
         points = self._points(situation.obstacles.points, discs)
         walking = self._kernels.walking_times(discs, points, p.horizon, OVERLAP, AROUND)
@@ -184,28 +209,70 @@ class Evasion:
         way = self._lanes.way(situation.path, situation.pose, wanted, reach)
         lanes = self._lanes.beside(way, wanted)
         straight = np.array([
-            (wanted.linear, wanted.lateral, wanted.angular, p.horizon, 0.0, 0.0, 0.0)
+            (wanted.linear, wanted.lateral, wanted.angular, LONG, 0.0, 0.0, 0.0)
         ])  # fmt: skip
         own = NO_MOTIONS if len(lanes) else straight
         around = Around(situation.twist, way, discs, walking, points)
         _, times = self._costs(lanes[:1], own, around, wider=resting)
-        if times[0] == inf:
+        if times[0] == inf or (times[0] > p.time_to_meeting + NO_TIME and not resting):
             return None
+        if len(lanes):
+            costs, times = self._costs(lanes, STANDING, around)
+            if not self._must_retreat(times[-1]):
+                return self._lane(way, lanes, costs[:-1], times[:-1])
         motions = np.concatenate([own, self._possible(situation.obstacles)])
-        costs, _ = self._costs(lanes, motions, around)
-        first = len(lanes) + len(own)
-        if self._kept is not None and (self._kept[0] == "motion" or len(lanes)):
-            under_way = self._kept[1] + (first if self._kept[0] == "motion" else 0)
-            costs[under_way] -= KEPT + KEPT_SHARE * costs[under_way]
+        under_way = self._rest_of_motion(motions[len(own) :], situation.time)
+        costs, _ = self._costs(lanes, np.concatenate([motions, under_way]), around)
+        self._prefer_kept(costs, lanes, len(under_way))
         best = int(np.argmin(costs))
         if best == 0:
             return None
         if best < len(lanes):
-            self._kept = ("lane", best)
-            return self._lanes.twist(way, *lanes[best].tolist())
-        self._kept = ("motion", best - first)
-        linear, lateral, angular = motions[best - len(lanes), :3].tolist()
-        return Twist(linear, angular, lateral)
+            return self._follow(way, lanes, best)
+        number = best - len(lanes)
+        if number == len(motions):
+            return _first_twist(under_way[0])
+        self._kept = Kept(is_lane=False, number=number - len(own), began=situation.time)
+        return _first_twist(motions[number])
+
+    def _must_retreat(self, time: float) -> bool:
+        """Whether the robot may leave its lanes, as it would be met in `time` if it stood."""
+        retreats = self._kept is not None and not self._kept.is_lane
+        return time <= self.parameters.retreat_time * (1.0 + RETREAT_SHARE * retreats) + NO_TIME
+
+    def _lane(
+        self, way: FloatArray, lanes: FloatArray, costs: FloatArray, times: FloatArray
+    ) -> Twist | None:
+        """Return the velocity onto the best lane; None for the wanted one, also if all meet people.
+
+        Most people who walk towards a robot that keeps its lane make way; safety slows it.
+        """
+        self._prefer_kept(costs, lanes, 0)
+        best = int(np.argmin(costs))
+        return None if best == 0 or times[best] < inf else self._follow(way, lanes, best)
+
+    def _follow(self, way: FloatArray, lanes: FloatArray, number: int) -> Twist:
+        self._kept = Kept(is_lane=True, number=number, began=0.0)
+        return self._lanes.twist(way, *lanes[number].tolist())
+
+    def _prefer_kept(self, costs: FloatArray, lanes: FloatArray, under_way: int) -> None:
+        """Lower the cost of the lane or motion that is under way; a motion is the last one."""
+        kept = self._kept
+        if under_way:
+            costs[-1] -= KEPT + KEPT_SHARE * costs[-1]
+        elif kept is not None and kept.is_lane and len(lanes):
+            costs[kept.number] -= KEPT + KEPT_SHARE * costs[kept.number]
+
+    def _rest_of_motion(self, possible: FloatArray, time: float) -> FloatArray:
+        """Return (1, 7) what is left of the motion under way; (0, 7): none is."""
+        kept = self._kept
+        if kept is None or kept.is_lane:
+            return NO_MOTIONS
+        motion = possible[kept.number : kept.number + 1].copy()
+        motion[0, 3] -= time - kept.began
+        if motion[0, 3] < 0.5 * STEP:
+            motion[0, :3], motion[0, 3] = motion[0, 4:], LONG
+        return motion
 
     def _possible(self, obstacles: ObstaclePoints) -> FloatArray:
         """Return the motions, slow where no sensor sees."""
@@ -243,3 +310,8 @@ def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
         p.horizon, STEP, p.padding + wider, p.growth, p.headway, p.margin, STATIC_PADDING, p.decay,
         p.meeting_weight, p.closeness_weight, 1.0, ARM,
     ])  # fmt: skip
+
+
+def _first_twist(motion: FloatArray) -> Twist:
+    linear, lateral, angular = motion[:3].tolist()
+    return Twist(linear, angular, lateral)

@@ -18,8 +18,17 @@ class EvasionParameters:
         "never: then a person is an obstacle like others",
     )  # fmt: skip
     horizon: float = parameter(
-        2.0, "s", above=0.0, at_most=10.0, help="how far ahead meetings are predicted"
+        3.0, "s", above=0.0, at_most=10.0, help="how far ahead robot and people are predicted"
     )
+    time_to_meeting: float = parameter(
+        2.0, "s", at_least=0.0, at_most=10.0, not_above="horizon",
+        help="time to a meeting below which the robot leaves its path for a lane beside it",
+    )  # fmt: skip
+    retreat_time: float = parameter(
+        2.0, "s", at_least=0.0, at_most=10.0, not_above="horizon",
+        help="a robot that would be met within this time although it stood may also back or turn "
+        "away, others keep to their lanes; shorter: a bolder robot, that is touched more often",
+    )  # fmt: skip
     padding: float = parameter(
         0.05, "m", at_least=0.0, at_most=1.0, help="distance to a person that counts as a meeting"
     )

@@ -189,7 +189,7 @@ class Courtesy:
         way = state.estimate.pose.distance_to(place)
         if STARTING_TIME + way / DRIVING_SPEED < meeting.seconds:
             self._waited_before += 1
-            self._leave(state, place, meeting, "letting a person out of a narrow passage")
+            self._leave(state, place, meeting, "letting a person out of a narrow corridor")
 
     def _place_beside(
         self, state: NavigationState, person: TrackedObject, front: FloatArray

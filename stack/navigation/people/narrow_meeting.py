@@ -1,6 +1,7 @@
-"""Meetings that are to come where two cannot pass: in a door, in a narrow corridor.
+"""Meetings that are to come where two cannot pass: in a narrow corridor.
 
-A robot that waits before the passage loses less time than one that has to back out of it.
+A robot that waits before the corridor loses less time than one that has to back out of it. Doors do
+not count: who comes is through one in a second.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
+import numpy.typing as npt
 
 from stack.navigation.people.passing_place import BODY, Bodies
 from stack.types import LETHAL_COST, CostGrid, FloatArray, TrackedObject
@@ -31,6 +33,9 @@ OWN_SPEED = 0.4
 
 AROUND = 0.5
 """Metres of path before and after the meeting that must be wide enough."""
+
+CORRIDOR = 1.0
+"""Length in metres from which a narrow part of the path is a corridor; a door is shorter."""
 
 ROOM = 0.3
 """Metres of width besides the two bodies: two who pass keep off each other and the walls."""
@@ -85,12 +90,22 @@ def find_narrow_meeting(
             continue
         own = max(speed, OWN_SPEED)
         at = float(along[nearest]) * own / (own + coming)
-        points = np.interp(np.arange(at - AROUND, at + AROUND, SAMPLE), along, np.arange(len(path)))
+        reach = AROUND + CORRIDOR
+        points = np.interp(np.arange(at - reach, at + reach, SAMPLE), along, np.arange(len(path)))
         enough = 2.0 * (max(person.radius, BODY) + robot.inscribed) + ROOM
-        if least_width(costs, path, points, enough) < enough:
+        if _is_corridor(widths_across(costs, path, points, enough) < enough):
             way = path[: nearest + 1][::-1]
             found.append(Meeting(person, way, float(along[nearest]) / coming))
     return min(found, key=lambda meeting: meeting.seconds, default=None)
+
+
+def _is_corridor(narrow: npt.NDArray[np.bool_]) -> bool:
+    """Whether a corridor is near the middle of samples (n,) along a path, each narrow or not."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], narrow, [0]])))
+    first, last = ends[::2], ends[1::2]  # of each narrow part
+    middle, around = len(narrow) / 2.0, AROUND / SAMPLE
+    near = (first < middle + around) & (last > middle - around)
+    return bool((near & ((last - first) * SAMPLE >= CORRIDOR - SAMPLE)).any())
 
 
 def _nearest(path: FloatArray, person: TrackedObject) -> tuple[int, float]:
@@ -101,8 +116,8 @@ def _nearest(path: FloatArray, person: TrackedObject) -> tuple[int, float]:
     return nearest, float(away[nearest])
 
 
-def least_width(costs: CostGrid, path: FloatArray, at: FloatArray, enough: float) -> float:
-    """Return the least width between lethal cells across a path, metres; at most `enough`.
+def widths_across(costs: CostGrid, path: FloatArray, at: FloatArray, enough: float) -> FloatArray:
+    """Return the widths (k,) between lethal cells across a path, metres; at most `enough`.
 
     Args:
         costs: costmap, map frame.
@@ -126,4 +141,4 @@ def least_width(costs: CostGrid, path: FloatArray, at: FloatArray, enough: float
         lethal[inside] = costs.cells[cells[inside][:, 1], cells[inside][:, 0]] == LETHAL_COST
         hit = lethal.any(axis=1)
         widths += np.where(hit, sideways[np.argmax(lethal, axis=1)], enough)
-    return float(min(widths.min(), enough))
+    return np.minimum(widths, enough)

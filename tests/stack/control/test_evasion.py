@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.control.evasion import kernels
-from stack.control.evasion.evasion import Evasion, Situation
+from stack.control.evasion.evasion import Evasion, Kept, Situation
 from stack.control.evasion.lanes import LOOKAHEAD, NO_LANES, NO_WAY, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
@@ -116,6 +116,45 @@ def test_in_a_wide_corridor_it_passes_and_goes_on():
 STRAIGHT = np.column_stack([np.arange(0.0, 12.0, 0.1), np.zeros(120)])
 
 
+def test_it_chooses_one_side_and_keeps_to_it():
+    """Head-on in a corridor of 2 m: the robot and the person have a cross section of 0.4 m each."""
+    poses = []
+    simulate(made(), Twist(0.8), [(5.0, 0.0, -1.0, 0.0, 0.2)], corridor(2.0), 3.0, STRAIGHT, poses)
+    sides = {np.sign(pose.y) for pose in poses if abs(pose.y) > 0.02}
+    assert len(sides) == 1
+    assert max(abs(pose.y) for pose in poses) > 0.45  # 0.4 m and the padding
+
+
+def test_a_motion_goes_on_with_its_second_part():
+    """Turn 45 degrees, then drive: a motion that began with each step again would only turn."""
+    evasion = made()
+    motions = motions_of(moving("differential"))
+    (number,) = np.flatnonzero(
+        (motions[:, 0] == 0.0) & (motions[:, 2] > 0.0) & (motions[:, 4] > 0.0)
+        & (motions[:, 3] < 0.4 * pi)
+    )[:1]  # fmt: skip
+    evasion._kept = Kept(is_lane=False, number=int(number), began=1.0)
+    seconds = motions[number, 3]
+    (rest,) = evasion._rest_of_motion(motions, 1.0 + 0.5 * seconds)
+    assert rest[3] == pytest.approx(0.5 * seconds)
+    assert list(rest[:3]) == list(motions[number, :3])
+    (rest,) = evasion._rest_of_motion(motions, 1.0 + seconds)
+    assert list(rest[:3]) == list(motions[number, 4:])
+
+
+@pytest.mark.parametrize(("retreat_time", "backs"), [(2.0, True), (0.5, False)])
+def test_it_backs_only_from_who_would_soon_hit_a_standing_robot(retreat_time, backs):
+    """A corridor of 1 m leaves 0.2 m beside both. The person, 1.5 m away, comes at 0.8 m/s."""
+    evasion, wanted = made(retreat_time=retreat_time), Twist(0.6)
+    now = Situation(
+        0.0, Pose2D(0.0, 0.0), wanted, [track(1.5, 0.0, -0.8)],
+        ObstaclePoints(0.0, corridor(1.0)), STRAIGHT,
+    )  # fmt: skip
+    asked = evasion.step(wanted, now)
+    assert (asked.linear < 0.0) == backs
+    assert backs or asked == wanted
+
+
 @pytest.mark.parametrize("aside", [-0.15, 0.0, 0.15])
 def test_along_a_path_it_passes_on_a_lane_and_does_not_turn_away(aside):
     """2 m: 0.4 m of robot and 0.4 m of person leave 1.2 m. Undisturbed it drives 3.2 m in 4 s."""
@@ -149,9 +188,9 @@ def test_a_bend_of_the_path_is_not_taken_for_a_circle():
     person, wanted = [track(0.3, 3.0, 0.2, -0.6)], Twist(0.8, 0.8 * 0.25 * pi)
     here = Pose2D(0.0, 0.0)
     situation = Situation(0.0, here, wanted, person, ObstaclePoints(), path)
-    assert made(horizon=3.0).step(wanted, situation) == wanted
+    assert made(time_to_meeting=3.0).step(wanted, situation) == wanted
     without = Situation(0.0, here, wanted, person, ObstaclePoints())
-    assert made(horizon=3.0).step(wanted, without) != wanted
+    assert made(time_to_meeting=3.0).step(wanted, without) != wanted
 
 
 @pytest.mark.parametrize("kind", ["differential", "ackermann"])

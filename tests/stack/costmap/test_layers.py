@@ -95,14 +95,14 @@ def test_a_layer_needs_only_to_paint():
 
 
 def test_a_costmap_without_a_list_has_the_default_layers():
-    assert [layer.name for layer in usual_layers()] == ["static", "obstacle", "social"]
-    assert [layer.only for layer in usual_layers()] == ["both", "both", "global"]
+    assert [layer.name for layer in usual_layers()] == ["static", "obstacle"]
+    assert [layer.only for layer in usual_layers()] == ["both", "both"]
 
 
 def test_every_lidar_marks_by_default_and_sonars_where_there_is_no_lidar():
     both = usual_layers(("lidar", "rear"), ("front",))
     assert [layer.name for layer in both] == [
-        "static", "obstacle", "obstacle_rear", "social",
+        "static", "obstacle", "obstacle_rear",
     ]  # fmt: skip
     assert both[2].values["source"] == "rear"
     assert [layer.name for layer in usual_layers((), ("front",))] == ["static", "range"]
