@@ -46,6 +46,9 @@ ARM = 0.15
 KEPT, KEPT_SHARE = 0.25, 0.2
 """Cost, and share of it, by which another motion must be better than the one under way."""
 
+KEPT_TIME = 2.0
+"""Seconds after which a motion under way is chosen anew, without that advantage."""
+
 WIDER = 0.05
 """Distance, metres, that is kept to people in addition while an evasion is under way."""
 
@@ -266,7 +269,7 @@ class Evasion:
     def _rest_of_motion(self, possible: FloatArray, time: float) -> FloatArray:
         """Return (1, 7) what is left of the motion under way; (0, 7): none is."""
         kept = self._kept
-        if kept is None or kept.is_lane:
+        if kept is None or kept.is_lane or time - kept.began > KEPT_TIME:
             return NO_MOTIONS
         motion = possible[kept.number : kept.number + 1].copy()
         motion[0, 3] -= time - kept.began

@@ -18,7 +18,7 @@ class EvasionParameters:
         "never: then a person is an obstacle like others",
     )  # fmt: skip
     horizon: float = parameter(
-        3.0, "s", above=0.0, at_most=10.0, help="how far ahead robot and people are predicted"
+        2.5, "s", above=0.0, at_most=10.0, help="how far ahead robot and people are predicted"
     )
     time_to_meeting: float = parameter(
         2.0, "s", at_least=0.0, at_most=10.0, not_above="horizon",

@@ -188,9 +188,9 @@ def test_a_bend_of_the_path_is_not_taken_for_a_circle():
     person, wanted = [track(0.3, 3.0, 0.2, -0.6)], Twist(0.8, 0.8 * 0.25 * pi)
     here = Pose2D(0.0, 0.0)
     situation = Situation(0.0, here, wanted, person, ObstaclePoints(), path)
-    assert made(time_to_meeting=3.0).step(wanted, situation) == wanted
+    assert made(horizon=3.0, time_to_meeting=3.0).step(wanted, situation) == wanted
     without = Situation(0.0, here, wanted, person, ObstaclePoints())
-    assert made(time_to_meeting=3.0).step(wanted, without) != wanted
+    assert made(horizon=3.0, time_to_meeting=3.0).step(wanted, without) != wanted
 
 
 @pytest.mark.parametrize("kind", ["differential", "ackermann"])
