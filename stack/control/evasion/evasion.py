@@ -47,7 +47,7 @@ KEPT, KEPT_SHARE = 0.25, 0.2
 """Cost, and share of it, by which another motion must be better than the one under way."""
 
 KEPT_TIME = 2.0
-"""Seconds after which a motion under way is chosen anew, without that advantage."""
+"""Seconds after which a motion under way is no longer preferred."""
 
 WIDER = 0.05
 """Distance, metres, that is kept to people in addition while an evasion is under way."""

@@ -21,11 +21,11 @@ class EvasionParameters:
         2.5, "s", above=0.0, at_most=10.0, help="how far ahead robot and people are predicted"
     )
     time_to_meeting: float = parameter(
-        2.0, "s", at_least=0.0, at_most=10.0, not_above="horizon",
+        2.0, "s", at_least=0.0, at_most=10.0,
         help="time to a meeting below which the robot leaves its path for a lane beside it",
     )  # fmt: skip
     retreat_time: float = parameter(
-        2.0, "s", at_least=0.0, at_most=10.0, not_above="horizon",
+        2.0, "s", at_least=0.0, at_most=10.0,
         help="a robot that would be met within this time although it stood may also back or turn "
         "away, others keep to their lanes; shorter: a bolder robot, that is touched more often",
     )  # fmt: skip
