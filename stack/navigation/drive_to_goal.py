@@ -368,15 +368,16 @@ class GoalDrive(Drive):
             raise NavigationError(FailureCode(failure.code), failure.sentence)
         if self._reason == ROUTINE:
             return
-        if self._reason == OTHER_ROUTES:
-            self.path = None  # it may lead along a closed edge
+        progress, p = self._follower.progress, self._tools.parameters
+        left = progress is not None and progress.offset > p.off_path
+        if self._reason == OTHER_ROUTES or left:
+            self.path = None  # it may lead along a closed edge, or elsewhere
         here = state.odometry.pose
         moved = self.path is not None and self._failing_at.distance_to(here) > MOVED
         if moved or not self._failing.running:
             self._failing.start(state.time)
             self._failing_at = here
-        p, waited = self._tools.parameters, self._failing.elapsed(state.time)
-        person = self._person_near(state)
+        waited, person = self._failing.elapsed(state.time), self._person_near(state)
         if self.path is None:
             close = nearest(state.tracks, state.estimate.pose, p.person_distance)
             self._follower.standoff.face(close, state.time)

@@ -22,7 +22,7 @@ from stack.navigation.people.passing_place import (
     way_of,
 )
 from stack.navigation.people.walking_directions import WalkingDirections
-from stack.types import CostGrid, FailureCode, Pose2D, TaskStatus, TrackedObject
+from stack.types import STANDSTILL, CostGrid, FailureCode, Pose2D, TaskStatus, TrackedObject
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, robot, room
 
@@ -135,6 +135,25 @@ def test_the_robot_waits_in_a_passing_place_and_goes_on():
     world.circles.clear()  # they have passed
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert world.pose.distance_to(Pose2D(9.0, 0.5)) < 0.3
+
+
+def test_off_its_path_the_robot_waits_for_a_new_one_while_somebody_stands_at_the_goal():
+    """As couriers that park at each other's goals: one had left the way, its old path was kept."""
+    world = ToyWorld(room(8.0, 6.0), robot(), Pose2D(1.0, 3.0))
+    toy = ToyDrive(world, person_patience=12.0, give_way_attempts=0)
+    goal = Pose2D(5.0, 3.0, pi / 2.0)
+    toy.tracks = lambda: [person(5.0, 3.0, world.time)] if world.circles else []
+    task = toy.navigator.navigate_to(goal)
+    toy.run(20.0, lambda: world.pose.x > 4.0)
+    world.circles.append((5.0, 3.0, 0.25))
+    world.pose = Pose2D(5.0, 1.2, -pi / 2.0)  # 1.3 m from the path and on a level with its end
+    toy.run(1.0)
+    at = toy.world.time
+    toy.commands.clear()
+    assert toy.finish(task) is TaskStatus.FAILED
+    assert set(toy.commands) == {STANDSTILL}  # no turn to the goal's heading here
+    assert task.failure.code == FailureCode.BLOCKED_BY_PERSON  # not NO_PROGRESS after 8 s
+    assert toy.world.time - at == pytest.approx(12.0, abs=1.2)
 
 
 TWO_NICHES = [
