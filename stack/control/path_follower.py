@@ -168,10 +168,15 @@ class PathFollower(Lifecycle):
         plan = self._driver(self._segment).local_plan
         return plan if plan is None or not self._segment.backward else turned(plan)
 
-    def way_ahead(self, distance: float) -> FloatArray:
-        """Return the (k, 2) points that are driven forward next, map frame; none in reverse."""
+    def way_ahead(self, distance: float, *, backward: bool) -> FloatArray:
+        """Return the (k, 2) points ahead, map frame; none if they are driven the other way round.
+
+        Args:
+            distance: metres of way.
+            backward: whether the robot drives in reverse.
+        """
         segment = self._segment
-        if segment is None or segment.backward:
+        if segment is None or segment.backward != backward:
             return np.empty((0, 2))
         return segment.ahead(distance)
 

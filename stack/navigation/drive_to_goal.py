@@ -141,6 +141,11 @@ class GoalDrive(Drive):
             self._courtesy.stop(now)
         super().stop(now)
 
+    @property
+    def makes_way(self) -> bool:
+        """Whether the robot leaves the way of a person whom it faces."""
+        return self._courtesy is not None and self._courtesy.leaves_way
+
     def note_evasion(self) -> None:
         """Note that an evasion is over: the robot may be beside its path."""
         self._has_evaded = True

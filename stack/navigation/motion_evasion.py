@@ -57,9 +57,12 @@ class MotionEvasion:
         if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear:
             self.evasion.rest()
             return wanted
+        way = NO_POINTS
+        if along_path:
+            way = self._path_follower.way_ahead(FORESEEN, backward=wanted.linear < 0.0)
         situation = Situation(
             state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles,
-            self._path_follower.way_ahead(FORESEEN) if along_path else NO_POINTS,
+            way, isinstance(motion, Drive) and motion.makes_way and wanted != STANDSTILL,
         )  # fmt: skip
         was_active = self.evasion.active
         twist = self.evasion.step(wanted, situation)

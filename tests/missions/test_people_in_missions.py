@@ -30,6 +30,7 @@ start: [2, 4, 0]
 navigation:
   controller: {{use: mppi, moving_weight: {weight}}}
   tracker: {{confirm: 3}}
+  costmap: {{layers: [static, obstacle, social]}}
 run:
   navigate_to_pose: {{goal: [8, 4, 0]}}
   timeout: 60 s
@@ -75,8 +76,7 @@ def test_it_keeps_clear_of_people_in_the_simulation(mission, walk):
     }
     for report in runs.values():
         assert (report.status, report.collisions, report.pushed_into) == ("success", 0, 0)
-    # Head-on 0.53 m against 0.39 m: the plan is the same, only the critic keeps clear of them.
-    assert runs[150.0].min_clearance_m > runs[0.0].min_clearance_m + 0.1
+    assert runs[150.0].min_clearance_m > runs[0.0].min_clearance_m + 0.15
     assert runs[150.0].min_clearance_m > 0.3
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import inf
+from math import hypot, inf
 
 import numpy as np
 
@@ -39,6 +39,9 @@ OVERLAP = 0.08
 
 STATIC_PADDING = 0.04
 """Distance kept to obstacle points, metres."""
+
+OFF_WALLS = 0.1
+"""Distance that motions off the path keep to obstacle points, metres."""
 
 ARM = 0.15
 """Metres of deviation that equal one radian."""
@@ -75,8 +78,10 @@ class Situation:
         twist: measured velocity.
         tracks: moving objects at `time`, map frame.
         obstacles: points of all range sensors, base frame.
-        path: (k, 2) points ahead that the velocity follows, map frame; none: it is no drive along
-            a path.
+        path: (k, 2) next points of the path that the velocity follows, map frame; none: it is no
+            drive along a path.
+        makes_way: whether the velocity makes way for a person already: it is only replaced if a
+            standing robot would be met later.
     """
 
     time: float
@@ -85,6 +90,7 @@ class Situation:
     tracks: Sequence[TrackedObject]
     obstacles: ObstaclePoints
     path: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    makes_way: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +171,7 @@ class Evasion:
         self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
 
     def step(self, wanted: Twist, situation: Situation) -> Twist:
-        """Return the wanted velocity, or an evasive one.
+        """Return the wanted velocity or an evasive one, slowly where it passes people.
 
         Args:
             wanted: base frame.
@@ -180,13 +186,26 @@ class Evasion:
         self.active = chosen is not None
         if chosen is None:
             self._kept = None
-            return wanted
+            return self._slowed(wanted, discs)
         self._until = situation.time + self.parameters.rest
-        return chosen
+        return self._slowed(chosen, discs)
 
     def rest(self) -> None:
         """Leave the wanted velocity alone: nobody is near, or its plan keeps clear of them."""
         self.active, self._kept = False, None
+
+    def _slowed(self, twist: Twist, discs: FloatArray) -> Twist:
+        """Return the twist on the same arc, limited by the distance to people not yet passed."""
+        p, speed = self.parameters, hypot(twist.linear, twist.lateral)
+        if not p.passing_time or speed <= p.passing_speed:
+            return twist
+        gap = self._kernels.least_gap_ahead(
+            discs, self._corners, twist.linear / speed, twist.lateral / speed
+        )
+        share = (p.passing_speed + max(gap, 0.0) / p.passing_time) / speed
+        if share >= 1.0:
+            return twist
+        return Twist(share * twist.linear, share * twist.angular, share * twist.lateral)
 
     def _discs(self, situation: Situation) -> FloatArray:
         """(k, 6) people whom the robot may meet within the horizon, base frame."""
@@ -208,7 +227,7 @@ class Evasion:
         p = self.parameters
         points = self._points(situation.obstacles.points, discs)
         walking = self._kernels.walking_times(discs, points, p.horizon, OVERLAP, AROUND)
-        reach = p.horizon * max(wanted.linear, 0.0) + 2.0 * LOOKAHEAD
+        reach = p.horizon * abs(wanted.linear) + 2.0 * LOOKAHEAD
         way = self._lanes.way(situation.path, situation.pose, wanted, reach)
         lanes = self._lanes.beside(way, wanted)
         straight = np.array([
@@ -219,9 +238,12 @@ class Evasion:
         _, times = self._costs(lanes[:1], own, around, wider=resting)
         if times[0] == inf or (times[0] > p.time_to_meeting + NO_TIME and not resting):
             return None
-        if len(lanes):
-            costs, times = self._costs(lanes, STANDING, around)
-            if not self._must_retreat(times[-1]):
+        if len(lanes) or situation.makes_way:
+            candidates = np.concatenate([own, STANDING])
+            costs, times = self._costs(lanes, candidates, around)
+            if situation.makes_way and times[0] >= times[-1]:
+                return self._hurried(wanted, situation.obstacles)
+            if len(lanes) and not self._must_retreat(times[-1]):
                 return self._lane(way, lanes, costs[:-1], times[:-1])
         motions = np.concatenate([own, self._possible(situation.obstacles)])
         under_way = self._rest_of_motion(motions[len(own) :], situation.time)
@@ -237,6 +259,17 @@ class Evasion:
             return _first_twist(under_way[0])
         self._kept = Kept(is_lane=False, number=number - len(own), began=situation.time)
         return _first_twist(motions[number])
+
+    def _hurried(self, wanted: Twist, obstacles: ObstaclePoints) -> Twist | None:
+        """Return a reversing velocity at full speed, on the same arc; None: it is no such one."""
+        limits = self._robot.limits
+        if wanted.linear >= 0.0 or obstacles.is_blind(np.pi):
+            return None
+        share = limits.reverse_speed / -wanted.linear
+        if wanted.angular:
+            share = min(share, limits.angular_speed / abs(wanted.angular))
+        share = max(share, 1.0)
+        return Twist(share * wanted.linear, share * wanted.angular, share * wanted.lateral)
 
     def _must_retreat(self, time: float) -> bool:
         """Whether the robot may leave its lanes, as it would be met in `time` if it stood."""
@@ -311,7 +344,7 @@ def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
     p = parameters
     return np.array([
         p.horizon, STEP, p.padding + wider, p.growth, p.headway, p.margin, STATIC_PADDING, p.decay,
-        p.meeting_weight, p.closeness_weight, 1.0, ARM,
+        p.meeting_weight, p.closeness_weight, 1.0, ARM, OFF_WALLS,
     ])  # fmt: skip
 
 

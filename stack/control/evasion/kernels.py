@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, cos, exp, hypot, inf, sin
+from math import ceil, cos, exp, hypot, inf, pi, sin
 
 import numpy as np
 from numba import f8, i8, njit
@@ -116,6 +116,26 @@ def walking_times(
 
 
 @njit(cache=True, nogil=True)
+def least_gap_ahead(discs: FloatArray, corners: FloatArray, x: float, y: float) -> float:
+    """Return the distance to the nearest disc that a robot has not passed, metres; inf: none.
+
+    Args:
+        discs: (k, 6) as for `walking_times`, base frame.
+        corners: (c, 2) of the footprint, base frame.
+        x: direction in which the robot drives, a unit vector.
+        y: likewise.
+    """
+    least, rear = inf, inf
+    for i in range(corners.shape[0]):
+        rear = min(rear, x * corners[i, 0] + y * corners[i, 1])
+    for k in range(discs.shape[0]):
+        if x * discs[k, 0] + y * discs[k, 1] >= rear:
+            gap = signed_distance(corners, discs[k, 0], discs[k, 1]) - discs[k, 4]
+            least = min(least, gap)
+    return least
+
+
+@njit(cache=True, nogil=True)
 def _towards(last: float, wanted: float, rise: float, fall: float, step: float) -> float:
     """Speed after one step on the way from `last` to `wanted`."""
     most = (fall if abs(wanted) < abs(last) or wanted * last < 0.0 else rise) * step
@@ -147,7 +167,7 @@ def lane_twist(
         way: (m, 4) points of the path and unit vectors to its left, equally spaced.
         passed: number of the point that the robot has passed.
         pose: (3,) x, y, heading, in the frame of the path.
-        speed: m/s.
+        speed: m/s; negative: the robot drives along the path in reverse.
         offset: of the lane to the left of the path, metres.
         steering: spacing of the points and lookahead distance, metres; largest turning speed,
             rad/s; largest curvature, 1/m; whether the robot turns in place (0 or 1).
@@ -158,6 +178,9 @@ def lane_twist(
     spacing, lookahead, most, curvature = steering[0], steering[1], steering[2], steering[3]
     last = way.shape[0] - 1
     x, y, heading = pose[0], pose[1], pose[2]
+    sign = 1.0
+    if speed < 0.0:
+        sign, speed, heading = -1.0, -speed, heading + pi
     best = hypot(way[passed, 0] - x, way[passed, 1] - y)
     while passed < last:
         away = hypot(way[passed + 1, 0] - x, way[passed + 1, 1] - y)
@@ -180,7 +203,7 @@ def lane_twist(
     speed = min(speed, away / NEAR_END) if ahead == last else speed
     if abs(bend) * speed > most:
         speed = most / abs(bend)
-    return speed, bend * speed, passed
+    return sign * speed, bend * speed, passed
 
 
 @njit(cache=True, nogil=True)
@@ -212,7 +235,8 @@ def motion_costs(
         settings: horizon and step in seconds; padding of a meeting in metres, its growth per
             second, and per m/s of the robot towards the disc; margin of closeness; padding of
             points; decay of the cost in seconds; weights of a meeting, of closeness (per second)
-            and of the deviation (per metre); metres per radian of deviation.
+            and of the deviation (per metre); metres per radian of deviation; padding of points for
+            motions that are not the wanted one.
 
     Returns:
         (l + n,) costs, and (l + n,) seconds until the meeting; inf: none. Candidate 0, the first
@@ -221,23 +245,23 @@ def motion_costs(
     horizon, step, padding, growth = settings[0], settings[1], settings[2], settings[3]
     headway, margin, static, decay = settings[4], settings[5], settings[6], settings[7]
     meeting_weight, close_weight, deviation_weight = settings[8], settings[9], settings[10]
-    arm = settings[11]
+    arm, aside = settings[11], settings[12]
     count = int(horizon / step + 0.5)
     compared = int(1.0 / step + 0.5)
     total = lanes.shape[0] + motions.shape[0]
     costs = np.zeros(total)
     times = np.full(total, inf)
     pose = np.zeros(3)
-    allowed = np.empty(points.shape[0])
+    room = np.empty(points.shape[0])
     for i in range(points.shape[0]):
-        room = signed_distance(corners, points[i, 0], points[i, 1])
-        allowed[i] = min(static, room - 0.003)
+        room[i] = signed_distance(corners, points[i, 0], points[i, 1]) - 0.003
     near = np.empty(discs.shape[0])
     for k in range(discs.shape[0]):
         near[k] = signed_distance(corners, discs[k, 0], discs[k, 1]) - discs[k, 4]
     end_x, end_y, end_turn = 0.0, 0.0, 0.0
     for n in range(total):
         m, passed = n - lanes.shape[0], 0
+        keep_off = static if n == 0 or m < 0 else aside
         v, u, w = twist[0], twist[1], twist[2]
         x, y, heading, stands = 0.0, 0.0, 0.0, False
         for s in range(1, count + 1):
@@ -263,9 +287,10 @@ def motion_costs(
                 c, sn = cos(turned), sin(turned)
                 for i in range(points.shape[0]):
                     dx, dy = points[i, 0] - nx, points[i, 1] - ny
-                    if dx * dx + dy * dy > (radius + static) ** 2:
+                    if dx * dx + dy * dy > (radius + keep_off) ** 2:
                         continue
-                    if signed_distance(corners, c * dx + sn * dy, c * dy - sn * dx) < allowed[i]:
+                    off = signed_distance(corners, c * dx + sn * dy, c * dy - sn * dx)
+                    if off < min(keep_off, room[i]):
                         stands = True
                         break
                 if stands:
@@ -310,6 +335,7 @@ EVASION = (
     (evenly_spaced, (_PLANE, f8, f8)),
     (walking_times, (_PLANE, _PLANE, f8, f8, f8)),
     (way_beside, (_PLANE,)),
+    (least_gap_ahead, (_PLANE, _PLANE, f8, f8)),
     (lane_twist, (_PLANE, i8, _ROW, f8, f8, _ROW)),
     (
         motion_costs,

@@ -28,7 +28,7 @@ SLOWEST = 0.05
 """m/s of a wanted velocity below which the robot does not drive along its path."""
 
 LEAST_SPEED = 0.3
-"""Least wanted speed in m/s of the lanes that are tried: who waits goes on at this speed."""
+"""Least forward speed in m/s of the lanes that are tried: who waits goes on at this speed."""
 
 TURNING_SPEED = 1.5
 """Upper limit of the turning speed, rad/s."""
@@ -63,12 +63,12 @@ class Lanes:
         """Return the way along which a velocity leads, base frame; `NO_WAY` if along none.
 
         Args:
-            path: (k, 2) ahead of the robot, map frame.
+            path: (k, 2) next points, map frame: ahead, or behind a robot that reverses.
             pose: of the robot.
             wanted: velocity, base frame.
             reach: metres of path that are used.
         """
-        if not self._usable or len(path) < 2 or wanted.linear < SLOWEST:
+        if not self._usable or len(path) < 2 or abs(wanted.linear) < SLOWEST:
             return NO_WAY
         points = self._kernels.evenly_spaced(np.ascontiguousarray(path), reach, SPACING)
         if len(points) < 2:
@@ -82,7 +82,7 @@ class Lanes:
         """Return (l, 2) speed and offset of the lanes to try; the first one is the wanted one."""
         if way is NO_WAY:
             return NO_LANES
-        speed = max(wanted.linear, LEAST_SPEED)
+        speed = max(wanted.linear, LEAST_SPEED) if wanted.linear > 0.0 else wanted.linear
         rows = [(share * speed, offset) for share in SHARES for offset in OFFSETS]
         return np.array([(wanted.linear, 0.0), *rows[1:]])
 

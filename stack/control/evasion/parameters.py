@@ -25,7 +25,7 @@ class EvasionParameters:
         help="time to a meeting below which the robot leaves its path for a lane beside it",
     )  # fmt: skip
     retreat_time: float = parameter(
-        2.0, "s", at_least=0.0, at_most=10.0,
+        0.6, "s", at_least=0.0, at_most=10.0,
         help="a robot that would be met within this time although it stood may also back or turn "
         "away, others keep to their lanes; shorter: a bolder robot, that is touched more often",
     )  # fmt: skip
@@ -40,6 +40,15 @@ class EvasionParameters:
         0.1, "s", at_least=0.0, at_most=1.0,
         help="increase of that distance with the robot's speed towards the person: only a slow "
         "robot passes closely",
+    )  # fmt: skip
+    passing_speed: float = parameter(
+        0.1, "m/s", at_least=0.0, at_most=5.0,
+        help="speed of a robot that touches a person whom it passes, see passing_time",
+    )  # fmt: skip
+    passing_time: float = parameter(
+        0.6, "s", at_least=0.0, at_most=10.0,
+        help="before and beside a person the robot drives at passing_speed, and faster by the "
+        "distance to them divided by this time: who walks outward may turn back; 0: no limit",
     )  # fmt: skip
     margin: float = parameter(
         0.35, "m", above=0.0, at_most=2.0, help="distance below which being close costs"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import hypot, inf, pi
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.control.evasion import kernels
-from stack.control.evasion.evasion import Evasion, Kept, Situation
+from stack.control.evasion.evasion import Evasion, Situation
 from stack.control.evasion.lanes import LOOKAHEAD, NO_LANES, NO_WAY, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
@@ -125,21 +126,94 @@ def test_it_chooses_one_side_and_keeps_to_it():
     assert max(abs(pose.y) for pose in poses) > 0.45  # 0.4 m and the padding
 
 
-def test_a_motion_goes_on_with_its_second_part():
-    """Turn 45 degrees, then drive: a motion that began with each step again would only turn."""
-    evasion = made()
-    motions = motions_of(moving("differential"))
-    (number,) = np.flatnonzero(
-        (motions[:, 0] == 0.0) & (motions[:, 2] > 0.0) & (motions[:, 4] > 0.0)
-        & (motions[:, 3] < 0.4 * pi)
-    )[:1]  # fmt: skip
-    evasion._kept = Kept(is_lane=False, number=int(number), began=1.0)
-    seconds = motions[number, 3]
-    (rest,) = evasion._rest_of_motion(motions, 1.0 + 0.5 * seconds)
-    assert rest[3] == pytest.approx(0.5 * seconds)
-    assert list(rest[:3]) == list(motions[number, :3])
-    (rest,) = evasion._rest_of_motion(motions, 1.0 + seconds)
-    assert list(rest[:3]) == list(motions[number, 4:])
+@pytest.mark.parametrize(("bearing", "speed"), [(0.3, 1.0), (1.05, 1.0), (2.09, 0.8)])
+def test_a_motion_goes_on_with_its_second_part(bearing, speed):
+    """Turn, then drive. A motion that began with each step again leaves 0.06 to 0.09 m."""
+    toward = -speed * np.cos(bearing), -speed * np.sin(bearing)
+    person, poses = (2.5 * np.cos(bearing), 2.5 * np.sin(bearing), *toward, 0.2), []
+    least, _ = simulate(made(), STANDSTILL, [person], seconds=6.0, poses=poses)
+    assert least > 0.09
+    moves = [hypot(b.x - a.x, b.y - a.y) > 1e-3 for a, b in pairwise(poses)]
+    turns = [abs(b.heading - a.heading) > 1e-3 for a, b in pairwise(poses)]
+    first = moves.index(True)
+    assert sum(turns[:first]) >= 10  # half a second and more
+    assert not any(turns[first + 10 :])  # the turning speed falls to zero meanwhile
+
+
+def reversing(retreat: bool, gap: float, **changes) -> Twist:
+    """The answer to a reverse at 0.15 m/s before somebody who comes at 0.3 m/s; 1 m is free."""
+    evasion, wanted = made(**changes), Twist(-0.15, -0.5)
+    front = float(RECTANGLE.points[:, 0].max())
+    return evasion.step(wanted, Situation(
+        0.0, Pose2D(0.0, 0.0), wanted, [track(front + 0.2 + gap, 0.0, -0.3)],
+        ObstaclePoints(0.0, corridor(1.0)), -STRAIGHT, makes_way=retreat,
+    ))  # fmt: skip
+
+
+def test_who_makes_way_goes_on_to_its_place_as_fast_as_it_can():
+    """Another motion may be met later, but it leads nowhere. The robot reverses at 0.3 m/s."""
+    limits = moving("differential").limits
+    assert reversing(retreat=True, gap=0.1) == Twist(
+        -limits.reverse_speed, -0.5 * limits.reverse_speed / 0.15
+    )
+    other = reversing(retreat=False, gap=0.1)
+    assert other.angular / other.linear != pytest.approx(0.5 / 0.15)
+    assert reversing(retreat=True, gap=2.0) == Twist(-0.15, -0.5)
+
+
+def test_a_robot_that_is_blind_behind_does_not_hurry_backwards():
+    evasion, wanted = made(), Twist(-0.1)
+    behind = np.array([[0.5 * pi, pi]])
+    blind = replace(ObstaclePoints(0.0), blind_sectors=behind)
+    asked = evasion.step(wanted, Situation(
+        0.0, Pose2D(0.0, 0.0), wanted, [track(0.6, 0.0, -0.3)], blind, -STRAIGHT, makes_way=True,
+    ))  # fmt: skip
+    assert asked == wanted
+
+
+@pytest.mark.parametrize("ahead", [0.0, 0.2])
+@pytest.mark.parametrize("gap", [0.0, 0.1, 0.3])
+def test_it_passes_people_the_more_slowly_the_closer(gap, ahead):
+    """Somebody beside the robot walks outward at 0.5 m/s, and may turn back."""
+    half = float(RECTANGLE.points[:, 1].max())
+    beside = track(ahead, half + gap + 0.2, 0.0, 0.5)
+    evasion, wanted = made(passing_speed=0.1, passing_time=0.5), Twist(0.8, 0.2)
+
+    def asked(x):
+        at = Pose2D(x, 0.0)
+        return evasion.step(wanted, Situation(0.0, at, wanted, [beside], ObstaclePoints()))
+
+    share = min(1.0, (0.1 + gap / 0.5) / 0.8)
+    assert asked(0.0).linear == pytest.approx(share * 0.8)
+    assert asked(0.0).angular == pytest.approx(share * 0.2)
+    assert asked(1.0) == wanted  # they are behind
+    evasion.configure(EvasionParameters(passing_time=0.0))
+    assert asked(0.0) == wanted
+
+
+@given(st.floats(-0.9, 0.9), st.floats(0.1, 0.4))
+@settings(deadline=None, max_examples=30)
+def test_a_lane_is_followed_in_reverse(offset, speed):
+    """The mirror image of driving forward along the same way: one heading, one sign differ."""
+    steering = Lanes(moving("differential")).steering
+    way = kernels.way_beside(np.ascontiguousarray(-STRAIGHT[:60]))
+    forward = kernels.lane_twist(way, 0, np.array([0.0, 0.1, pi]), speed, offset, steering)
+    backward = kernels.lane_twist(way, 0, np.array([0.0, 0.1, 0.0]), -speed, offset, steering)
+    assert backward[0] == pytest.approx(-forward[0])
+    assert backward[1] == pytest.approx(forward[1])
+    assert backward[2] == forward[2]
+
+
+def test_motions_off_the_path_keep_off_walls():
+    """A robot closer to a wall than its corners reach could not turn: with 0.04 m it comes nearer.
+
+    Somebody who does not fit beside it comes at its reverse speed in a corridor of 1 m.
+    """
+    poses = []
+    simulate(made(), Twist(0.3), [(2.5, 0.2, -0.3, 0.0, 0.25)], corridor(1.0), 8.0, STRAIGHT, poses)
+    assert poses[-1].x < max(pose.x for pose in poses) - 0.5  # it backs out
+    half = float(RECTANGLE.points[:, 1].max())
+    assert max(abs(pose.y) for pose in poses) < 0.5 - half - 0.1
 
 
 @pytest.mark.parametrize(("retreat_time", "backs"), [(2.0, True), (0.5, False)])
