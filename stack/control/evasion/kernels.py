@@ -207,6 +207,39 @@ def lane_twist(
 
 
 @njit(cache=True, nogil=True)
+def _later_meeting(
+    robot: FloatArray, discs: FloatArray, walking: FloatArray, horizon: float, reach: float
+) -> float:
+    """Seconds until a robot that drives straight on after the horizon meets a disc; inf: never.
+
+    Without it, a robot backs away from somebody who walks faster than it can reverse.
+
+    Args:
+        robot: (4,) position and velocity at the horizon, base frame now.
+        discs: (k, 6) as in `walking_times`, base frame now.
+        walking: (k,) seconds for which each disc walks.
+        horizon: seconds. As many seconds later are looked at.
+        reach: metres between the robot's centre and the surface of a disc at a meeting.
+    """
+    later = inf
+    for k in range(discs.shape[0]):
+        walked = min(max(horizon - discs[k, 5], 0.0), walking[k])
+        dx = discs[k, 0] + walked * discs[k, 2] - robot[0]
+        dy = discs[k, 1] + walked * discs[k, 3] - robot[1]
+        goes_on = 1.0 if walking[k] >= horizon - 1e-9 else 0.0
+        vx, vy = goes_on * discs[k, 2] - robot[2], goes_on * discs[k, 3] - robot[3]
+        square, closing = vx * vx + vy * vy, -(dx * vx + dy * vy)
+        if closing <= 0.0 or hypot(dx, dy) <= reach + discs[k, 4]:
+            continue
+        left = (reach + discs[k, 4]) ** 2 * square - (dx * vy - dy * vx) ** 2
+        if left > 0.0:
+            time = (closing - left**0.5) / square
+            if time <= horizon:
+                later = min(later, horizon + time)
+    return later
+
+
+@njit(cache=True, nogil=True)
 def motion_costs(
     lanes: FloatArray, way: FloatArray, steering: FloatArray, motions: FloatArray,
     twist: FloatArray, limits: FloatArray, discs: FloatArray, walking: FloatArray,
@@ -251,7 +284,7 @@ def motion_costs(
     total = lanes.shape[0] + motions.shape[0]
     costs = np.zeros(total)
     times = np.full(total, inf)
-    pose = np.zeros(3)
+    pose, there = np.zeros(3), np.zeros(4)
     room = np.empty(points.shape[0])
     for i in range(points.shape[0]):
         room[i] = signed_distance(corners, points[i, 0], points[i, 1]) - 0.003
@@ -325,6 +358,11 @@ def motion_costs(
                 break
             if times[n] < inf:  # the robot stands where it was met
                 stands, v, u, w = True, 0.0, 0.0, 0.0
+        if times[n] == inf and m >= 0:
+            c, sn = cos(heading), sin(heading)
+            there[0], there[1], there[2], there[3] = x, y, c * v - sn * u, sn * v + c * u
+            later = _later_meeting(there, discs, walking, horizon, radius + padding)
+            costs[n] += meeting_weight * exp(-later / decay)
     return costs, times
 
 

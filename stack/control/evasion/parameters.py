@@ -42,11 +42,11 @@ class EvasionParameters:
         "robot passes closely",
     )  # fmt: skip
     passing_speed: float = parameter(
-        0.1, "m/s", at_least=0.0, at_most=5.0,
+        0.05, "m/s", at_least=0.0, at_most=5.0,
         help="speed of a robot that touches a person whom it passes, see passing_time",
     )  # fmt: skip
     passing_time: float = parameter(
-        0.6, "s", at_least=0.0, at_most=10.0,
+        0.5, "s", at_least=0.0, at_most=10.0,
         help="before and beside a person the robot drives at passing_speed, and faster by the "
         "distance to them divided by this time: who walks outward may turn back; 0: no limit",
     )  # fmt: skip
