@@ -130,7 +130,7 @@ class Dashboard(TerminalApp):
 
     def _refresh_in_turn(self) -> None:
         """Refresh, less often while nothing happens; not while the panes are being taken down."""
-        if not self._panes.query(MapPane):
+        if not self.screen_stack or not self._panes.query(MapPane):
             return
         if self._interrupted():
             self.exit("interrupt")

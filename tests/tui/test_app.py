@@ -483,6 +483,13 @@ async def test_a_refresh_while_the_panes_are_taken_down_does_nothing(source):
         assert pilot.app.is_running
 
 
+async def test_a_refresh_after_the_screens_are_gone_does_nothing(source, monkeypatch):
+    async with Dashboard(source, live=False).run_test(size=(80, 24)) as pilot:
+        with monkeypatch.context() as patched:
+            patched.setattr(Dashboard, "screen_stack", [])
+            pilot.app._refresh_in_turn()
+
+
 async def test_a_live_dashboard_refreshes_by_itself(source):
     async with Dashboard(source).run_test(size=(80, 24)) as pilot:
         refresh(pilot)
