@@ -25,9 +25,9 @@ class EvasionParameters:
         help="time to a meeting below which the robot leaves its path for a lane beside it",
     )  # fmt: skip
     retreat_time: float = parameter(
-        0.6, "s", at_least=0.0, at_most=10.0,
+        2.0, "s", at_least=0.0, at_most=10.0,
         help="a robot that would be met within this time although it stood may also back or turn "
-        "away, others keep to their lanes; shorter: a bolder robot, that is touched more often",
+        "away, others keep to their lanes; shorter: a bolder robot, that touches people more often",
     )  # fmt: skip
     padding: float = parameter(
         0.05, "m", at_least=0.0, at_most=1.0, help="distance to a person that counts as a meeting"

@@ -214,8 +214,9 @@ def test_motions_off_the_path_keep_off_walls():
 
     Somebody who does not fit beside it comes at its reverse speed in a corridor of 1 m.
     """
-    poses = []
-    simulate(made(), Twist(0.3), [(2.5, 0.2, -0.3, 0.0, 0.25)], corridor(1.0), 8.0, STRAIGHT, poses)
+    poses, evasion = [], made(retreat_time=0.6)
+    person = (2.5, 0.2, -0.3, 0.0, 0.25)
+    simulate(evasion, Twist(0.3), [person], corridor(1.0), 8.0, STRAIGHT, poses)
     assert poses[-1].x < max(pose.x for pose in poses) - 0.5  # it backs out
     half = float(RECTANGLE.points[:, 1].max())
     assert max(abs(pose.y) for pose in poses) < 0.5 - half - 0.1
