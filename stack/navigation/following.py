@@ -283,14 +283,14 @@ class Drive(MotionExecutor):
     follows_map = True
     while_ambiguous = False
 
+    def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
+        super().__init__(task)
+        self._follower = Follower(tools, tolerance)
+
     @property
     def makes_way(self) -> bool:
         """Whether the robot leaves the way of a person whom it faces."""
         return False
-
-    def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
-        super().__init__(task)
-        self._follower = Follower(tools, tolerance)
 
     def pause(self, now: float) -> None:
         """Hold the drive."""

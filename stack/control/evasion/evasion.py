@@ -242,6 +242,7 @@ class Evasion:
             candidates = np.concatenate([own, STANDING])
             costs, times = self._costs(lanes, candidates, around)
             if situation.makes_way and times[0] >= times[-1]:
+                self._kept = None
                 return self._hurried(wanted, situation.obstacles)
             if len(lanes) and not self._must_retreat(times[-1]):
                 return self._lane(way, lanes, costs[:-1], times[:-1])
@@ -261,7 +262,7 @@ class Evasion:
         return _first_twist(motions[number])
 
     def _hurried(self, wanted: Twist, obstacles: ObstaclePoints) -> Twist | None:
-        """Return a reversing velocity at full speed, on the same arc; None: it is no such one."""
+        """Return a reverse on the same arc at full speed; None: drive as wanted."""
         limits = self._robot.limits
         if wanted.linear >= 0.0 or obstacles.is_blind(np.pi):
             return None

@@ -212,7 +212,7 @@ def _later_meeting(
 ) -> float:
     """Seconds until a robot that drives straight on after the horizon meets a disc; inf: never.
 
-    Without it, a robot backs away from somebody who walks faster than it can reverse.
+    Costs of this time keep a robot from reversing before a person who walks faster than it does.
 
     Args:
         robot: (4,) position and velocity at the horizon, base frame now.

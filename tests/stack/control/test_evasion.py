@@ -347,6 +347,7 @@ PLACES = st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)), max_siz
 
 
 @given(PLACES, PLACES, st.floats(0.1, 0.5))
+@settings(deadline=None)
 def test_points_stay_if_they_are_off_everybody(places, people, radius):
     points = np.array(places, dtype=np.float64).reshape(-1, 2)
     discs = np.array([(x, y, 0.0, 0.0, radius) for x, y in people], dtype=np.float64)
