@@ -7,7 +7,6 @@ from math import copysign, inf
 
 import numpy as np
 
-from stack.costmap.route_costs import blocked_at
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.navigation.following import (
@@ -19,35 +18,22 @@ from stack.navigation.following import (
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import Courtesy
 from stack.navigation.people.narrow_meeting import REACH
-from stack.navigation.people.standoff import blocked_by, nearest
-from stack.navigation.plans.choice import NEAR_ENOUGH, PlanChoice
+from stack.navigation.people.standoff import nearest
+from stack.navigation.plans.choice import PlanChoice
+from stack.navigation.plans.goal_sequence import GoalSequence
+from stack.navigation.plans.partial_end import PartialEnd, near_partial_end
+from stack.navigation.plans.path_check import PathCheck
+from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
 from stack.navigation.tasks import MotionTask, NavigationState
-from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, TrackedObject, Twist
+from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
 
 PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
 """Failures that waiting cannot fix."""
 
 MOST_CORRECTIONS = 3
 """Maximum number of new plans to correct the heading of a car at the goal."""
-
-CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
-"""Failures of a plan that a person in the way can cause."""
-
-RECEDING = 0.02
-"""Increase of the distance to a via pose, in metres, after which the pose is passed."""
-
-MOVES_AWAY = 0.05
-"""Increase of the distance to the end of a partial path, in metres, after which the robot has been
-as near as it gets. A controller that makes room for its turn to the goal's heading in front of an
-obstacle would drive to and fro.
-"""
-
-MOVED = 0.1
-"""Metres that the robot must move to restart the patience after a failed plan. Smaller motions in
-front of an obstacle do not count.
-"""
 
 BESIDE = 0.15
 """Distance to the path, metres, above which a robot that has evaded a person replans from its pose.
@@ -82,16 +68,12 @@ class GoalDrive(Drive):
         super().__init__(task, tools, tolerance)
         self.goal = goals[-1]
         self.path: Path | None = None
-        self._tools, self._goals = tools, tuple(goals)
+        self._tools, self._goals = tools, GoalSequence(goals)
         self._choice = PlanChoice(tools, self.goal, tolerance)
         self._reason = "first plan"
         self._requested_at = -inf
-        self._failing = self.timers.new()
-        self._failing_at = Pose2D(0.0, 0.0)
-        self._leg_ends: tuple[float, ...] = ()
-        self._nearest = self._nearest_end = inf
-        self._seen_version = -1
-        self._blocked_at: tuple[float, float] | None = None
+        self._patience = PlanPatience(tools, self.goal, self.timers)
+        self._path_check, self._partial_end = PathCheck(tools), PartialEnd()
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections, self._turns_elsewhere = 0, False
         self._has_evaded = self._may_back_out = self._backs_out = False
@@ -105,10 +87,10 @@ class GoalDrive(Drive):
         try:
             self._use_plan(state)
             self._pass_goals(state.estimate.pose)
-            if self._follower.reached(state) and len(self._goals) == 1:
+            if self._follower.reached(state) and self._goals.only_last_left:
                 self._arrive(state.estimate.pose)
                 return STANDSTILL
-            if self._has_ended_partially(state.estimate.pose):
+            if self._partial_end.reached(self.path, self._follower, state.estimate.pose):
                 self._arrive(state.estimate.pose)
                 return STANDSTILL
             self._request_plan_if_needed(state)
@@ -118,7 +100,7 @@ class GoalDrive(Drive):
                 return STANDSTILL
             return self._follower.step(state)
         except NavigationError as error:
-            if self._near_partial_end and error.failure.code in HELD:
+            if near_partial_end(self.path, self._follower) and error.failure.code in HELD:
                 self._arrive(state.estimate.pose)
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
@@ -161,7 +143,8 @@ class GoalDrive(Drive):
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
         elif left_way:
-            self._requested_at, self._blocked_at = -inf, None
+            self._requested_at = -inf
+            self._path_check.forget_blockage()
             if self.path is not None:
                 self._follower.set_path(self.path, state.time)
         return twist
@@ -172,22 +155,6 @@ class GoalDrive(Drive):
         drive = GoalDrive(task, self._tools, [place], None)
         drive._courtesy, drive._may_back_out = None, True
         return drive
-
-    @property
-    def _near_partial_end(self) -> bool:
-        """Whether the robot is near the end of a partial path, where an obstacle is expected."""
-        progress = self._follower.progress
-        partial = self.path is not None and self.path.partial
-        return partial and progress is not None and progress.remaining <= NEAR_ENOUGH
-
-    def _has_ended_partially(self, pose: Pose2D) -> bool:
-        """Whether the robot is at the end of a partial path and gets no nearer to it."""
-        if self.path is None or not self.path.partial or not self._follower.at_position:
-            self._nearest_end = inf
-            return False
-        distance = pose.distance_to(self.path.goal)
-        self._nearest_end = min(self._nearest_end, distance)
-        return self._follower.waiting or distance > self._nearest_end + MOVES_AWAY
 
     def _report(self) -> None:
         progress = self._follower.progress
@@ -213,32 +180,20 @@ class GoalDrive(Drive):
 
     def way_left(self, pose: Pose2D) -> float:
         """Return the straight distance to the next goal."""
-        return pose.distance_to(self._goals[0])
+        return pose.distance_to(self._goals.next)
 
     def _pass_goals(self, pose: Pose2D) -> None:
-        """Remove the via goals that have been passed.
-
-        A goal is passed when the robot was within via_radius of it and moves away or cannot get
-        nearer, or when the robot has driven that part of the path.
-        """
-        progress = self._follower.progress
+        """Remove the via goals that have been passed."""
+        progress, radius = self._follower.progress, self._tools.parameters.via_radius
         if progress is None:
             return
         self._follower.update(pose)
-        while len(self._goals) > 1 and len(self._leg_ends) == len(self._goals):
-            distance = pose.distance_to(self._goals[0])
-            self._nearest = min(self._nearest, distance)
-            receding = distance > self._nearest + RECEDING or self._follower.waiting
-            near = self._nearest <= self._tools.parameters.via_radius
-            if not (near and receding) and progress.travelled < self._leg_ends[0]:
-                break
-            self._goals, self._leg_ends = self._goals[1:], self._leg_ends[1:]
-            self._nearest = inf
+        self._goals.pass_by(pose, progress.travelled, radius, waiting=self._follower.waiting)
 
     def _request_plan_if_needed(self, state: NavigationState) -> None:
         """Request a plan when there is a reason, at most once per replan_interval."""
         p = self._tools.parameters
-        self._check_path_ahead(state.estimate.pose)
+        self._path_check.update(self._follower.progress, state.estimate.pose)
         if self.task.future is not None or state.time < self._requested_at + self._interval - 1e-9:
             return
         reason = self._replan_reason(state)
@@ -250,7 +205,7 @@ class GoalDrive(Drive):
         copy = self._tools.global_costmap.copied()
         progress = self._follower.progress
         current = progress.rest if progress is not None and reason == ROUTINE else None
-        request = PlanRequest(copy.grid, pose, self._goals, self.partial, direction, current)
+        request = PlanRequest(copy.grid, pose, self._goals.left, self.partial, direction, current)
         due = p.plan_due(state.time)
         self.task.future = self._tools.planner_worker.ask(
             request, due, wait=p.wait_for_plan, over=copy.release
@@ -265,18 +220,6 @@ class GoalDrive(Drive):
         p, person = self._tools.parameters, self._follower.standoff.person
         return p.replan_interval if person is None else p.replan_period
 
-    def _check_path_ahead(self, pose: Pose2D) -> None:
-        """Check whether the next metres of the path are blocked, when the costs have changed."""
-        progress, costmap = self._follower.progress, self._tools.global_costmap
-        if progress is None or costmap.version == self._seen_version:
-            return
-        self._seen_version = costmap.version
-        points = progress.ahead(self._tools.parameters.look_ahead)
-        if self.path is not None and self.path.partial:
-            end = self.path.goal
-            points = points[np.hypot(points[:, 0] - end.x, points[:, 1] - end.y) > NEAR_ENOUGH]
-        self._blocked_at = blocked_at(costmap.view, points, pose, self._tools.clear_of)
-
     def _replan_reason(self, state: NavigationState) -> str | None:
         """Reason to plan now; ROUTINE to search for a better path, None for no plan."""
         follower, progress = self._follower, self._follower.progress
@@ -284,11 +227,11 @@ class GoalDrive(Drive):
             return "first plan"
         if self._tools.planner_worker.planner is not self._planner:
             return OTHER_ROUTES
-        if self._near_partial_end:
+        if near_partial_end(self.path, self._follower):
             return self._routine(state.time)
         if follower.waiting:
             return self._other_turning_place(state) or "an obstacle is in the way"
-        if self._blocked_at is not None:
+        if self._path_check.blocked_at is not None:
             return "the path ahead is blocked"
         if beside := self._beside_path(progress, state):
             return beside
@@ -330,7 +273,9 @@ class GoalDrive(Drive):
     def _other_turning_place(self, state: NavigationState) -> str | None:
         """Choose another end of the path if there is no room to turn at the goal; say so."""
         tools, pose = self._tools, state.estimate.pose
-        only_turns = self._follower.at_position and tools.turns_in_place and len(self._goals) == 1
+        only_turns = (
+            self._follower.at_position and tools.turns_in_place and self._goals.only_last_left
+        )
         if self._turns_elsewhere or not only_turns:
             return None
         reach = self._choice.tolerance
@@ -340,7 +285,8 @@ class GoalDrive(Drive):
         )  # fmt: skip
         if place is None:
             return None
-        self._goals, self._turns_elsewhere = (place,), True
+        self._goals.replace_last(place)
+        self._turns_elsewhere = True
         return "no room to turn at the goal"
 
     def _use_plan(self, state: NavigationState) -> None:
@@ -357,8 +303,8 @@ class GoalDrive(Drive):
             self._planner = self._requested_from
             self._plan_failed(answer, state)
             return
-        self._failing.reset()
-        if future.request.goals != self._goals:
+        self._patience.reset()
+        if future.request.goals != self._goals.left:
             self._requested_at = -inf  # a goal was passed meanwhile: the plan leads back to it
             return
         self._planner = self._requested_from
@@ -377,39 +323,21 @@ class GoalDrive(Drive):
         left = progress is not None and progress.offset > p.off_path
         if self._reason == OTHER_ROUTES or left:
             self.path = None  # it may lead along a closed edge, or elsewhere
-        here = state.odometry.pose
-        moved = self.path is not None and self._failing_at.distance_to(here) > MOVED
-        if moved or not self._failing.running:
-            self._failing.start(state.time)
-            self._failing_at = here
-        waited, person = self._failing.elapsed(state.time), self._person_near(state)
         if self.path is None:
             close = nearest(state.tracks, state.estimate.pose, p.person_distance)
             self._follower.standoff.face(close, state.time)
-        if person is not None and waited < p.person_patience:
-            return
-        if waited >= p.patience:
-            if person is not None and failure.code in CLOSED:
-                raise blocked_by(person, p.person_patience)
-            raise NavigationError(FailureCode(failure.code), failure.sentence)
-
-    def _person_near(self, state: NavigationState) -> TrackedObject | None:
-        """Return a person near the robot or the goal, who may be why there is no path."""
-        reach = 2.0 * self._tools.parameters.person_distance
-        return nearest(state.tracks, state.estimate.pose, reach) or nearest(
-            state.tracks, self.goal, reach
-        )
+        self._patience.failed(failure, state, follows_path=self.path is not None)
 
     def _adopt(self, plan: Plan, state: NavigationState) -> None:
         first = self.path is None
-        if self._blocked_at is not None:
-            self._choice.note_blocked(self._blocked_at, state.time)
+        if self._path_check.blocked_at is not None:
+            self._choice.note_blocked(self._path_check.blocked_at, state.time)
         path = backed_out(plan.path, state, self._tools) if self._may_back_out else plan.path
         self._backs_out = path is not plan.path
         self.path = self.task.path = path
-        self._leg_ends = plan.leg_ends
+        self._goals.follow(plan.leg_ends)
         self._follower.set_path(path, state.time)
-        self._blocked_at, self._seen_version = None, -1
+        self._path_check.start()
         length = round(plan.path.length, 3)
         if first:
             self._tools.emit("plan", f"plan found, {length:.1f} m", length=length)

@@ -1,0 +1,69 @@
+"""How long a drive waits while its plans fail."""
+
+from __future__ import annotations
+
+from stack.errors import NavigationError
+from stack.lifecycle import Timers
+from stack.navigation.following import Tools
+from stack.navigation.people.standoff import blocked_by, nearest
+from stack.navigation.tasks import NavigationState
+from stack.types import Failure, FailureCode, Pose2D, TrackedObject
+
+CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
+"""Failures of a plan that a person in the way can cause."""
+
+MOVED = 0.1
+"""Metres that the robot must move to restart the patience after a failed plan. Smaller motions in
+front of an obstacle do not count.
+"""
+
+
+class PlanPatience:
+    """Retries failed plans: `patience` seconds, or `person_patience` if a person may be why.
+
+    Args:
+        tools: of the drive.
+        goal: the last goal, map frame.
+        timers: of the drive.
+    """
+
+    def __init__(self, tools: Tools, goal: Pose2D, timers: Timers) -> None:
+        self._tools, self._goal = tools, goal
+        self._failing = timers.new()
+        self._failing_at = Pose2D(0.0, 0.0)
+
+    def reset(self) -> None:
+        """A plan was found."""
+        self._failing.reset()
+
+    def failed(self, failure: Failure, state: NavigationState, *, follows_path: bool) -> None:
+        """Note that a plan failed.
+
+        Args:
+            failure: of the plan.
+            state: of this step.
+            follows_path: whether the robot goes on along an earlier path meanwhile.
+
+        Raises:
+            NavigationError: the failure, when the patience is over; BLOCKED_BY_PERSON if a person
+                is near the robot or the goal.
+        """
+        p, here = self._tools.parameters, state.odometry.pose
+        moved = follows_path and self._failing_at.distance_to(here) > MOVED
+        if moved or not self._failing.running:
+            self._failing.start(state.time)
+            self._failing_at = here
+        waited, person = self._failing.elapsed(state.time), self._person_near(state)
+        if person is not None and waited < p.person_patience:
+            return
+        if waited >= p.patience:
+            if person is not None and failure.code in CLOSED:
+                raise blocked_by(person, p.person_patience)
+            raise NavigationError(FailureCode(failure.code), failure.sentence)
+
+    def _person_near(self, state: NavigationState) -> TrackedObject | None:
+        """Return a person near the robot or the goal, who may be why there is no path."""
+        reach = 2.0 * self._tools.parameters.person_distance
+        return nearest(state.tracks, state.estimate.pose, reach) or nearest(
+            state.tracks, self._goal, reach
+        )
