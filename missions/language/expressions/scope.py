@@ -76,9 +76,15 @@ class Symbol:
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """Layers of names, innermost first."""
+    """Layers of names, innermost first.
+
+    Attributes:
+        layers: name -> symbol.
+        complete: False if the world cannot be read: a name that is not found may be a place of it.
+    """
 
     layers: tuple[Mapping[str, Symbol], ...]
+    complete: bool = True
 
     def lookup(self, name: str) -> Symbol | None:
         """Return the symbol of a name; None if there is none."""
@@ -86,7 +92,7 @@ class Scope:
 
     def inside(self, layer: Mapping[str, Symbol]) -> Scope:
         """Return the scope with one more layer in front."""
-        return Scope((layer, *self.layers))
+        return Scope((layer, *self.layers), self.complete)
 
     def names(self) -> list[str]:
         """Return every name in scope, for suggestions."""

@@ -66,7 +66,7 @@ class Check:
     def symbol(self, name: str, at: int) -> Symbol | None:
         """Return the symbol of a `$name`; record a problem if there is none."""
         found = self.scope.lookup(name)
-        if found is None:
+        if found is None and self.scope.complete:
             self.problem("E140", at, f"there is no ${name}", self.scope.hint(name))
         return found
 

@@ -29,12 +29,17 @@ T = TypeVar("T")
 
 
 class HeaderReader:
-    """Reads single top-level keys of a mission."""
+    """Reads single top-level keys of a mission.
+
+    Attributes:
+        knows_places: False if the world could not be read.
+    """
 
     def __init__(self, top: Section, folder: Path, resources: Resources, words: Words) -> None:
         self.top, self.folder, self.resources, self.words = top, folder, resources, words
         self.findings: Findings = top.findings
         self.values = HeaderValues({}, frozenset(), folder, top.findings, words)
+        self.knows_places = True
 
     def text(self, key: str, default: str | None = None) -> str:
         """Return a key that holds a text; without a default it is required and a name."""
@@ -64,7 +69,9 @@ class HeaderReader:
         """Return the named poses of the world."""
         if not world:
             return {}
-        return self._ask("world", lambda: self.resources.world_places(world, self.folder), {})
+        places = self._ask("world", lambda: self.resources.world_places(world, self.folder), None)
+        self.knows_places = places is not None
+        return places or {}
 
     @property
     def is_replayed(self) -> bool:
@@ -123,8 +130,12 @@ class HeaderReader:
         if isinstance(node.value, str):
             name = reference_name(node) or node.value
             if name not in places:
-                hint = suggestion(name, [*places, *words])
-                self.findings.error("E106", node.mark, f"{key}: there is no place {name!r}", hint)
+                if self.knows_places:
+                    hint, sentence = (
+                        suggestion(name, [*places, *words]),
+                        f"there is no place {name!r}",
+                    )
+                    self.findings.error("E106", node.mark, f"{key}: {sentence}", hint)
                 return None
             pose: Pose2D = places[name].value
             return pose

@@ -102,7 +102,7 @@ class _Reading:
         map_name, markers = header.map(), header.markers()
         components = header.components(files, mapped=map_name != "none")
         self.values.used.update(dict.fromkeys(header.values.used))
-        self.words.scope = scope = Scope((places, keys, arguments))
+        self.words.scope = scope = Scope((places, keys, arguments), header.knows_places)
         self.words.catalogue = catalogue = self._catalogue(catalogue_for, plugins)
         trees = self._trees(catalogue, scope, included)
         nodes = NodeReader(self.values, catalogue, trees)
@@ -151,7 +151,7 @@ class _Reading:
         own = self.declarations.places(self.top.node_of("places"), {}, where)
         self.includes.merge(dict(included), own, "place")
         places.update({**included, **own})
-        place_scope = Scope((places,))
+        place_scope = Scope((places,), self.header.knows_places)
         keys = self.declarations.blackboard(self.top.node_of("blackboard"), place_scope)
         arguments = self.declarations.arguments(
             self.top.node_of("arguments"), place_scope, overrides

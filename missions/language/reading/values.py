@@ -245,7 +245,8 @@ class ValueReader:
     def _symbol(self, name: str, mark: Mark, context: NameContext) -> Symbol | None:
         symbol = context.scope.lookup(name)
         if symbol is None:
-            self.findings.error("E140", mark, f"there is no ${name}", context.scope.hint(name))
+            if context.scope.complete:
+                self.findings.error("E140", mark, f"there is no ${name}", context.scope.hint(name))
             return None
         self.used[symbol] = None
         return symbol

@@ -627,3 +627,28 @@ def test_a_finding_in_a_text_of_several_lines_is_at_its_begin(tmp_path):
     lines = {5: 44, 7: 14}
     for item in caught.value.findings:
         assert item.mark.line in lines and item.mark.column <= lines[item.mark.line], item
+
+
+def unknown(name, _folder):
+    raise InputError(f"there is no world {name!r}")
+
+
+def test_without_its_world_a_mission_is_not_blamed_for_the_names_of_places(tmp_path):
+    """A misspelled world is one error; what does not depend on its places is still reported."""
+    text = """
+    mission: m
+    format: 1
+    robot: scout
+    world: ofice
+    start: dock
+    arguments: {desk: {type: Pose, default: $hall}}
+    run:
+      sequence:
+        - navigate_to_pose: $shelf
+          when: $low
+        - navigate_to_pose: {gaol: $dock}
+    """
+    found = findings(tmp_path, dedent(text), resources=Resources(world_places=unknown))
+    assert found == ["E110 5:8", "E131 12:7", "E130 12:26"]
+    names = findings(tmp_path, dedent(text))
+    assert names == ["E106 6:8", "E140 7:41", "E140 10:25", "E140 11:13", "E131 12:7", "E130 12:26"]
