@@ -323,6 +323,7 @@ class GoalDrive(Drive):
         left = progress is not None and progress.offset > p.off_path
         if self._reason == OTHER_ROUTES or left:
             self.path = None  # it may lead along a closed edge, or elsewhere
+            self._follower.drop_path(state.time)
         if self.path is None:
             close = nearest(state.tracks, state.estimate.pose, p.person_distance)
             self._follower.standoff.face(close, state.time)

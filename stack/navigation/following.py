@@ -153,6 +153,12 @@ class Follower:
         self._steer(self.progress, now)
         self.idle.reset()
 
+    def drop_path(self, now: float) -> None:
+        """Follow nothing until there is another path."""
+        self.stop(now)
+        self.progress = self._speeds = None
+        self.waiting = False
+
     def update(self, pose: Pose2D) -> None:
         """Update the progress on the path with the pose of this step, map frame."""
         if self.progress is not None:
@@ -187,10 +193,10 @@ class Follower:
         return self.idle.running and self.idle.elapsed(now) >= IDLE_BEFORE_REPLAN
 
     def reached(self, state: NavigationState) -> bool:
-        """Whether the end of the path is reached."""
-        return self.progress is not None and self._tools.goal_checker.reached(
-            self._drive_state(state, self.progress)
-        )
+        """Whether the end of the path is reached; not while another drive uses the controller."""
+        if self.progress is None or not self._steers:
+            return False
+        return self._tools.goal_checker.reached(self._drive_state(state, self.progress))
 
     def _drive_state(self, state: NavigationState, progress: PathProgress) -> DriveState:
         still = self._last == STANDSTILL and standing(state.odometry.twist)

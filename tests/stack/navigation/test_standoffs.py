@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import hypot, pi
 
@@ -154,6 +155,31 @@ def test_off_its_path_the_robot_waits_for_a_new_one_while_somebody_stands_at_the
     assert set(toy.commands) == {STANDSTILL}  # no turn to the goal's heading here
     assert task.failure.code == FailureCode.BLOCKED_BY_PERSON  # not NO_PROGRESS after 8 s
     assert toy.world.time - at == pytest.approx(12.0, abs=1.2)
+
+
+def test_a_passing_place_is_not_the_goal_of_a_drive_that_has_lost_its_path():
+    """Pushed off its path where no plan is found, it gives way, and then drives to its own goal."""
+    toy = facing_somebody(NICHE, patience=60.0, person_patience=60.0)
+    world, free = toy.world, toy.globe
+    world.circles[:] = [(1.9, 0.5, 0.25)]
+    toy.tracks = lambda: [person(1.9, 0.5, world.time)]
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(3.0)
+    assert "plan" in toy.kinds() and toy.commands[-1] == STANDSTILL
+    closed = ToyCostmap(ToyWorld(NICHE, robot(), circles=[(4.2, 0.5, 0.6)]))
+    toy.globe = toy.navigator._tools.global_costmap = closed
+    world.circles[:] = [(2.5, 0.3, 0.25)]
+    toy.tracks = lambda: [person(2.5, 0.3, world.time)] if world.circles else []
+    world.pose = Pose2D(2.5, 1.25, pi / 2.0)  # 0.8 m off the path
+    toy.run(12.0, lambda: world.pose.y > 1.88)
+    assert "give_way" in toy.kinds() and world.pose.y > 1.88
+    world.pose = replace(world.pose, heading=1.33)  # that of the place, (2.675, 1.975)
+    world.circles.clear()
+    toy.run(4.0)  # until it gives way no longer, and 2 s within the tolerances of the goal checker
+    assert task.running and task.feedback != "giving way to a person"
+    toy.globe = toy.navigator._tools.global_costmap = free
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+    assert world.pose.distance_to(Pose2D(9.0, 0.5)) < 0.3
 
 
 TWO_NICHES = [
