@@ -56,7 +56,7 @@ def story(tmp_path, do, way, **navigation):
     text = MISSION.read_text("utf-8")
     mission = tmp_path / "mission.yaml"
     mission.write_text(
-        text[: text.index("run:")].replace(
+        text[: text.index("navigation:")].replace(
             "./cylinder_field", str(MISSION.parent / "cylinder_field")
         )
         + f"run:\n  {do}\n"
