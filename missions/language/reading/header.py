@@ -131,11 +131,9 @@ class HeaderReader:
             name = reference_name(node) or node.value
             if name not in places:
                 if self.knows_places:
-                    hint, sentence = (
-                        suggestion(name, [*places, *words]),
-                        f"there is no place {name!r}",
-                    )
-                    self.findings.error("E106", node.mark, f"{key}: {sentence}", hint)
+                    sentence = f"{key}: there is no place {name!r}"
+                    hint = suggestion(name, [*places, *words])
+                    self.findings.error("E106", node.mark, sentence, hint)
                 return None
             pose: Pose2D = places[name].value
             return pose

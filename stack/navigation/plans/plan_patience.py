@@ -33,7 +33,7 @@ class PlanPatience:
         self._failing_at = Pose2D(0.0, 0.0)
 
     def reset(self) -> None:
-        """A plan was found."""
+        """Start over: a plan was found."""
         self._failing.reset()
 
     def failed(self, failure: Failure, state: NavigationState, *, follows_path: bool) -> None:
