@@ -30,7 +30,15 @@ from stack.safety.smoother import (
 from stack.safety.unseen import UnseenGroundLimit
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
-from stack.types import STANDSTILL, ContactZone, FloatArray, ObstaclePoints, Odometry, Twist
+from stack.types import (
+    STANDSTILL,
+    ContactZone,
+    FloatArray,
+    ObstaclePoints,
+    Odometry,
+    SeenGround,
+    Twist,
+)
 
 LEVELS = (0.75, 0.5, 0.25, 0.0)
 """Levels of padding, from 0, tight_padding, to 1, padding, that are tried in turn: the lower, the
@@ -117,10 +125,7 @@ class Safety:
         wanted = self._speed_limited(wanted, speed_limit)
         if self.parameters.closed_loop:
             self._smoother.last = motion.twist
-        smooth = self._smoother.towards(wanted)
-        slow = self._limited_where_unseen(smooth, obstacles)
-        if slow != smooth:
-            smooth = self._smoother.towards(slow)
+        smooth = self._slowed_where_unseen(self._smoother.towards(wanted), obstacles)
         if not around.is_empty:
             smooth = self._braked(smooth, wanted, motion.twist, around)
         self._smoother.last = smooth
@@ -185,17 +190,34 @@ class Safety:
         """
         if obstacles.ground is None or twist == STANDSTILL:
             return twist
-        p = self.parameters
-        share = self._unseen.share(
-            twist, obstacles.ground, p.reaction_time, self._braking_time(twist), p.blind_speed
-        )
+        share = self._share_where_unseen(twist, obstacles.ground)
         if share == 1.0:
             return twist
-        if share * self._rim_speed(twist) < p.creep_speed:
+        if share * self._rim_speed(twist) < self.parameters.creep_speed:
             self.reason = "stopped: no sensor has seen this ground"
             return STANDSTILL
         self.reason = "slower: no sensor has seen this ground"
         return scaled(twist, share)
+
+    def _share_where_unseen(self, twist: Twist, ground: SeenGround) -> float:
+        """Share of a twist at which the outline enters unseen ground no faster than allowed."""
+        p = self.parameters
+        return self._unseen.share(
+            twist, ground, p.reaction_time, self._braking_time(twist), p.blind_speed
+        )
+
+    def _slowed_where_unseen(self, smooth: Twist, obstacles: ObstaclePoints) -> Twist:
+        """Return the smoothed twist, slowed down where the outline enters unseen ground too fast.
+
+        It is slowed down on its own arc, or on the arc that the robot is on, if more of that is
+        allowed: between two arcs a robot that brakes may still turn too fast for the new one.
+        """
+        slow = self._limited_where_unseen(smooth, obstacles)
+        if slow == smooth or obstacles.ground is None:
+            return smooth
+        reached, braked = self._smoother.towards(slow), self._smoother.braked()
+        better = self._share_where_unseen(braked, obstacles.ground)
+        return braked if better > self._share_where_unseen(reached, obstacles.ground) else reached
 
     def _speed_limited(self, twist: Twist, speed_limit: float) -> Twist:
         """Scale a twist to the limits of the robot, the parameters and the position."""

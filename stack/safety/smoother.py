@@ -61,6 +61,24 @@ class VelocitySmoother:
         )
         return reachable if off < ON_ARC else None
 
+    def braked(self) -> Twist:
+        """Return the previous command as slow as it can be on its arc; `last` does not change.
+
+        `towards(STANDSTILL)` slows each component down as fast as it can, so that the robot leaves
+        its arc: it usually turns on after it has stopped driving.
+        """
+        last, reached = self.last, self.towards(STANDSTILL)
+        shares = [
+            part / whole
+            for part, whole in (
+                (reached.linear, last.linear),
+                (reached.angular, last.angular),
+                (reached.lateral, last.lateral),
+            )
+            if whole != 0.0
+        ]
+        return self.towards(scaled(last, max(shares, default=0.0)))
+
 
 def within_limits(twist: Twist, robot: RobotDescription, top_speed: float) -> Twist:
     """Scale a twist to the robot's limits and the top speed (m/s); the arc stays the same.

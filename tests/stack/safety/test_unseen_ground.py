@@ -7,7 +7,7 @@ from math import hypot, pi
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from stack.drivetrain.description import LidarDescription
@@ -102,8 +102,14 @@ class Witness:
 
 @settings(deadline=None, max_examples=12)
 @given(st.floats(-pi, pi), st.lists(speeds, min_size=4, max_size=4), circles)
+@example(0.0, [(0.0, 0.0), (0.0, -1.0), (0.0625, 1.5), (-0.25, 0.0)], [])
+@example(0.0, [(0.0, 0.0), (0.0, 1.25), (0.056, -1.71), (-0.245, 0.0)], [])
 def test_no_point_of_the_outline_enters_unseen_ground_fast(heading, wishes, things):
-    """Its wheels lag, and 1.5 cm are left to slow down: 5 cm/s more than the limit."""
+    """Its wheels lag, and 1.5 cm are left to slow down: 5 cm/s more than the limit.
+
+    In the examples it is on an arc over seen ground, and braking leads off it: to 0.21 and 0.22 m/s
+    where each component slows down for itself.
+    """
     world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(2.0, 2.0, heading), things, beams=360)
     assume(world.clearance() > 0.05)
     safety, witness = Safety(world.robot, SafetyParameters(), world.period), Witness(world)
