@@ -98,10 +98,12 @@ class ParameterError(TreepilotError):
 class NavigationError(TreepilotError):
     """A planner or controller cannot continue; `failure` has the reason."""
 
-    def __init__(self, code: FailureCode, sentence: str) -> None:
+    def __init__(
+        self, code: FailureCode, sentence: str, place: tuple[float, float] | None = None
+    ) -> None:
         from stack.types import Failure  # imports NumPy
 
-        self.failure = Failure(code, sentence)
+        self.failure = Failure(code, sentence, place)
         super().__init__(f"{code}: {sentence}")
 
 

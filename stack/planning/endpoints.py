@@ -182,6 +182,7 @@ def unreachable_goal(start: Pose2D, goal: Pose2D, nearest: tuple[float, float]) 
         FailureCode.NO_VALID_PATH,
         f"no path from {xy_text(start)} to {xy_text(goal)}: the nearest reachable place is "
         f"({x:.2f}, {y:.2f}), {goal.distance_to(Pose2D(x, y)):.2f} m from the goal",
+        place=nearest,
     )
 
 

@@ -52,7 +52,13 @@ class FailureCode(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Why something failed: a code for machines and a sentence for people."""
+    """Why something failed: a code for machines and a sentence for people.
+
+    Attributes:
+        place: (x, y) in the map frame, metres: of a goal that cannot be reached, the nearest
+            reachable place; None if it is unknown.
+    """
 
     code: str
     sentence: str
+    place: tuple[float, float] | None = None

@@ -46,14 +46,14 @@ class PlanPatience:
 
         Raises:
             NavigationError: the failure, when the patience is over; BLOCKED_BY_PERSON if a person
-                is near the robot or the goal.
+                is near the robot, the goal, or the place at which the way ends.
         """
         p, here = self._tools.parameters, state.odometry.pose
         moved = follows_path and self._failing_at.distance_to(here) > MOVED
         if moved or not self._failing.running:
             self._failing.start(state.time)
             self._failing_at = here
-        waited, person = self._failing.elapsed(state.time), self._person_near(state)
+        waited, person = self._failing.elapsed(state.time), self._person_near(state, failure)
         if person is not None and waited < p.person_patience:
             return
         if waited >= p.patience:
@@ -61,9 +61,11 @@ class PlanPatience:
                 raise blocked_by(person, p.person_patience)
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 
-    def _person_near(self, state: NavigationState) -> TrackedObject | None:
-        """Return a person near the robot or the goal, who may be why there is no path."""
-        reach = 2.0 * self._tools.parameters.person_distance
-        return nearest(state.tracks, state.estimate.pose, reach) or nearest(
-            state.tracks, self._goal, reach
-        )
+    def _person_near(self, state: NavigationState, failure: Failure) -> TrackedObject | None:
+        """Return a person who may be why there is no path: near the robot, the goal or its end."""
+        distance = self._tools.parameters.person_distance
+        places = [(state.estimate.pose, 2.0 * distance), (self._goal, 2.0 * distance)]
+        if failure.place is not None:
+            places.append((Pose2D(*failure.place), distance))
+        found = (nearest(state.tracks, place, reach) for place, reach in places)
+        return next((person for person in found if person is not None), None)

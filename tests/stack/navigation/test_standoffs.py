@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.control.evasion.parameters import EvasionParameters
+from stack.errors import NavigationError
 from stack.navigation.people.narrow_meeting import find_narrow_meeting, widths_across
 from stack.navigation.people.passing_place import (
     APART,
@@ -155,6 +156,26 @@ def test_off_its_path_the_robot_waits_for_a_new_one_while_somebody_stands_at_the
     assert set(toy.commands) == {STANDSTILL}  # no turn to the goal's heading here
     assert task.failure.code == FailureCode.BLOCKED_BY_PERSON  # not NO_PROGRESS after 8 s
     assert toy.world.time - at == pytest.approx(12.0, abs=1.2)
+
+
+@pytest.mark.parametrize(
+    ("place", "code", "seconds"),
+    [
+        ((6.0, 0.5), "BLOCKED_BY_PERSON", 9.0),
+        ((3.0, 0.5), "NO_VALID_PATH", 2.0),
+        (None, "NO_VALID_PATH", 2.0),
+    ],
+)
+def test_who_stands_where_the_way_ends_is_waited_for(place, code, seconds):
+    """Somebody at x = 7 m closes a corridor; the robot stands 6 m before them."""
+    world = ToyWorld(room(14.0, 1.0), robot(), Pose2D(1.0, 0.5), [(7.0, 0.5, 0.25)])
+    toy = ToyDrive(world, person_patience=9.0, give_way_attempts=0)
+    toy.tracks = lambda: [person(7.0, 0.5, world.time)]
+    toy.planner.fails = NavigationError(FailureCode.NO_VALID_PATH, "no path", place)
+    task = toy.navigator.navigate_to(Pose2D(13.0, 0.5))
+    assert toy.finish(task) is TaskStatus.FAILED
+    assert task.failure.code == code
+    assert world.time == pytest.approx(seconds, abs=1.2)
 
 
 def test_a_passing_place_is_not_the_goal_of_a_drive_that_has_lost_its_path():

@@ -246,8 +246,9 @@ def split_floor():
 
 def test_no_path_leads_behind_a_wall_but_a_partial_plan_ends_at_it():
     start, goal = Pose2D(1.0, 1.0), Pose2D(1.0, 4.0)
-    with pytest.raises(NavigationError, match=r"the nearest reachable place is \(0.98, 2.27"):
+    with pytest.raises(NavigationError, match=r"the nearest reachable place is \(0.98, 2.27") as no:
         ThetaStar(EXACT, ROBOT).plan(split_floor(), start, goal)
+    assert no.value.failure.place == pytest.approx((0.975, 2.275))
     path = ThetaStar(replace(EXACT, allow_partial=True), ROBOT).plan(split_floor(), start, goal)
     assert path.goal.y == pytest.approx(2.275)  # row 45, the last below the inscribed ones
 
