@@ -109,7 +109,7 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
 def description_of(name: str, known: Installed) -> str:
     """Return the documentation and settings of a behaviour, node, component, robot or world.
 
-    A name with a dot is that of one parameter.
+    A name with a dot is that of one parameter; for a kind of component, its components are listed.
 
     Raises:
         InputError: unknown name; the message suggests the most similar one.
@@ -136,6 +136,10 @@ def description_of(name: str, known: Installed) -> str:
             return _describe_world(name)
     if "." in name:
         return parameter_description(name, known.components)
+    for kinds, component_kind in COMPONENTS.items():
+        if name in (kinds, component_kind):
+            rows = aligned(kinds, rows_of(kinds, known))
+            return f"{rows}\nparameters of one: treepilot describe NAME"
     raise _unknown(name, known)
 
 

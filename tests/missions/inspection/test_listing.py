@@ -50,6 +50,14 @@ def test_the_settings_of_fixed_parts_are_described():
         description_of("obstacle_memor", installed())
 
 
+@pytest.mark.parametrize("name", ["controller", "controllers"])
+def test_for_a_kind_of_component_its_components_are_listed(name):
+    lines = description_of(name, installed()).splitlines()
+    assert lines[0] == "controllers:"
+    assert [line.split()[0] for line in lines[1:-1]] == ["pure_pursuit", "mppi", "dwb", "graceful"]
+    assert lines[-1] == "parameters of one: treepilot describe NAME"
+
+
 def test_one_parameter_is_described_with_where_it_is_written():
     assert description_of("safety.tight_speed", installed()).splitlines() == [
         "safety.tight_speed: highest speed of any point of the robot past an obstacle "
