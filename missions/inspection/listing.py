@@ -120,11 +120,8 @@ def description_of(name: str, known: Installed) -> str:
         return "\n".join(filter(None, [*parts, _outputs(kind.outputs.values())]))
     if name in NODES or name in MODIFIERS:
         return _describe_word(name)
-    for component_kind, found in known.components.items():
-        if name in found:
-            cls = component(component_kind, found[name])
-            fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
-            return f"{name}: {(cls.__doc__ or '').strip()}\n{table('parameters', fields.values())}"
+    if any(name in found for found in known.components.values()):
+        return _describe_component(name, known)
     if name in SETTINGS:
         doc, fields = SETTINGS[name].__doc__, declarations(SETTINGS[name])
         parts = [f"{name}: {(doc or '').strip()}", table("parameters", fields.values())]
@@ -136,11 +133,25 @@ def description_of(name: str, known: Installed) -> str:
             return _describe_world(name)
     if "." in name:
         return parameter_description(name, known.components)
-    for kinds, component_kind in COMPONENTS.items():
-        if name in (kinds, component_kind):
-            rows = aligned(kinds, rows_of(kinds, known))
-            return f"{rows}\nparameters of one: treepilot describe NAME"
+    listed = _describe_kind(name, known)
+    if listed:
+        return listed
     raise _unknown(name, known)
+
+
+def _describe_component(name: str, known: Installed) -> str:
+    kind = next(kind for kind, found in known.components.items() if name in found)
+    cls = component(kind, known.components[kind][name])
+    fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
+    return f"{name}: {(cls.__doc__ or '').strip()}\n{table('parameters', fields.values())}"
+
+
+def _describe_kind(name: str, known: Installed) -> str:
+    """Return the components of a kind (`controller` or `controllers`); empty for another name."""
+    kinds = next((words for words, kind in COMPONENTS.items() if name in (words, kind)), "")
+    if not kinds:
+        return ""
+    return f"{aligned(kinds, rows_of(kinds, known))}\nparameters of one: treepilot describe NAME"
 
 
 def _unknown(name: str, known: Installed) -> InputError:
