@@ -14,7 +14,7 @@ from math import hypot, inf
 import numpy as np
 
 from stack.compilation import KernelTypes
-from stack.control.evasion.lanes import LOOKAHEAD, NO_LANES, Lanes
+from stack.control.evasion.lanes import LOOKAHEAD, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
 from stack.control.evasion.pushing import PushingPeople
@@ -182,48 +182,30 @@ class Evasion:
             self.rest()
             return wanted
         resting = situation.time < self._until
-        around = self._around(wanted, situation, discs)
-        chosen = self._decide(wanted, situation, around, resting=resting)
+        chosen = self._decide(wanted, situation, discs, resting=resting)
         self.active = chosen is not None
         if chosen is None:
             self._kept = None
-            return self._slowed(wanted, around)
+            return self._slowed(wanted, discs)
         self._until = situation.time + self.parameters.rest
-        return self._slowed(chosen, around)
+        return self._slowed(chosen, discs)
 
     def rest(self) -> None:
         """Leave the wanted velocity alone: nobody is near, or its plan keeps clear of them."""
         self.active, self._kept = False, None
 
-    def _slowed(self, twist: Twist, around: Around) -> Twist:
-        """Return the twist on the same arc, limited by the distance to people not yet passed.
-
-        It is not limited if the robot gets clear of everybody as it is, and a slower one would be
-        met: by somebody who catches it up, or runs into its side.
-        """
+    def _slowed(self, twist: Twist, discs: FloatArray) -> Twist:
+        """Return the twist on the same arc, limited by the distance to people not yet passed."""
         p, speed = self.parameters, hypot(twist.linear, twist.lateral)
         if not p.passing_time or speed <= p.passing_speed:
             return twist
         gap = self._kernels.least_gap_ahead(
-            around.discs, self._corners, twist.linear / speed, twist.lateral / speed
+            discs, self._corners, twist.linear / speed, twist.lateral / speed
         )
         share = (p.passing_speed + max(gap, 0.0) / p.passing_time) / speed
         if share >= 1.0:
             return twist
-        slower = Twist(share * twist.linear, share * twist.angular, share * twist.lateral)
-        _, times = self._costs(
-            NO_LANES, np.concatenate([_going_on(twist), _going_on(slower)]), around
-        )
-        return twist if times[0] == inf and times[1] < inf else slower
-
-    def _around(self, wanted: Twist, situation: Situation, discs: FloatArray) -> Around:
-        """Return what the candidates are judged by."""
-        horizon = self.parameters.horizon
-        points = self._points(situation.obstacles.points, discs)
-        walking = self._kernels.walking_times(discs, points, horizon, OVERLAP, AROUND)
-        reach = horizon * abs(wanted.linear) + 2.0 * LOOKAHEAD
-        way = self._lanes.way(situation.path, situation.pose, wanted, reach)
-        return Around(situation.twist, way, discs, walking, points)
+        return Twist(share * twist.linear, share * twist.angular, share * twist.lateral)
 
     def _discs(self, situation: Situation) -> FloatArray:
         """(k, 6) people whom the robot may meet within the horizon, base frame."""
@@ -239,12 +221,20 @@ class Evasion:
         return coming
 
     def _decide(
-        self, wanted: Twist, situation: Situation, around: Around, *, resting: bool
+        self, wanted: Twist, situation: Situation, discs: FloatArray, *, resting: bool
     ) -> Twist | None:
         """Return the evasive motion's first velocity; None if the wanted one is as good."""
-        p, way = self.parameters, around.way
+        p = self.parameters
+        points = self._points(situation.obstacles.points, discs)
+        walking = self._kernels.walking_times(discs, points, p.horizon, OVERLAP, AROUND)
+        reach = p.horizon * abs(wanted.linear) + 2.0 * LOOKAHEAD
+        way = self._lanes.way(situation.path, situation.pose, wanted, reach)
         lanes = self._lanes.beside(way, wanted)
-        own = NO_MOTIONS if len(lanes) else _going_on(wanted)
+        straight = np.array([
+            (wanted.linear, wanted.lateral, wanted.angular, LONG, 0.0, 0.0, 0.0)
+        ])  # fmt: skip
+        own = NO_MOTIONS if len(lanes) else straight
+        around = Around(situation.twist, way, discs, walking, points)
         _, times = self._costs(lanes[:1], own, around, wider=resting)
         if times[0] == inf or (times[0] > p.time_to_meeting + NO_TIME and not resting):
             return None
@@ -357,11 +347,6 @@ def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
         p.horizon, STEP, p.padding + wider, p.growth, p.headway, p.margin, STATIC_PADDING, p.decay,
         p.meeting_weight, p.closeness_weight, 1.0, ARM, OFF_WALLS,
     ])  # fmt: skip
-
-
-def _going_on(twist: Twist) -> FloatArray:
-    """Return (1, 7) a motion that goes on with a velocity."""
-    return np.array([(twist.linear, twist.lateral, twist.angular, LONG, 0.0, 0.0, 0.0)])
 
 
 def _first_twist(motion: FloatArray) -> Twist:

@@ -196,19 +196,6 @@ def test_it_passes_people_the_more_slowly_the_closer(gap, ahead):
     assert asked(0.0) == wanted
 
 
-@pytest.mark.parametrize(("speed", "share"), [(-1.0, 1.0), (-0.1, 0.5625)])
-def test_where_a_slower_robot_would_be_met_it_does_not_slow_down(speed, share):
-    """Somebody 0.7 m beside the robot walks at its rear corner, at 1 m/s.
-
-    They are there after 0.7 s: at 0.8 m/s the rear edge is then at x = -0.25 + 0.56 m, their
-    surface ends at 0.15 m. At 0.1 + 0.7 / 2 m/s it is at 0.07 m.
-    """
-    beside = track(-0.05, 0.2 + 0.7 + 0.2, 0.0, speed)
-    evasion, wanted = made(passing_speed=0.1, passing_time=2.0, headway=0.0), Twist(0.8)
-    now = Situation(0.0, Pose2D(0.0, 0.0), wanted, [beside], ObstaclePoints())
-    assert evasion.step(wanted, now).linear == pytest.approx(share * 0.8)
-
-
 @given(st.floats(-0.9, 0.9), st.floats(0.1, 0.4))
 @settings(deadline=None, max_examples=30)
 def test_a_lane_is_followed_in_reverse(offset, speed):
