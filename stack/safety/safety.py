@@ -24,6 +24,7 @@ from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
     VelocitySmoother,
     arc_beyond_dead_band,
+    are_close,
     beyond_dead_band,
     within_limits,
 )
@@ -209,13 +210,17 @@ class Safety:
     def _slowed_where_unseen(self, smooth: Twist, obstacles: ObstaclePoints) -> Twist:
         """Return the smoothed twist, slowed down where the outline enters unseen ground too fast.
 
-        It is slowed down on its own arc, or on the arc that the robot is on, if more of that is
-        allowed: between two arcs a robot that brakes may still turn too fast for the new one.
+        It is slowed down on its own arc. If that is not reached at once, the robot is slowed down
+        on the arc that it is on where more of that is allowed: between two arcs a robot that brakes
+        may still turn too fast for the new one.
         """
         slow = self._limited_where_unseen(smooth, obstacles)
         if slow == smooth or obstacles.ground is None:
             return smooth
-        reached, braked = self._smoother.towards(slow), self._smoother.braked()
+        reached = self._smoother.towards(slow)
+        if are_close(reached, slow):
+            return reached
+        braked = self._smoother.braked()
         better = self._share_where_unseen(braked, obstacles.ground)
         return braked if better > self._share_where_unseen(reached, obstacles.ground) else reached
 

@@ -54,12 +54,7 @@ class VelocitySmoother:
         ]
         candidate = scaled(wanted, max(0.0, min(shares, default=0.0)))
         reachable = self.towards(candidate)
-        off = max(
-            abs(reachable.linear - candidate.linear),
-            abs(reachable.angular - candidate.angular),
-            abs(reachable.lateral - candidate.lateral),
-        )
-        return reachable if off < ON_ARC else None
+        return reachable if are_close(reachable, candidate) else None
 
     def braked(self) -> Twist:
         """Return the previous command as slow as it can be on its arc; `last` does not change.
@@ -78,6 +73,16 @@ class VelocitySmoother:
             if whole != 0.0
         ]
         return self.towards(scaled(last, max(shares, default=0.0)))
+
+
+def are_close(one: Twist, other: Twist) -> bool:
+    """Tell whether two twists count as equal."""
+    off = max(
+        abs(one.linear - other.linear),
+        abs(one.angular - other.angular),
+        abs(one.lateral - other.lateral),
+    )
+    return off < ON_ARC
 
 
 def within_limits(twist: Twist, robot: RobotDescription, top_speed: float) -> Twist:

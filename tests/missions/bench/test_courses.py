@@ -109,6 +109,15 @@ def test_a_corner_is_passed_in_several_motions(tmp_path):
     assert min(run.clearance for run in runs) > 0.01
 
 
+@pytest.mark.slow
+def test_a_robot_that_is_blind_behind_does_not_stay_before_unseen_ground(tmp_path):
+    """It stood in these trials: standstill was preferred to a turn that is as slow as allowed."""
+    options = CourseOptions(tmp_path / "worlds", ("door",), ("jackal",), trials=16)
+    entries = [course_entries(options)[trial] for trial in (13, 15)]
+    runs = fill_table(entries, TableOptions(tmp_path), print)
+    assert [(run.status, run.cause) for run in runs] == [("success", "")] * 2
+
+
 def test_results_of_other_worlds_are_not_mixed_in(tmp_path):
     options = CourseOptions(tmp_path / "worlds", ("door",), ("scout",), trials=2)
     first, second = course_entries(options)

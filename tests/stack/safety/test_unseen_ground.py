@@ -119,6 +119,18 @@ def test_no_point_of_the_outline_enters_unseen_ground_fast(heading, wishes, thin
             assert witness.fastest_to_unseen_ground() < BLIND_SPEED + 0.05
 
 
+@settings(deadline=None, max_examples=30)
+@given(st.floats(-pi, pi), st.sampled_from([-0.3, -0.1, 0.0, 0.1, 0.4]), st.floats(-1.8, 1.8))
+def test_it_goes_on_into_unseen_ground(heading, linear, angular):
+    """Slowly, but it never stays where it is: its outline moves at the blind speed."""
+    assume(hypot(linear, angular * RADIUS) > 0.1)
+    world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(2.0, 2.0, heading), beams=360)
+    safety = Safety(world.robot, SafetyParameters(), world.period)
+    twists = list(drive(world, safety, Twist(linear, angular), 1.5))
+    slowest = min(abs(twist.linear) + RADIUS * abs(twist.angular) for twist in twists[6:])
+    assert slowest > 0.5 * min(BLIND_SPEED, hypot(linear, angular * RADIUS))
+
+
 @settings(deadline=None, max_examples=12)
 @given(st.floats(-pi, pi), st.lists(speeds, min_size=4, max_size=4), circles)
 def test_nothing_on_ground_once_seen_is_touched(heading, wishes, things):
