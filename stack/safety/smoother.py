@@ -42,16 +42,7 @@ class VelocitySmoother:
             The wanted twist times the share that the slowest component reaches; None if the robot
             moves on another arc and cannot be on this one after one period.
         """
-        reached = self.towards(wanted)
-        shares = [
-            part / whole
-            for part, whole in (
-                (reached.linear, wanted.linear),
-                (reached.angular, wanted.angular),
-                (reached.lateral, wanted.lateral),
-            )
-            if whole != 0.0
-        ]
+        shares = _shares(self.towards(wanted), wanted)
         candidate = scaled(wanted, max(0.0, min(shares, default=0.0)))
         reachable = self.towards(candidate)
         return reachable if are_close(reachable, candidate) else None
@@ -62,17 +53,18 @@ class VelocitySmoother:
         `towards(STANDSTILL)` slows each component down as fast as it can, so that the robot leaves
         its arc: it usually turns on after it has stopped driving.
         """
-        last, reached = self.last, self.towards(STANDSTILL)
-        shares = [
-            part / whole
-            for part, whole in (
-                (reached.linear, last.linear),
-                (reached.angular, last.angular),
-                (reached.lateral, last.lateral),
-            )
-            if whole != 0.0
-        ]
-        return self.towards(scaled(last, max(shares, default=0.0)))
+        shares = _shares(self.towards(STANDSTILL), self.last)
+        return self.towards(scaled(self.last, max(shares, default=0.0)))
+
+
+def _shares(reached: Twist, whole: Twist) -> list[float]:
+    """Return the share of each component of a twist that is reached; none for those of 0."""
+    pairs = (
+        (reached.linear, whole.linear),
+        (reached.angular, whole.angular),
+        (reached.lateral, whole.lateral),
+    )
+    return [part / wanted for part, wanted in pairs if wanted != 0.0]
 
 
 def are_close(one: Twist, other: Twist) -> bool:
