@@ -6,14 +6,17 @@ from typing import Any
 
 Rows = list[dict[str, Any]]
 
+FAILED = "failed"
+"""The column whose text names every failed run, separated by `; `: too long for a table."""
+
 
 def show(title: str, rows: Rows) -> None:
-    """Print rows as a table."""
+    """Print rows as a table, and below it what failed in each row, a line for each failure."""
     print(f"\n{title}")
     if not rows:
         print("  (nothing)")
         return
-    columns = list(rows[0])
+    columns = [column for column in rows[0] if column != FAILED]
     cells = [[_text(row.get(column)) for column in columns] for row in rows]
     widths = [
         max(len(column), *(len(line[n]) for line in cells)) for n, column in enumerate(columns)
@@ -22,6 +25,9 @@ def show(title: str, rows: Rows) -> None:
         print(
             "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True))
         )
+    for row in rows:
+        for failure in filter(None, str(row.get(FAILED, "")).split("; ")):
+            print(f"  {_text(row[columns[0]])}: {failure}")
 
 
 def _text(value: Any) -> str:
