@@ -130,11 +130,8 @@ class SocialForcePeople:
         )  # fmt: skip
         moved += self._random.normal(0.0, NOISE, moved.shape)
         self.velocities += moved * period
-        self._limit_speeds()
-        shares = [
-            bump.share(period, touch) for bump, touch in zip(self._bumps, touched, strict=True)
-        ]
-        self.velocities *= np.array(shares)[:, None]
+        self._limit_speeds(SPEED_FACTOR)
+        self._stop_at_touch(period, robots, touched)
         self._slow_down(seen)
         before = self.places.copy()
         self.places += self.velocities * period
@@ -143,7 +140,7 @@ class SocialForcePeople:
             floor.distance, floor.resolution, *floor.origin,
         )  # fmt: skip
         self.velocities = (self.places - before) / period
-        self._limit_speeds()
+        self._limit_speeds(SPEED_FACTOR)
         self._impatience.update(period, wanted, self.velocities)
 
     def _plan_ways(self, people: Sequence[Person]) -> None:
@@ -220,14 +217,30 @@ class SocialForcePeople:
             excess = np.where(self._notices, np.maximum(nearing - allowed, 0.0), 0.0)
             self.velocities += excess[:, None] * away
 
-    def _limit_speeds(self) -> None:
-        speeds = np.hypot(*self.velocities.T)
-        limit = SPEED_FACTOR * self._speeds
+    def _stop_at_touch(
+        self, period: float, robots: Robots, touched: Sequence[float | None]
+    ) -> None:
+        """Stop those who touch a robot; who presses it against something steps back from it."""
+        shares = np.array([
+            bump.share(period, touch) for bump, touch in zip(self._bumps, touched, strict=True)
+        ])  # fmt: skip
+        self._limit_speeds(np.where(shares < 1.0, np.maximum(shares, 0.0), SPEED_FACTOR))
+        for i in np.flatnonzero(shares < 0.0):
+            away = min((self.places[i] - (pose.x, pose.y) for pose, _ in robots), key=_length)
+            self.velocities[i] = -shares[i] * self._speeds[i] * away / max(_length(away), 1e-9)
+
+    def _limit_speeds(self, factor: float | FloatArray) -> None:
+        """Limit the speeds to a factor of those that each wants."""
+        speeds, limit = np.hypot(*self.velocities.T), factor * self._speeds
         self.velocities *= np.minimum(1.0, limit / np.maximum(speeds, 1e-9))[:, None]
 
     def _doors(self, closed: Mapping[str, bool]) -> FloatArray:
         rows = [panel for name, panel in self._panels.items() if closed.get(name)]
         return np.array(rows, dtype=np.float64).reshape(-1, 5)
+
+
+def _length(vector: FloatArray) -> float:
+    return float(np.hypot(*vector))
 
 
 def _panel(door: Door) -> tuple[float, ...]:

@@ -145,6 +145,42 @@ def test_who_presses_a_robot_against_something_steps_back_and_stands():
     assert shares[-1] > 0.0
 
 
+@pytest.mark.parametrize("model", ["loop", "social_force"])
+def test_a_person_who_touches_a_robot_stops_within_14_cm(model):
+    people = walking_ahead(model)
+    ((x, _),) = touching(people, 0.01, 0.3)
+    # 1.3 m/s that falls to 0 within 0.2 s: 13 cm at most, less as the fall begins at once.
+    assert 0.06 < x < 0.14
+    ((x, _),) = touching(people, 0.01, 1.0)
+    assert abs(x) < 0.01  # stands
+
+
+@pytest.mark.parametrize("model", ["loop", "social_force"])
+def test_a_person_who_presses_a_robot_against_something_steps_back(model):
+    people = walking_ahead(model)
+    ((x, y),) = touching(people, 0.03, PERIOD) + touching(people, None, 0.5 - PERIOD)
+    assert x == pytest.approx(-0.5 * 1.3, abs=0.05)  # half a second at the speed of walking
+    assert abs(y) < 0.05
+
+
+def walking_ahead(model: str) -> People:
+    """A person who has walked for two seconds along x."""
+    person = walker("a", (2, 5), (38, 5), model=model, yields=False, attention=0.0)
+    people = People(World("field", (0.0, 0.0, 40.0, 10.0), people=(person,)), 0)
+    walk(people, 2.0)
+    return people
+
+
+def touching(people: People, depth: float | None, seconds: float) -> np.ndarray:
+    """How far people get (n, 2) who overlap a robot just ahead of them by a depth."""
+    before = people.all_places[:, :2].copy()
+    x, y = before[0]
+    robot = [(Pose2D(x + 0.6, y), 0.22)]
+    for _ in range(round(seconds / PERIOD)):
+        people.walk(PERIOD, robot, None, touched={} if depth is None else {"a": depth})
+    return people.all_places[:, :2] - before
+
+
 def standing(body: SimulatedBody, seconds: float) -> tuple[list[float], list[float], list[float]]:
     """True x, speed and tilt of a robot that is to stand, every 50 ms; closes it."""
     places, speeds, tilts = [], [], []
