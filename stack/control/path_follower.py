@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from math import pi
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,7 @@ class PathFollower(Lifecycle):
         self._arrival = Arrival()
         self._progress: PathProgress | None = None
         self._segment: PathSegment | None = None
-        self._last, self._began_at = STANDSTILL, 0.0
+        self._last, self._began_at, self._steered_at = STANDSTILL, 0.0, -inf
         self._ramp = Ramp(robot.drivetrain, period, 0.0)
 
     @property
@@ -180,10 +180,15 @@ class PathFollower(Lifecycle):
             return np.empty((0, 2))
         return segment.ahead(distance)
 
-    @property
-    def keeps_clear(self) -> bool:
-        """Whether the last command begins a plan that keeps clear of everybody who moves."""
-        return self._segment is not None and self._driver(self._segment).keeps_clear
+    def keeps_clear(self, now: float) -> bool:
+        """Whether the command of this step begins a plan that keeps clear of everybody who moves.
+
+        Args:
+            now: seconds; False if the controller was not asked at this time.
+        """
+        if self._segment is None or self._steered_at != now:
+            return False
+        return self._driver(self._segment).keeps_clear
 
     @property
     def _segment_end(self) -> float:
@@ -191,6 +196,7 @@ class PathFollower(Lifecycle):
         return SEGMENT_END if self._robot.drivetrain.turns_in_place else STEERED_END
 
     def _steer(self, segment: PathSegment, state: ControlState) -> Twist:
+        self._steered_at = state.time
         if not segment.backward:
             return self._forward.step(state)
         pose, twist = state.pose, state.twist

@@ -114,6 +114,8 @@ class GoalDrive(Drive):
     def resume(self, now: float) -> None:
         """Continue from where the robot stands."""
         super().resume(now)
+        if self.task.future is not None:
+            self._drop_request()
         if self._courtesy is not None:
             self._courtesy.resume(now)
 
@@ -143,11 +145,18 @@ class GoalDrive(Drive):
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
         elif left_way:
-            self._requested_at = -inf
+            self._drop_request()
             self._path_check.forget_blockage()
             if self.path is not None:
                 self._follower.set_path(self.path, state.time)
         return twist
+
+    def _drop_request(self) -> None:
+        """Plan anew at once: a pending plan begins where the robot was."""
+        if self.task.future is not None:
+            self.task.future.drop()
+            self.task.future = None
+        self._requested_at = -inf
 
     def _drive_aside(self, place: Pose2D) -> GoalDrive:
         """Return the drive to a passing place, which gives way to nobody."""

@@ -10,6 +10,7 @@ from stack.control.evasion.evasion import Evasion, Situation
 from stack.control.path_follower import PathFollower
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.following import Drive
+from stack.navigation.path_speeds import slower
 from stack.navigation.recoveries import DriveFor
 from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
 from stack.types import STANDSTILL, FloatArray, Twist
@@ -41,20 +42,25 @@ class MotionEvasion:
 
     def step(
         self, wanted: Twist, state: NavigationState, motion: MotionExecutor | None, *,
-        along_path: bool,
+        along_path: bool, limit: float,
     ) -> Twist:  # fmt: skip
         """Return the wanted velocity, or one that leaves the way of a person.
+
+        A motion that is held because the robot is lost stands.
 
         Args:
             wanted: velocity of the motion, base frame.
             state: of this step.
             motion: that is under way; None: none.
             along_path: whether the motion follows a path.
+            limit: of the speed, while the pose is in doubt, m/s.
         """
         when = self.evasion.parameters.when
-        if when == "never" or (when == "driving" and not _gives_way(motion)):
+        is_held = motion is not None and motion.held_for is not None
+        if when == "never" or is_held or (when == "driving" and not _gives_way(motion)):
+            self.evasion.rest()
             return wanted
-        if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear:
+        if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear(state.time):
             self.evasion.rest()
             return wanted
         way = NO_POINTS
@@ -72,7 +78,7 @@ class MotionEvasion:
             if state.time >= self._evaded_at + NEW_EVASION:
                 self._emit("evasion", "keeping clear of a person")
             self._evaded_at = state.time
-        return twist
+        return twist if motion is None or motion.while_lost else slower(twist, limit)
 
 
 def _gives_way(motion: MotionExecutor | None) -> bool:

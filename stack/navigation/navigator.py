@@ -196,7 +196,10 @@ class Navigator:
         self._queries.step(state)
         self.localisation_monitor.update(state, self.parameters)
         wanted, motion = self._activities.step(state, self.parameters), self._motion
-        return self._evasion.step(wanted, state, motion, along_path=_follows_path(motion))
+        limit = self.localisation_monitor.speed_limit
+        return self._evasion.step(
+            wanted, state, motion, along_path=_follows_path(motion), limit=limit
+        )
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.

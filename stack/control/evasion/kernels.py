@@ -280,7 +280,7 @@ def motion_costs(
     meeting_weight, close_weight, deviation_weight = settings[8], settings[9], settings[10]
     arm, aside = settings[11], settings[12]
     count = int(horizon / step + 0.5)
-    compared = int(1.0 / step + 0.5)
+    compared = min(int(1.0 / step + 0.5), count)
     total = lanes.shape[0] + motions.shape[0]
     costs = np.zeros(total)
     times = np.full(total, inf)

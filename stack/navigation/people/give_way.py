@@ -85,7 +85,7 @@ class Courtesy:
     def __init__(self, tools: Tools, make_drive: Callable[[Pose2D], Drive], timers: Timers) -> None:
         self._tools, self._make_drive = tools, make_drive
         self._waits, self._clear, self._idle = (timers.new() for _ in range(3))
-        self._trail, self._looked_at = Trail(), -inf
+        self._trail, self._looked_at, self._looked_ahead_at = Trail(), -inf, -inf
         self._directions = WalkingDirections()
         self._tried: list[Pose2D] = []
         self._nearest = inf
@@ -174,7 +174,7 @@ class Courtesy:
         p, now = self._tools.parameters, state.time
         if not state.tracks or self._waited_before >= p.give_way_attempts:
             return
-        if now < self._looked_at + LOOK_AGAIN:
+        if now < self._looked_ahead_at + LOOK_AGAIN:
             return
         speed = state.odometry.twist.linear
         costs = self._tools.global_costmap.view
@@ -182,7 +182,7 @@ class Courtesy:
         meeting = find_narrow_meeting(costs, ahead, state.tracks, speed, bodies)
         if meeting is None:
             return
-        self._looked_at = now
+        self._looked_ahead_at = now
         place = self._place_beside(state, meeting.person, meeting.way)
         if place is None:
             return

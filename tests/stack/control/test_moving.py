@@ -77,14 +77,14 @@ def planned(person, *, blind_behind=False, **parameters):
 def test_a_plan_keeps_clear_of_who_passes_by_and_not_of_who_is_too_fast_to_leave():
     """At 3 m/s from 1.2 m away: 0.2 s until the contact, in which it drives 2 cm at 1 m/s²."""
     follower, twist = planned(track((5.0, 5.4), (-0.5, 0.0)))
-    assert follower.keeps_clear and twist != STANDSTILL
+    assert follower.keeps_clear(0.0) and twist != STANDSTILL
     follower, _ = planned(track((6.2, 3.0), (-3.0, 0.0)))
-    assert not follower.keeps_clear
+    assert not follower.keeps_clear(0.0)
 
 
 def test_without_tracks_in_its_costs_no_plan_is_said_to_keep_clear():
     follower, _ = planned(track((5.0, 5.4), (-0.5, 0.0)), moving_weight=0.0)
-    assert not follower.keeps_clear
+    assert not follower.keeps_clear(0.0)
 
 
 @pytest.mark.parametrize("blind, fastest", [(False, 0.2), (True, 0.1)])

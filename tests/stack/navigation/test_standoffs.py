@@ -101,8 +101,7 @@ NICHE = [
 def facing_somebody(walls, **settings) -> ToyDrive:
     """Somebody stands in a corridor at x = 5 m; the global costmap does not show them."""
     world = ToyWorld(walls, robot(), Pose2D(1.0, 0.5), [(5.0, 0.5, 0.25)])
-    toy = ToyDrive(world, **settings)
-    toy.globe = toy.navigator._tools.global_costmap = ToyCostmap(ToyWorld(walls, robot()))
+    toy = ToyDrive(world, globe=ToyCostmap(ToyWorld(walls, robot())), **settings)
     toy.tracks = lambda: [person(5.0, 0.5, world.time)] if world.circles else []
     return toy
 

@@ -33,15 +33,16 @@ class ToyDrive:
     """
 
     def __init__(
-        self, world: ToyWorld, *, planner=None, follower=None, progress=None, **settings
-    ) -> None:
+        self, world: ToyWorld, *, planner=None, follower=None, progress=None, globe=None,
+        **settings,
+    ) -> None:  # fmt: skip
         self.world, self.health, self.follow_changes = world, 0.9, True
         self.obscured, self.rivals = False, ()
         self.tracks = list  # returns the moving objects now
         self.evaded = list  # returns those of them that only evasion keeps clear of
         self.events: list[tuple[str, str, dict]] = []
         self.planner = planner or ToyPlanner()
-        self.local, self.globe = ToyCostmap(world), ToyCostmap(world)
+        self.local, self.globe = ToyCostmap(world), globe or ToyCostmap(world)
         self.follower = follower or PathFollower(
             PurePursuit, PurePursuitParameters(), world.robot, world.period
         )
