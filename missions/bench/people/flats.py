@@ -29,7 +29,8 @@ def make_flat(entry: PeopleEntry) -> PeopleCase:
     """Generate the world of a run, write its file, and choose start and goals.
 
     The walls, the furniture, the people and the goals of a seed are the same for all robots and all
-    kinds of people; nobody is near the start.
+    kinds of people. Everybody begins at least START_CLEARANCE from the robot, or as far as their
+    way leads.
 
     Raises:
         InputError: there is no such kind of people.
@@ -54,15 +55,20 @@ def make_flat(entry: PeopleEntry) -> PeopleCase:
 
 
 def _choose_people(plan: FloorPlan, model: str, start: str) -> None:
-    """Give the people of a plan their model, and move who is near the start along their way."""
+    """Give the people of a plan their model, and let nobody begin near the start.
+
+    The start of a person on a loop is a share of its length; people who walk by social forces begin
+    at a waypoint.
+    """
     if model == "none":
         plan.people.clear()
     at = plan.places[start]
+    plan.keep_clear(at)
     for person in plan.people:
-        if model == "social_force":
-            person["model"] = "social_force"
-        else:
+        if model != "social_force":
             person["yields"] = model == "polite"
+            continue
+        person["model"] = "social_force"
         way = np.array(person["waypoints"], dtype=np.float64)
         away = np.hypot(way[:, 0] - at.x, way[:, 1] - at.y)
         number = int(person["start"] * len(way))

@@ -13,6 +13,7 @@ from missions.bench.people.runs import MISSION, PEOPLE_WORK, PeopleEntry, People
 from missions.bench.people.table import flat_entries, report, rows_of
 from missions.inspection.file_scaffold import new_mission
 from stack.errors import InputError
+from stack.sim.people import People
 from stack.sim.worlds.world_file import read_world
 
 ROW = PeopleRow(
@@ -41,16 +42,16 @@ def test_a_seed_has_the_same_walls_and_goals_for_all_kinds_of_people(tmp_path, s
     assert cases["unaware"].command("scout", seed).startswith("treepilot run ")
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_nobody_begins_near_the_robot(tmp_path, seed):
-    world = read_world(make_flat(entry(tmp_path, "unaware", seed)).file)
-    for person in world.people:
-        way, share = person.waypoints, person.start * len(person.waypoints)
-        here, there = way[int(share)], way[(int(share) + 1) % len(way)]
-        at = here + (share % 1.0) * (there - here)
-        longest = np.hypot(*(way - (world.start.x, world.start.y)).T).max()
-        away = np.hypot(at[0] - world.start.x, at[1] - world.start.y)
-        assert away >= min(START_CLEARANCE - 0.3, longest - 0.3)
+@pytest.mark.parametrize("model", ["unaware", "social_force"])
+@pytest.mark.parametrize("seed", [3, 21016, 21032, 21054])
+def test_nobody_begins_near_the_robot(tmp_path, seed, model):
+    """With starts read as numbers of waypoints, people on loops began from 0.66 m on."""
+    world = read_world(make_flat(entry(tmp_path, model, seed)).file)
+    assert world.people
+    for person, (x, y) in zip(world.people, People(world, seed).positions, strict=True):
+        longest = np.hypot(*(person.waypoints - (world.start.x, world.start.y)).T).max()
+        away = np.hypot(x - world.start.x, y - world.start.y)
+        assert away >= min(START_CLEARANCE, longest - 0.3)
 
 
 def test_the_mission_recovers_as_the_template_of_new_missions_does(tmp_path):

@@ -17,6 +17,7 @@ from missions.bench.people.scenes import (
 )
 from missions.bench.people.table import group_of, report, scene_entries, scene_rows
 from stack.errors import InputError
+from stack.sim.people import People
 from stack.sim.worlds.world_file import read_world
 from stack.telemetry.records import Event
 
@@ -30,9 +31,8 @@ def test_every_scene_is_a_world_in_which_nobody_begins_at_the_robot(tmp_path, sc
     case = make_scene(entry(tmp_path, scene))
     world = read_world(case.file)
     assert len(world.people) == case.people > 0
-    for person in world.people:
-        at = person.waypoints[int(person.start * len(person.waypoints))]
-        assert np.hypot(at[0] - world.start.x, at[1] - world.start.y) > 1.0
+    for x, y in People(world, 0).positions:
+        assert np.hypot(x - world.start.x, y - world.start.y) > 1.0
     assert make_scene(entry(tmp_path, scene)).argument == case.argument
 
 
