@@ -10,6 +10,12 @@ from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import STANDSTILL, Pose2D, Twist
 
 
+def is_end_of_motion(event: Event, status: str) -> bool:
+    """Whether a task ended with a status that was to move the robot, unlike a plan."""
+    fields = event.fields
+    return event.kind == "task" and fields.get("status") == status and fields.get("moves") is True
+
+
 class DriveRecorder:
     """A telemetry sink that records every step of a simulated run.
 
@@ -41,10 +47,10 @@ class DriveRecorder:
         """Do nothing."""
 
     def event(self, event: Event) -> None:
-        """Record that a goal was reached; the success of a recovery does not count."""
+        """Record that a goal was reached; the success of a recovery or a plan does not count."""
         if event.kind in ("goal", "recovery"):
             self._goal, self._is_recovery = None, event.kind == "recovery"
-        elif event.kind == "task" and event.fields.get("status") == "succeeded":
+        elif is_end_of_motion(event, "succeeded"):
             self._goal_reached, self._goal = self._goal, None
 
     def wants_snapshot(self, time: float) -> bool:

@@ -277,7 +277,7 @@ class Navigator:
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
         """Plan without driving; the result is the task's `path`."""
-        task = self._task(f"plan to {_text(goal)}")
+        task = self._task(f"plan to {_text(goal)}", moves=False)
         self._queries.begin(task, goal, start)
         return task
 
@@ -446,16 +446,17 @@ class Navigator:
         self.start(executor, "recovery", executor.task.what)
         return executor.task
 
-    def _task(self, what: str) -> MotionTask:
-        return MotionTask(what, self._ended)
+    def _task(self, what: str, *, moves: bool = True) -> MotionTask:
+        return MotionTask(what, lambda task: self._ended(task, moves))
 
-    def _ended(self, task: MotionTask) -> None:
+    def _ended(self, task: MotionTask, moves: bool) -> None:
         failure, status = task.failure, task.status
         level = "warning" if status is TaskStatus.FAILED else "info"
         word = status.name.lower()
         why = f": {task.feedback}" if task.feedback else ""
         code = "" if failure is None else str(failure.code)
-        self._emit("task", f"{task.what} {word}{why}", level, status=word, code=code)
+        text = f"{task.what} {word}{why}"
+        self._emit("task", text, level, status=word, code=code, moves=moves)
 
     def _count_distance(self, state: NavigationState) -> None:
         if self._state is not None:

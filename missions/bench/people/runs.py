@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from missions.bench.drive_recorder import DriveRecorder
+from missions.bench.drive_recorder import DriveRecorder, is_end_of_motion
 from missions.bench.people.oracle import Task, judge
 from missions.bench.people.oracle_picture import draw_verdict
 from missions.bench.resumable import Key, Work
@@ -167,7 +167,7 @@ class FailureCodes:
 
     def event(self, event: Event) -> None:
         """Count an event."""
-        if event.kind == "task" and event.fields.get("status") == "failed":
+        if is_end_of_motion(event, "failed"):
             self.codes[str(event.fields.get("code"))] += 1
             self.last = event.text
         elif event.kind == "contact" and not event.text.startswith(self._people):
@@ -190,7 +190,7 @@ def options_of(entry: PeopleEntry, case: PeopleCase) -> RunOptions:
     records = None if entry.keep is None else entry.keep / name
     return RunOptions(
         seed=entry.seed, robot=entry.robot, arguments={"goals": case.argument},
-        world=str(case.file),        out=records,
+        world=str(case.file), out=records,
         serve=False, camera="off", parameters=dict(entry.parameters),
     )  # fmt: skip
 

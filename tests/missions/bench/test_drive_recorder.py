@@ -25,6 +25,10 @@ def happened(kind, **fields):
     return Event(0, 0, 0.0, "info", "navigation", kind, kind, fields)
 
 
+def ended(status, *, moves=True):
+    return happened("task", status=status, moves=moves)
+
+
 def test_turning_and_jerk_of_a_made_up_drive():
     recorder = DriveRecorder()
     twists = [(0.0, 0.0), (0.1, 0.2), (0.2, -0.2), (0.2, 0.0)]
@@ -51,8 +55,19 @@ def test_a_goal_is_met_where_the_robot_truly_is():
     recorder = DriveRecorder()
     recorder.event(happened("goal"))
     recorder.snapshot(step(1, goal=GOAL))
-    recorder.event(happened("task", status="succeeded"))
+    recorder.event(ended("succeeded"))
     recorder.snapshot(step(2, truth=Pose2D(3.0, 0.1)))
+    assert recorder.reached == [(GOAL, Pose2D(3.0, 0.1))]
+
+
+def test_a_plan_that_succeeds_during_a_drive_meets_no_goal():
+    recorder = DriveRecorder()
+    recorder.event(happened("goal"))
+    recorder.snapshot(step(1, goal=GOAL))
+    recorder.event(ended("succeeded", moves=False))
+    recorder.snapshot(step(2, goal=GOAL, truth=Pose2D(1.0, 0.0)))
+    recorder.event(ended("succeeded"))
+    recorder.snapshot(step(3, truth=Pose2D(3.0, 0.1)))
     assert recorder.reached == [(GOAL, Pose2D(3.0, 0.1))]
 
 
@@ -61,7 +76,7 @@ def test_a_drive_that_does_not_succeed_meets_no_goal(status):
     recorder = DriveRecorder()
     recorder.event(happened("goal"))
     recorder.snapshot(step(1, goal=GOAL))
-    recorder.event(happened("task", status=status))
+    recorder.event(ended(status))
     recorder.snapshot(step(2))
     assert recorder.reached == []
 
@@ -70,7 +85,7 @@ def test_a_recovery_that_succeeds_meets_no_goal():
     recorder = DriveRecorder()
     recorder.snapshot(step(1, goal=GOAL))
     recorder.event(happened("recovery"))
-    recorder.event(happened("task", status="succeeded"))
+    recorder.event(ended("succeeded"))
     recorder.snapshot(step(2))
     assert recorder.reached == []
 
@@ -79,6 +94,6 @@ def test_the_views_of_a_recovery_are_no_goals():
     recorder = DriveRecorder()
     recorder.event(happened("recovery"))
     recorder.snapshot(step(1, goal=GOAL))
-    recorder.event(happened("task", status="succeeded"))
+    recorder.event(ended("succeeded"))
     recorder.snapshot(step(2))
     assert recorder.reached == []

@@ -92,3 +92,11 @@ def test_contacts_with_people_are_not_contacts_with_things():
         sentence = f"contact with {text} at (1.00, 2.00)"
         codes.event(Event(0, 0, 1.0, "warning", "simulation", "contact", sentence))
     assert codes.things == 2
+
+
+def test_a_plan_that_fails_is_no_failed_drive():
+    codes = FailureCodes(())
+    for what, moves in (("plan", False), ("drive", True)):
+        fields = {"status": "failed", "code": "NO_VALID_PATH", "moves": moves}
+        codes.event(Event(0, 0, 1.0, "warning", "navigation", "task", f"{what} failed", fields))
+    assert (codes.codes, codes.last) == ({"NO_VALID_PATH": 1}, "drive failed")

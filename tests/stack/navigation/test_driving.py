@@ -194,6 +194,10 @@ def test_planning_does_not_disturb_a_drive(make):
     toy.run(1.0)
     toy.navigator.plan(Pose2D(2.0, 2.0))
     assert toy.finish(drive) is TaskStatus.SUCCEEDED
+    ends = [fields for kind, _, fields in toy.events if kind == "task"]
+    assert [(end["status"], end["moves"]) for end in ends] == [
+        ("succeeded", False), ("succeeded", True),
+    ]  # fmt: skip
 
 
 def failing(code):
