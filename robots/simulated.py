@@ -156,8 +156,13 @@ class SimulatedBody(Body, SimulatedWorld):
 
     @property
     def people(self) -> FloatArray:
-        """(n, 3) x, y, radius of the people, world frame, metres."""
+        """(n, 3) x, y, radius of the people who are there, world frame, metres."""
         return self._simulation.people.places
+
+    @property
+    def all_people(self) -> FloatArray:
+        """(n, 3) as `people`, of everyone in the order of the world; nan: not there."""
+        return self._simulation.people.all_places
 
     @property
     def doors(self) -> dict[str, bool]:

@@ -190,7 +190,12 @@ class SimulatedWorld(ABC):
     @property
     @abstractmethod
     def people(self) -> FloatArray:
-        """(n, 3) x, y, radius of the people, world frame, metres."""
+        """(n, 3) x, y, radius of the people who are there, world frame, metres."""
+
+    @property
+    @abstractmethod
+    def all_people(self) -> FloatArray:
+        """(n, 3) as `people`, of everyone in the order of the world; nan: not there."""
 
     @property
     @abstractmethod

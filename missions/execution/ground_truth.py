@@ -52,7 +52,7 @@ class SimulationScorer:
         self._worst = max(self._worst, error)
         if self._world.people:
             truth = self._simulation.truth
-            people = self._simulation.people
+            people = self._simulation.all_people
             self.among_people.update(self._clock(), truth.pose, truth.twist, people)
 
     def take_events(self) -> list[tuple[str, str]]:

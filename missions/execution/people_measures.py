@@ -6,9 +6,9 @@ to 1.2 m; here between the surfaces of robot and person.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, hypot, inf, isfinite, sin
+from math import cos, hypot, inf, isfinite, isnan, sin
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,7 @@ class PeopleContact:
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    """A step; people: x, y and radius of each, in the frame of the pose."""
+    """A step; people: x, y and radius of each, in the frame of the pose; nan: not there."""
 
     time: float
     pose: Pose2D
@@ -119,29 +119,28 @@ class PeopleMeasures:
             time: seconds.
             pose: true pose of the base.
             twist: true velocity, base frame.
-            people: (n, 3) x, y and radius of everybody who is there; same frame as the pose.
+            people: (n, 3) x, y and radius of the same people in each step, in the same order and
+                frame as the pose; nan: not there.
         """
         now, before = _Moment(time, pose, twist, people.tolist()), self._before
         self._before = now
         self._stand(now)
-        if not now.people or (before is not None and time <= before.time):
-            return
         gaps: list[float] = self._gaps(pose, people).tolist()
-        gap = min(gaps)
-        nearest = gaps.index(gap)
+        there = [number for number, gap in enumerate(gaps) if not isnan(gap)]
+        if not there or (before is not None and time <= before.time):
+            return
+        nearest = min(there, key=gaps.__getitem__)
+        gap = gaps[nearest]
         self.least_distance = min(self.least_distance, max(0.0, gap))
         self._hold(now, gap)
-        if before is None or len(before.people) != len(people):
+        if before is None:
             return
         period = time - before.time
         self.intimate += period * (gap < INTIMATE)
         self.personal += period * (gap < PERSONAL)
-        velocities = [
-            ((x - old_x) / period, (y - old_y) / period)
-            for (x, y, _), (old_x, old_y, _) in zip(now.people, before.people, strict=True)
-        ]
+        velocities = _velocities(before, now)
         self._look_ahead(now, gaps, velocities)
-        if gap <= TOUCH:
+        if gap <= TOUCH and nearest in velocities:
             if time - self._touched_at >= EPISODE_GAP:
                 self.contacts.append(_contact(before, nearest, velocities[nearest]))
             self._touched_at = time
@@ -171,7 +170,7 @@ class PeopleMeasures:
         }
 
     def _gaps(self, pose: Pose2D, people: FloatArray) -> FloatArray:
-        """Return (n,) distances between the outline and each person, metres.
+        """Return (n,) distances between the outline and each person, metres; nan: not there.
 
         Farther away than PERSONAL the outline counts as its circumscribed circle.
         """
@@ -181,7 +180,7 @@ class PeopleMeasures:
         return gaps
 
     def _look_ahead(
-        self, now: _Moment, gaps: Sequence[float], velocities: Sequence[Velocity]
+        self, now: _Moment, gaps: Sequence[float], velocities: Mapping[int, Velocity]
     ) -> None:
         """Update the smallest time to collision, of discs with the distance of the surfaces."""
         c, s = cos(now.pose.heading), sin(now.pose.heading)
@@ -189,7 +188,8 @@ class PeopleMeasures:
             c * now.twist.linear - s * now.twist.lateral,
             s * now.twist.linear + c * now.twist.lateral,
         )
-        for gap, person, velocity in zip(gaps, now.people, velocities, strict=True):
+        for number, velocity in velocities.items():
+            gap, person = gaps[number], now.people[number]
             if gap <= TOUCH or gap > 2.0 * LONGEST_COLLISION_TIME:
                 continue
             dx, dy = person[0] - now.pose.x, person[1] - now.pose.y
@@ -219,6 +219,18 @@ class PeopleMeasures:
             self._held_at, self._counted = (now.time, now.pose), False
         elif not self._counted and now.time - held[0] >= STANDOFF_TIME:
             self.standoffs, self._counted = self.standoffs + 1, True
+
+
+def _velocities(before: _Moment, now: _Moment) -> dict[int, Velocity]:
+    """Return the velocities of those who are there in two moments, m/s, by number."""
+    period = now.time - before.time
+    return {
+        number: ((x - old_x) / period, (y - old_y) / period)
+        for number, ((x, y, _), (old_x, old_y, _)) in enumerate(
+            zip(now.people, before.people, strict=True)
+        )
+        if not (isnan(x) or isnan(old_x))
+    }
 
 
 def _contact(before: _Moment, person: int, velocity: Velocity) -> PeopleContact:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot, inf, pi
 
 import numpy as np
 import pytest
 
+from missions.execution.ground_truth import SimulationScorer
 from missions.execution.people_measures import PeopleMeasures
-from stack.types import Pose2D, Twist
+from robots.simulated import SimulatedBody
+from stack.body import BodyCommand
+from stack.sim.worlds.world import Person
+from stack.types import STANDSTILL, Pose2D, PoseEstimate, Twist
 from tests.stack.navigation.toy_world import RECTANGLE
+from tests.stack.sim.sim_rover import EMPTY, ROVER
 
 PERIOD = 0.05
 
@@ -70,6 +76,61 @@ def test_the_time_to_collision_is_that_of_constant_velocities():
     for time in (0.0, PERIOD):
         aside.update(time, Pose2D(0.0, 0.0), Twist(), np.array([[4.0 - time, 2.0, 0.2]]))
     assert aside.least_collision_time == inf
+
+
+def test_somebody_who_leaves_as_another_comes_is_not_the_same_person():
+    """One stands 2 m ahead until 0.5 s, another walks away from 3.5 m on: nobody comes nearer.
+
+    Taken for one person they would have walked 1.5 m in a step of 0.05 s, or back.
+    """
+    measures, nowhere = PeopleMeasures(RECTANGLE), [np.nan, np.nan, 0.2]
+    for step in range(21):
+        time = step * PERIOD
+        one, other = [2.0, 0.0, 0.2], [3.0 + time, 0.0, 0.2]
+        here = [nowhere, other] if time > 0.5 else [one, nowhere]
+        measures.update(time, Pose2D(0.0, 0.0), Twist(), np.array(here[::-1]))
+    assert measures.least_collision_time == inf
+    assert measures.least_distance == pytest.approx(2.0 - 0.2 - hypot(0.25, 0.2), abs=1e-6)
+
+
+def test_the_scorer_keeps_recorded_people_apart():
+    """One stands 4 m away in the first half of the recording, another 2.5 m in the second half."""
+    tracks = {
+        name: np.array([[begin, x, 0.0, 0.0, 0.0], [end, x, 0.0, 0.0, 0.0]])
+        for name, x, begin, end in (("far", 4.0, 0.0, 3.0), ("near", 2.5, 3.0001, 6.0))
+    }
+    people = tuple(
+        Person(name, track[:, 1:3], model="recorded", track=track, recorded_duration=6.0)
+        for name, track in tracks.items()
+    )
+    world = replace(EMPTY, people=people)
+    body = SimulatedBody(ROVER, world, start=Pose2D(0.0, 0.0), seed=1)
+    scorer = SimulationScorer(body, world, ROVER.footprint, lambda: body.time)
+    here = PoseEstimate(Pose2D(0.0, 0.0), np.zeros((3, 3)), 1.0)
+    seen = set()
+    for _ in range(140):
+        body.sense()
+        scorer.score(here)
+        seen |= {round(x, 1) for x, _, _ in body.people.tolist()}
+        body.command(BodyCommand(STANDSTILL))
+        body.wait(PERIOD)
+    body.close()
+    assert seen == {4.0, 2.5}
+    assert scorer.among_people.least_collision_time == inf
+
+
+def test_the_contact_with_a_person_beside_whom_another_leaves():
+    """They walk in at 0.8 m/s; the other one, behind the robot, is last there in the same step."""
+    measures = PeopleMeasures(RECTANGLE)
+    for step in range(60):
+        time = step * PERIOD
+        behind = [-4.0, 0.0, 0.2] if time < 1.91 else [np.nan, np.nan, 0.2]
+        people = np.array([behind, [2.0 - 0.8 * time, 0.0, 0.2]])
+        measures.update(time, Pose2D(0.0, 0.0), Twist(), people)
+    (contact,) = measures.contacts
+    # 2 cm before the surfaces meet: (2.0 - 0.2 - 0.25 - 0.02) / 0.8 = 1.91 s
+    assert contact.time == pytest.approx(1.9, abs=0.06)
+    assert contact.person == pytest.approx(0.8, abs=1e-6)
 
 
 def test_standing_near_somebody_for_long_is_a_standoff_and_counts_once():
