@@ -143,7 +143,7 @@ def run_entry(entry: MissionEntry) -> MissionRun:
     plan = prepare(entry.mission, entry.options)
     recorder = DriveRecorder()
     report = execute(plan, entry.options, [recorder], lambda: recorder.time >= entry.time_limit)
-    late = report.status == MissionState.INTERRUPTED
+    late = report.status == MissionState.INTERRUPTED and recorder.time >= entry.time_limit
     errors = [goal.distance_to(truth) for goal, truth in recorder.reached]
     shortest = _shortest(plan, [truth for _, truth in recorder.reached])
     name, settings, seed = entry.key

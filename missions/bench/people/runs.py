@@ -16,9 +16,10 @@ from missions.bench.people.oracle_picture import draw_verdict
 from missions.bench.resumable import Key, Work
 from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
+from missions.execution.report import Report
 from missions.execution.resources import MISSIONS
 from missions.execution.running import execute
-from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import Pose2D
 
 MISSION = MISSIONS / "bench" / "flats.yaml"
@@ -220,7 +221,7 @@ def run_entry(entry: PeopleEntry) -> PeopleRow:
         draw_verdict(entry.folder.parent / PICTURES / Path(name).name, verdict, case.goals)
     return PeopleRow(
         *_names(entry), status=PASSED if whole else FAILED,
-        cause="" if whole else (f"{false} false goals" if false else codes.last or report.status),
+        cause="" if whole else _cause(report, recorder.time, false, codes.last),
         goals=len(case.goals), visited=visited, false_goals=false, persons=case.people,
         time=round(report.simulated_seconds, 2), driven=round(report.distance_m, 2),
         failures=dict(codes.codes), drove_into=by["robot"],
@@ -233,6 +234,15 @@ def run_entry(entry: PeopleEntry) -> PeopleRow:
         possible=None if verdict is None else verdict.possible,
         oracle_time=None if verdict is None else verdict.time,
     )  # fmt: skip
+
+
+def _cause(report: Report, time: float, false_goals: int, last_failed: str) -> str:
+    """Return why a run failed; a failed drive before a timeout may have been recovered."""
+    if false_goals:
+        return f"{false_goals} false goals"
+    if report.status == MissionState.INTERRUPTED and time >= TIME_LIMIT:
+        return f"not finished after {TIME_LIMIT:g} s"
+    return last_failed or report.reason
 
 
 def line_of(row: PeopleRow) -> str:

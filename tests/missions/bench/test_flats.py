@@ -9,12 +9,20 @@ import pytest
 import yaml
 
 from missions.bench.people.flats import GOALS, MODELS, START_CLEARANCE, make_flat
-from missions.bench.people.runs import MISSION, PEOPLE_WORK, PeopleEntry, PeopleRow, run_entry
+from missions.bench.people.runs import (
+    MISSION,
+    PEOPLE_WORK,
+    FailureCodes,
+    PeopleEntry,
+    PeopleRow,
+    run_entry,
+)
 from missions.bench.people.table import flat_entries, report, rows_of
 from missions.inspection.file_scaffold import new_mission
 from stack.errors import InputError
 from stack.sim.people import People
 from stack.sim.worlds.world_file import read_world
+from stack.telemetry.records import Event
 
 ROW = PeopleRow(
     "flats", "scout", "unaware", 0, status="passed", cause="", goals=4, visited=4,
@@ -91,6 +99,19 @@ def test_a_kind_of_people_that_does_not_exist_is_refused(tmp_path):
         ("flats scout", "none", 0), ("flats glide", "none", 0),
         ("flats scout", "none", 1), ("flats glide", "none", 1),
     ]  # fmt: skip
+
+
+def test_a_run_that_is_not_over_at_its_limit_says_so(tmp_path, monkeypatch):
+    """A drive that failed before and was recovered is not the cause."""
+    monkeypatch.setattr("missions.bench.people.runs.TIME_LIMIT", 2.0)
+    failed = Event(
+        0, 0, 1.0, "warning", "navigation", "task", "drive to (1.0, 2.0) failed",
+        {"status": "failed", "code": "NO_PROGRESS", "moves": True},
+    )  # fmt: skip
+    monkeypatch.setattr(FailureCodes, "open", lambda codes, info: codes.event(failed))
+    row = run_entry(entry(tmp_path, "none", 2))
+    assert (row.status, row.failures) == ("failed", {"NO_PROGRESS": 1})
+    assert row.cause == "not finished after 2 s"
 
 
 def test_a_run_reaches_its_goals_and_a_crash_is_a_row(tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from typer.testing import CliRunner
 
-from missions.bench.mission_runs import MissionRun
+from missions.bench.mission_runs import MissionEntry, MissionRun, run_entry
 from missions.bench.mission_table import mission_entries, rows_of, table_lines
 from missions.cli.app import app
 from missions.execution.resources import MISSIONS, mission_files
@@ -57,6 +57,16 @@ def test_a_replayed_log_has_a_row(tmp_path):
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 0, result.output
     assert result.stdout.splitlines()[1].split()[:4] == ["listener", "1/1", "0", "0"]
+
+
+def test_the_end_of_a_recording_is_no_timeout(tmp_path):
+    mission = tmp_path / "listener.yaml"
+    text = LISTENER.format(log=MISSIONS / "logs" / "flat.clf.gz").replace("3 s", "1 h")
+    mission.write_text(text, "utf-8")
+    ended = run_entry(MissionEntry(str(mission), 7200.0))
+    assert (ended.status, ended.cause) == ("interrupted", "the recording is over")
+    late = run_entry(MissionEntry(str(mission), 2.0))
+    assert (late.status, late.cause) == ("timeout", "not finished after 2 s")
 
 
 def test_the_command_runs_and_resumes(tmp_path):
