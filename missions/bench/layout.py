@@ -12,6 +12,7 @@ from missions.bench.runs import GOAL, Case
 from missions.execution.resources import load_world
 from stack.documents.files import YAML_BYTES, read_bytes
 from stack.errors import InputError
+from stack.mapping.whole_files import replace_file
 from stack.types import Pose2D
 
 Point = tuple[float, float]
@@ -91,7 +92,7 @@ def write_world(text: str, name: str, file: Path) -> Case:
     """
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, "utf-8")
+        replace_file(file, text.encode())
     elif read_bytes(file, YAML_BYTES) != text.encode():
         raise InputError(f"{file} differs from the generated world; choose another --out")
     return Case(name, load_world(str(file.resolve()), file.parent), file)

@@ -1,4 +1,4 @@
-"""Writes groups of files whole or not at all; files that exist are kept as `.bak`.
+"""Writes files and groups of files whole or not at all; groups keep what they replace as `.bak`.
 
 The content is written to temporary files on the same disk first, and renamed at the end. A failure
 before the renames leaves the old files; a failure between them restores the old files.
@@ -13,6 +13,20 @@ from collections.abc import Mapping
 from pathlib import Path
 
 BACKUP = ".bak"
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a file; other processes read the old content or the new one, whole.
+
+    Raises:
+        OSError: the folder cannot be written to, or the disk is full; an old file is unchanged.
+    """
+    temporary = _written(path, content)
+    try:
+        os.replace(temporary, path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
 
 
 def replace_files(contents: Mapping[Path, bytes]) -> None:

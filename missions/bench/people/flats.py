@@ -8,7 +8,7 @@ import numpy as np
 
 from missions.bench.generation.floor_plan import START_CLEARANCE, FloorPlan
 from missions.bench.generation.worlds import WorldOptions, generate
-from missions.bench.people.runs import PeopleCase, PeopleEntry
+from missions.bench.people.runs import PeopleCase, PeopleEntry, write_shared_world
 from stack.errors import InputError
 from stack.streams import stream
 
@@ -47,11 +47,7 @@ def make_flat(entry: PeopleEntry) -> PeopleCase:
     _choose_people(plan, entry.people, start)
     first = json.dumps(next(iter(plan.places)))
     text = plan.text().replace(f"start: {first}", f"start: {start}")
-    entry.folder.mkdir(parents=True, exist_ok=True)
-    file = entry.folder / f"{kind}_{entry.seed}_{entry.people}.yaml"
-    if not file.exists() or file.read_text("utf-8") != text:
-        file.write_text(text, "utf-8")
-    return PeopleCase(file.resolve(), tuple(goals), len(plan.people))
+    return PeopleCase(write_shared_world(entry, kind, text), tuple(goals), len(plan.people))
 
 
 def _choose_people(plan: FloorPlan, model: str, start: str) -> None:

@@ -19,6 +19,7 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS
 from missions.execution.running import execute
+from stack.mapping.whole_files import replace_file
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import Pose2D
 
@@ -183,6 +184,18 @@ class FailureCodes:
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Do nothing."""
+
+
+def write_shared_world(entry: PeopleEntry, name: str, text: str) -> Path:
+    """Write the world file of a run, unless it is there; return its path.
+
+    The runs of all robots share the file: other processes may be reading it.
+    """
+    entry.folder.mkdir(parents=True, exist_ok=True)
+    file = entry.folder / f"{name}_{entry.seed}_{entry.people}.yaml"
+    if not file.exists() or file.read_text("utf-8") != text:
+        replace_file(file, text.encode())
+    return file.resolve()
 
 
 def options_of(entry: PeopleEntry, case: PeopleCase) -> RunOptions:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from missions.bench.people.runs import PeopleCase, PeopleEntry
+from missions.bench.people.runs import PeopleCase, PeopleEntry, write_shared_world
 from missions.execution.resources import WORLDS
 from stack.documents import as_yaml, read_file
 from stack.errors import InputError
@@ -252,9 +252,5 @@ def _written(
     entry: PeopleEntry, document: Mapping[str, Any], goals: tuple[Pose2D, ...], people: int = 0
 ) -> PeopleCase:
     """Write the world file and return the case."""
-    text = as_yaml(dict(document))
-    entry.folder.mkdir(parents=True, exist_ok=True)
-    file = entry.folder / f"{document['world']}_{entry.seed}_{entry.people}.yaml"
-    if not file.exists() or file.read_text("utf-8") != text:
-        file.write_text(text, "utf-8")
-    return PeopleCase(file.resolve(), goals, people or len(document["people"]))
+    file = write_shared_world(entry, document["world"], as_yaml(dict(document)))
+    return PeopleCase(file, goals, people or len(document["people"]))

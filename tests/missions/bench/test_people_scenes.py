@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from missions.bench.people.flats import make_flat
 from missions.bench.people.runs import FailureCodes, PeopleEntry, run_entry
 from missions.bench.people.scenes import (
     CROWD,
@@ -34,6 +38,26 @@ def test_every_scene_is_a_world_in_which_nobody_begins_at_the_robot(tmp_path, sc
     for x, y in People(world, 0).positions:
         assert np.hypot(x - world.start.x, y - world.start.y) > 1.0
     assert make_scene(entry(tmp_path, scene)).argument == case.argument
+
+
+@pytest.mark.parametrize("make", [make_scene, make_flat])
+def test_the_file_of_a_world_is_never_half_written(tmp_path, monkeypatch, make):
+    """Processes with other robots read the file while one finds that it is of another version."""
+    made = PeopleEntry("crowd", "scout", "unaware", 2, make, tmp_path, {})
+    file = make(made).file
+    text = file.read_text("utf-8")
+    file.write_text("old", "utf-8")
+    seen, rename = [], os.replace
+
+    def replaced(source, target):
+        seen.append((Path(source).read_text("utf-8"), Path(target).read_text("utf-8")))
+        rename(source, target)
+
+    monkeypatch.setattr("os.replace", replaced)
+    make(made)
+    assert seen == [(text, "old")]
+    assert file.read_text("utf-8") == text
+    assert [path.name for path in tmp_path.iterdir()] == [file.name]
 
 
 def test_counts_and_models_are_those_of_the_names(tmp_path):
