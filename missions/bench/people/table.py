@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
 from missions.bench.localisation.report import wilson
+from missions.bench.mission_runs import MissionEntry, conditions
 from missions.bench.people.flats import FLATS, MODELS, make_flat
 from missions.bench.people.runs import (
     MISSION,
     PEOPLE_WORK,
+    TIME_LIMIT,
     PeopleEntry,
     PeopleRow,
     options_of,
@@ -78,18 +80,21 @@ def measured(
     Raises:
         InputError: the folder has results of other settings.
     """
-    first = {entry.key[0]: entry for entry in reversed(entries)}
-    record_settings(options.out, {name: _settings(entry) for name, entry in first.items()})
+    some = {entry.key[0]: entry for entry in entries}
+    record_settings(options.out, {name: _settings(entry) for name, entry in some.items()})
     return fill(entries, options, PEOPLE_WORK, log)
 
 
 def _settings(entry: PeopleEntry) -> dict[str, object]:
-    plan = prepare(MISSION, options_of(entry, entry.make(entry)))
-    chosen = {
-        kind: {"use": choice.name, **asdict(choice.parameters)}
-        for kind, choice in plan.choices.items()
-    }
-    return {"robot": plan.robot.name, "navigation": chosen, "parameters": dict(entry.parameters)}
+    """Return the conditions of the runs in a scene, with the world and the goals of one of them.
+
+    It is the same one for all runs, so that a table can be continued with other seeds and people.
+    """
+    one = replace(entry, seed=0, people="unaware")
+    options = options_of(one, one.make(one))
+    run = MissionEntry(str(MISSION), TIME_LIMIT, options)
+    found = conditions(run, prepare(MISSION, options))
+    return {**found, "parameters": dict(entry.parameters)}
 
 
 def rows_of(rows: Sequence[PeopleRow]) -> list[dict[str, object]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +18,11 @@ from missions.bench.people.runs import (
     PeopleRow,
     run_entry,
 )
-from missions.bench.people.table import flat_entries, report, rows_of
+from missions.bench.people.table import flat_entries, measured, report, rows_of
+from missions.bench.resumable import TableOptions
+from missions.execution.resources import load_robot
 from missions.inspection.file_scaffold import new_mission
+from robots.load import find_robot
 from stack.errors import InputError
 from stack.sim.people import People
 from stack.sim.worlds.world_file import read_world
@@ -99,6 +103,37 @@ def test_a_kind_of_people_that_does_not_exist_is_refused(tmp_path):
         ("flats scout", "none", 0), ("flats glide", "none", 0),
         ("flats scout", "none", 1), ("flats glide", "none", 1),
     ]  # fmt: skip
+
+
+def test_a_table_of_another_mission_world_or_robot_is_not_continued(tmp_path, monkeypatch):
+    monkeypatch.setattr("missions.bench.people.table.fill", lambda *_: [])
+    out = TableOptions(tmp_path / "out")
+
+    def record(people="social_force", seed=3, robot="scout"):
+        made = entry(tmp_path / "worlds", people, seed)
+        measured([replace(made, robot=robot)], out, lambda line: None)
+
+    record()
+    record("none", 4)  # other seeds and people continue it
+
+    mission = tmp_path / "flats.yaml"
+    mission.write_text(MISSION.read_text("utf-8").replace("90 s", "80 s"), "utf-8")
+    with monkeypatch.context() as changed:
+        changed.setattr("missions.bench.people.table.MISSION", mission)
+        with pytest.raises(InputError, match="results of other settings"):
+            record()
+    with monkeypatch.context() as changed:
+        changed.setattr("missions.bench.people.flats.UNMAPPED", 0.5)
+        with pytest.raises(InputError, match="results of other settings"):
+            record()
+    shutil.copytree(find_robot("scout", tmp_path).parent, tmp_path / "scout")
+    faster = tmp_path / "scout" / "robot.yaml"
+    record(robot=str(faster))
+    text = faster.read_text("utf-8").replace("linear_speed: 0.8 m/s", "linear_speed: 0.9 m/s")
+    faster.write_text(text, "utf-8")
+    load_robot.cache_clear()  # as in another process
+    with pytest.raises(InputError, match="results of other settings"):
+        record(robot=str(faster))
 
 
 def test_a_run_that_is_not_over_at_its_limit_says_so(tmp_path, monkeypatch):
