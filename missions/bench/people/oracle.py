@@ -11,14 +11,15 @@ Every approximation favours the robot, so *impossible* is certain and *possible*
 disc of the footprint's inscribed radius, turns on the spot in no time, accelerates in no time to
 the largest speed of its limits in any direction, knows its pose exactly and starts at time 0. Doors
 are open. A cell is lost only when no point of it is left, and bodies count only at the steps. The
-robot stays within the bounds of the world.
+robot stays within the bounds of the world. Where it could delay a recorded person there is no
+verdict.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from math import ceil, sqrt
+from math import ceil, hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.distance_transform import distances_to_zero
 from stack.sim.people import People
+from stack.sim.people.recorded import APPEARANCE_DISTANCE
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import covered_cells
 from stack.sim.worlds.world import World
@@ -43,6 +45,9 @@ the chord of a person filling a corridor, so that the robot cannot jump over the
 WINDOW = 10
 """Steps after which positions are rounded up to whole cells: once in a second this adds the
 diagonal of a cell to the robot's way: 4 cm/s with the smallest cells."""
+
+SLACK = 0.2
+"""Metres for the steps of the simulation and the rounding to cells, where people appear."""
 
 
 @dataclass(frozen=True)
@@ -267,7 +272,7 @@ def _passed(stages: Sequence[ReachedSet], goals: Sequence[Mask]) -> bool:
 
 
 def is_predictable(world: World) -> bool:
-    """Whether there are people and where they walk does not depend on the robot."""
+    """Whether there are people, and none of them reacts to the robot."""
     return bool(world.people) and all(
         person.model == "recorded" or (person.model == "loop" and not person.yields)
         for person in world.people
@@ -277,8 +282,8 @@ def is_predictable(world: World) -> bool:
 def walks(world: World, seed: int) -> Iterator[FloatArray]:
     """Yield x, y and radius (n, 3) of who is there, metres, at each multiple of STEP from 0 on.
 
-    They are those of the simulation as long as nobody is touched and no recorded track begins
-    within 1.5 m of the robot.
+    They are those of the simulation as long as nobody is touched, and no recorded person appears
+    within APPEARANCE_DISTANCE of the robot.
 
     Args:
         world: with people who react to nobody.
@@ -302,11 +307,32 @@ def judge(world: World, robot: RobotDescription, seed: int, task: Task) -> Verdi
         task: start, goals and time limit.
 
     Returns:
-        None where nobody walks, and where people react to the robot: their ways are not known.
+        None where nobody walks, and where the ways of people depend on the robot: they react to it,
+        or it may be where a recorded person appears, who then comes later.
     """
     if not is_predictable(world):
         return None
     limits = robot.limits
     speed = max(limits.linear_speed, limits.reverse_speed, limits.lateral_speed)
     ground = ground_of(world, robot.footprint.inscribed_radius)
-    return search(ground, task, speed, walks(world, seed))
+    verdict = search(ground, task, speed, walks(world, seed))
+    return None if _may_delay(world, robot, seed, task, verdict) else verdict
+
+
+def _may_delay(
+    world: World, robot: RobotDescription, seed: int, task: Task, verdict: Verdict
+) -> bool:
+    """Whether a robot may be so near to where a recorded person appears that they come later.
+
+    People appear where their track begins, and where they are at time 0.
+    """
+    reached, at_first = np.isfinite(verdict.arrival), People(world, seed).positions
+    for person, (x, y) in zip(world.people, at_first, strict=True):
+        if person.track is None:
+            continue
+        near = APPEARANCE_DISTANCE + robot.footprint.circumscribed_radius + person.radius + SLACK
+        begin_x, begin_y = person.track[0, 1:3].tolist()
+        part, inside = verdict.ground.within(begin_x, begin_y, near)
+        if hypot(x - task.start.x, y - task.start.y) < near or (reached[part] & inside).any():
+            return True
+    return False

@@ -24,7 +24,9 @@ from missions.bench.people.oracle import (
 from missions.bench.people.oracle_picture import draw_verdict, sentence
 from missions.bench.people.table import rows_of
 from robots.load import find_robot, read_robot
+from stack.sim.worlds.world import Person
 from stack.sim.worlds.world_file import read_world
+from stack.streams import stream
 from stack.types import Pose2D
 from tests.benchmarks.figures import block, write
 from tests.benchmarks.figures import read as read_figures
@@ -167,6 +169,45 @@ def test_people_who_react_are_not_judged():
         other = world(WORLD.replace("yields: false", change))
         assert not is_predictable(other)
         assert judge(other, robot, 0, task) is None
+
+
+PASSAGE = """
+world: passage
+format: 1
+start: [1, 0.5, 0]
+bounds: [-0.2, -0.2, 14.2, 1.2]
+walls:
+  - points: [[0, 0], [14, 0], [14, 1], [0, 1], [0, 0]]
+"""
+
+
+@pytest.mark.parametrize(
+    ("begin", "passed", "is_judged"),
+    [
+        (11.5, (-1.8, 0.0), True),  # the robot gets 6 m far until they meet
+        (4.0, (-1.8, 0.0), False),  # it may come within 1.5 m of where they appear
+        (11.5, (9.0, 9.6), False),  # they are 1 m in front of it at time 0
+    ],
+)
+def test_recorded_people_are_judged_where_the_robot_cannot_delay_them(begin, passed, is_judged):
+    """Somebody fills a dead end, of a recording of 60 s of which some have passed at time 0.
+
+    In the simulation a person whose track begins within 1.5 m of the robot appears later.
+    """
+    share = np.array(passed) / 60.0 % 1.0
+    shares = ((seed, stream(seed, "recorded people").random()) for seed in range(1000))
+    seed = next(seed for seed, drawn in shares if share[0] <= drawn < (share[1] or 1.0))
+    track = np.array([[0.0, begin, 0.5, -1.0, 0.0], [begin - 0.3, 0.3, 0.5, -1.0, 0.0]])
+    person = Person(
+        "one", track[:, 1:3], model="recorded", track=track, recorded_duration=60.0, radius=0.3
+    )
+    passage = replace(world(PASSAGE), people=(person,))
+    robot = read_robot(find_robot("scout", Path.cwd()))
+    task = Task(Pose2D(1.0, 0.5), (Pose2D(13.0, 0.5),), 0.3, 40.0)
+    ground = ground_of(passage, robot.footprint.inscribed_radius)
+    assert not search(ground, task, SPEED, walks(passage, seed)).possible
+    verdict = judge(passage, robot, seed, task)
+    assert (verdict is not None) == is_judged
 
 
 def test_cells_are_lost_only_when_no_point_is_left():
