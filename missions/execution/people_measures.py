@@ -92,12 +92,12 @@ class PeopleMeasures:
     @staticmethod
     def kernels() -> KernelTypes:
         """Return the kernels of the measures."""
-        from stack.safety.kernels import GAPS
+        from missions.execution.kernels import GAPS
 
         return GAPS
 
     def __init__(self, footprint: Footprint) -> None:
-        from stack.safety.kernels import disc_gaps  # imports numba
+        from missions.execution.kernels import disc_gaps  # imports numba
 
         self._disc_gaps = disc_gaps
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)

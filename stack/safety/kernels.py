@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from math import acos, cos, floor, hypot, inf, sin, sqrt
 
-import numpy as np
 from numba import f8, njit
 
 from stack.types import FloatArray
@@ -265,40 +264,11 @@ def share_where_unseen(
     return best
 
 
-@njit(cache=True, nogil=True)
-def disc_gaps(
-    discs: FloatArray, corners: FloatArray, radius: float, near: float,
-    x: float, y: float, heading: float,
-) -> FloatArray:  # fmt: skip
-    """Distances between a footprint and discs, metres; negative where they overlap.
-
-    Args:
-        discs: (n, 3) x, y, radius, metres.
-        corners: (m, 2) of the footprint in the base frame, metres.
-        radius: of the circle that stands for the footprint farther away than `near`, metres.
-        near: metres.
-        x: of the base, in the frame of the discs, metres.
-        y: likewise.
-        heading: likewise, radians.
-
-    Returns:
-        (n,) metres.
-    """
-    gaps, c, s = np.empty(discs.shape[0]), cos(heading), sin(heading)
-    for i in range(discs.shape[0]):
-        dx, dy = discs[i, 0] - x, discs[i, 1] - y
-        gaps[i] = hypot(dx, dy) - discs[i, 2] - radius
-        if gaps[i] < near:
-            gaps[i] = signed_distance(corners, c * dx + s * dy, c * dy - s * dx) - discs[i, 2]
-    return gaps
-
-
 CONTACT = (
     (time_to_contact, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),
     (time_to_meeting, (f8[:, ::1], f8[:, ::1], *8 * (f8,))),
 )
 """Entry points, with the types that the collision monitor calls them with; then of
-the limit in unseen ground, of zones, and of measures."""
+the limit in unseen ground, and of zones."""
 UNSEEN = ((share_where_unseen, (f8[:, ::1], f8[:, ::1], *7 * (f8,), f8[:, ::1], *6 * (f8,))),)
-GAPS = ((disc_gaps, (f8[:, ::1], f8[:, ::1], *5 * (f8,))),)
 ZONES = ((nearest, (f8[:, ::1], f8[:, ::1])),)

@@ -25,7 +25,7 @@ from stack.components import Component
 from tests.missions.execution.test_engine import until
 
 ROOT = Path(__file__).parents[3]
-MODULES = sorted((ROOT / "stack").rglob("kernels.py"))
+MODULES = sorted(file for top in ("stack", "missions") for file in (ROOT / top).rglob("kernels.py"))
 
 SHORT_DRIVE = """\
 mission: warm
@@ -82,7 +82,7 @@ def entry_points(module: ModuleType) -> dict[str, Dispatcher]:
 
 
 def signatures() -> set[tuple[Any, ...]]:
-    """Every kernel of the stack with the types for which its code is loaded."""
+    """Every kernel of the project with the types for which its code is loaded."""
     return {
         (module.__name__, name, types)
         for module in modules()
