@@ -25,9 +25,14 @@ class Lifecycle:
 
 
 class Timer:
-    """Seconds since an event, without the pauses in between."""
+    """Seconds since an event, without the pauses in between; it stands still during one.
 
-    def __init__(self) -> None:
+    Args:
+        timers: with which it is paused.
+    """
+
+    def __init__(self, timers: Timers) -> None:
+        self._timers = timers
         self._began: float | None = None
 
     @property
@@ -50,40 +55,47 @@ class Timer:
 
     def elapsed(self, now: float) -> float:
         """Seconds since the start; 0 while it is not running."""
-        return 0.0 if self._began is None else now - self._began
+        if self._began is None:
+            return 0.0
+        paused_at = self._timers.paused_at
+        return now - self._began if paused_at is None else max(0.0, paused_at - self._began)
 
-    def shift(self, seconds: float) -> None:
-        """Move the start later, by the length of a pause."""
+    def skip(self, paused_at: float, now: float) -> None:
+        """Leave out a pause, or the part of it since the start."""
         if self._began is not None:
-            self._began += seconds
+            self._began += now - max(paused_at, self._began)
 
 
 class Timers:
-    """The timers of one activity, paused and resumed together."""
+    """The timers of one activity, paused and resumed together.
+
+    Attributes:
+        paused_at: begin of the present pause, seconds; None while the timers count.
+    """
 
     def __init__(self) -> None:
         self._timers: list[Timer] = []
-        self._paused_at: float | None = None
+        self.paused_at: float | None = None
 
     def new(self) -> Timer:
         """Create a timer of this activity."""
-        self._timers.append(Timer())
+        self._timers.append(Timer(self))
         return self._timers[-1]
 
     @property
     def paused(self) -> bool:
         """Whether the timers stand still."""
-        return self._paused_at is not None
+        return self.paused_at is not None
 
     def pause(self, now: float) -> None:
         """Stop counting; does nothing while paused."""
-        if self._paused_at is None:
-            self._paused_at = now
+        if self.paused_at is None:
+            self.paused_at = now
 
     def resume(self, now: float) -> None:
         """Count again, without the time since `pause`; does nothing unless paused."""
-        if self._paused_at is None:
+        if self.paused_at is None:
             return
         for timer in self._timers:
-            timer.shift(now - self._paused_at)
-        self._paused_at = None
+            timer.skip(self.paused_at, now)
+        self.paused_at = None

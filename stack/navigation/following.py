@@ -86,12 +86,19 @@ class Follower:
         standoff: who is in the way.
     """
 
-    def __init__(self, tools: Tools, tolerance: float | None) -> None:
+    def __init__(self, tools: Tools, tolerance: float | None, task_timers: Timers) -> None:
+        """Follow nothing yet.
+
+        Args:
+            tools: of the drive.
+            tolerance: metres at the goal; None: that of the goal checker.
+            task_timers: for the standoff, which lasts also while there is no path.
+        """
         self._tools, self._tolerance = tools, tolerance
         self._last = STANDSTILL
         self._timers = Timers()
         self.idle, self._blocked, self._waited = (self._timers.new() for _ in range(3))
-        self.standoff = Standoff(self._timers)
+        self.standoff = Standoff(task_timers)
         self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False
@@ -291,7 +298,7 @@ class Drive(MotionExecutor):
 
     def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
         super().__init__(task)
-        self._follower = Follower(tools, tolerance)
+        self._follower = Follower(tools, tolerance, self.timers)
 
     @property
     def makes_way(self) -> bool:

@@ -192,6 +192,19 @@ def test_timers_leave_pauses_out():
     assert one.elapsed(30.0) == 0.0 and not one.running
 
 
+def test_timers_stand_still_during_a_pause():
+    timers = Timers()
+    before, within = timers.new(), timers.new()
+    before.start(8.0)
+    timers.pause(10.0)
+    within.start(12.0)
+    assert before.elapsed(15.0) == 2.0
+    assert within.elapsed(15.0) == 0.0
+    timers.resume(20.0)
+    assert before.elapsed(21.0) == pytest.approx(3.0)
+    assert within.elapsed(21.0) == pytest.approx(1.0)  # not 21 - (12 + 10), in the future
+
+
 class Failing(MotionExecutor):
     """Raises in one call of its lifecycle."""
 

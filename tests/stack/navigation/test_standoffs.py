@@ -256,6 +256,20 @@ def test_a_robot_without_a_plan_gives_way_too():
     assert "give_way" in toy.kinds()
 
 
+def test_who_stood_while_there_was_no_plan_has_stood_for_that_time():
+    toy = facing_somebody(room(10.0, 1.0), person_patience=20.0, give_way_attempts=0)
+    toy.world.circles[:] = [(2.4, 0.5, 0.25)]
+    toy.tracks = lambda: [person(2.4, 0.5, toy.world.time)]
+    toy.planner.fails = NavigationError(FailureCode.NO_VALID_PATH, "no path", (2.4, 0.5))
+    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(4.0)
+    toy.planner.fails = None
+    toy.run(3.0, lambda: "plan" in toy.kinds())
+    standoff = toy.navigator._activities.current._follower.standoff
+    # The first plan failed in the first half second.
+    assert standoff.stood(toy.world.time) == pytest.approx(toy.world.time, abs=0.5)
+
+
 def test_a_pause_holds_the_drive_to_a_passing_place_too():
     toy = facing_somebody(NICHE, person_patience=60.0)
     world = toy.world
