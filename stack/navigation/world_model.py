@@ -134,14 +134,14 @@ class WorldModel:
 
         Who has stood for `standing_time` is an obstacle like others until they walk on.
         """
-        now, settings = update.time, None if self.tracker is None else self.tracker.parameters
-        if settings is None or not self._tracks:
+        if self.tracker is None or not self._tracks:
             self._walkers = ()
             return update
+        now, settings = update.time, self.tracker.parameters
         for track in self._tracks:
             if track.speed >= settings.moving_speed or track.id not in self._walked_at:
                 self._walked_at[track.id] = now
-        known = {track.id for track in self._tracks}
+        known = self.tracker.known_ids
         self._walked_at = {k: time for k, time in self._walked_at.items() if k in known}
         oldest = now - settings.standing_time
         self._walkers = tuple(t for t in self._tracks if self._walked_at[t.id] >= oldest)

@@ -31,6 +31,11 @@ class OutOfSight:
     def __init__(self) -> None:
         self._items: list[ObjectFilter] = []
 
+    @property
+    def ids(self) -> frozenset[int]:
+        """Ids of those who are remembered."""
+        return frozenset(item.id for item in self._items)
+
     def clear(self) -> None:
         """Forget them all."""
         self._items = []

@@ -146,6 +146,11 @@ class Tracker:
         return tuple(item.track(time) for item in self._filters if item.has_moved)
 
     @property
+    def known_ids(self) -> frozenset[int]:
+        """Ids of all objects that a scan may show again, also of those out of sight."""
+        return self._out_of_sight.ids.union(item.id for item in self._filters)
+
+    @property
     def standing(self) -> tuple[StandingObject, ...]:
         """Objects in the newest scan that are not on the map and have not moved, by id.
 
