@@ -85,6 +85,7 @@ class WorldModel:
         self._standing: tuple[StandingObject, ...] = ()
         self._walkers: tuple[TrackedObject, ...] = ()
         self._walked_at: dict[int, float] = {}
+        self._scanned_at = 0.0  # stamp of the scan that showed the tracks
         self._updated_at = 0.0
         self._depth: FloatArray | None = None  # odom frame, not in the costmaps yet
 
@@ -146,14 +147,26 @@ class WorldModel:
         oldest = now - settings.standing_time
         self._walkers = tuple(t for t in self._tracks if self._walked_at[t.id] >= oldest)
         scans = {
-            name: PosedScan(without_objects(posed.scan, posed.pose, self._walkers), posed.pose)
+            name: PosedScan(
+                without_objects(posed.scan, posed.pose, self._walkers_at(posed.scan.stamp)),
+                posed.pose,
+            )
             for name, posed in update.scans.items()
         }
         readings = tuple(
             posed for posed in update.readings
-            if not is_echo_of(posed.reading, posed.pose, self._walkers)
+            if not is_echo_of(posed.reading, posed.pose, self._walkers_at(posed.reading.stamp))
         )  # fmt: skip
         return replace(update, scans=scans, readings=readings)
+
+    def _walkers_at(self, stamp: float) -> list[TrackedObject]:
+        """Return who walks, where a measurement with a stamp shows them.
+
+        Their positions are those in the tracker's newest scan, which was complete later than its
+        stamp.
+        """
+        later = stamp - self._scanned_at
+        return [walker.at(walker.stamp + later) for walker in self._walkers]
 
     def _track(
         self, scans: Mapping[str, PosedScan], now: float, people: frozenset[int]
@@ -168,6 +181,7 @@ class WorldModel:
         posed = scans.get(self._lidar)
         if self.tracker is None or posed is None:
             return None
+        self._scanned_at = posed.scan.stamp
         self._tracks = tuple(
             replace(track, label=PERSON) if track.id in people else track
             for track in self.tracker.update(posed.pose, posed.scan, now)

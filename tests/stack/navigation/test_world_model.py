@@ -3,6 +3,7 @@
 from math import inf, pi
 
 import numpy as np
+import pytest
 
 from stack.costmap.speed_limits import SpeedLimitParameters, SpeedLimits
 from stack.frames.buffer import TransformBuffer
@@ -15,6 +16,7 @@ from stack.types import (
     Odometry,
     Pose2D,
     PoseEstimate,
+    RangeReading,
     Scan,
 )
 
@@ -89,3 +91,34 @@ def test_who_has_stood_for_long_is_still_an_obstacle_when_the_robot_looks_again(
     assert evaded[90]  # stood for 8 s: paths lead past them
     assert not evaded[125]  # stood for more than standing_time, 10 s
     assert [n for n in range(160, 200) if evaded[n]] == []
+
+
+@pytest.mark.parametrize("sensor", ["rear_lidar", "sonar"])
+def test_who_walks_is_left_out_where_they_were_when_a_sensor_measured(sensor):
+    """At 1.3 m/s, 0.15 s after the last scan of the tracker's lidar: 20 cm on, AROUND is 12 cm."""
+    robot, origin = Robot(), Pose2D(0.0, 0.0)
+
+    def walking(time):
+        return 6.0 - 1.3 * time, 0.0
+
+    for n in range(20):
+        time = 0.1 * n
+        robot.step(time, {"lidar": seen(origin, [walking(time)], time)})
+    later = time + 0.15
+    scan = seen(origin, [walking(later)], later)
+    distance = float(np.nanmin(scan.ranges))
+    reading = RangeReading(later, distance, 0.5, 0.1, 5.0)
+    robot.step(later, {sensor: scan if sensor == "rear_lidar" else reading})
+    assert robot.costmap.newest.readings == ()
+    if sensor == "rear_lidar":
+        assert not np.isfinite(robot.costmap.newest.scans[sensor].scan.ranges).any()
+
+
+def test_a_scan_that_takes_its_time_shows_who_walks_where_its_tracks_are():
+    """The stamp of a scan is that of its middle, half a turn of the lidar before the step."""
+    robot, origin = Robot(), Pose2D(0.0, 0.0)
+    robot.step(0.0, {})
+    for n in range(1, 20):
+        stamp = 0.1 * n - 0.05
+        robot.step(0.1 * n, {"lidar": seen(origin, [(6.0 - 2.5 * stamp, 0.0)], stamp)})
+    assert not np.isfinite(robot.costmap.newest.scans["lidar"].scan.ranges).any()
