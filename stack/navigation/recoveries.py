@@ -153,8 +153,9 @@ class Recovery(MotionExecutor):
         if self._block.elapsed(state.time) >= self._tools.parameters.recovery_patience:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
-                f"an obstacle {contact.time:.2f} {self._profile.unit} ahead is in the way; drove "
-                f"{self._done:.2f} of {self._profile.total:.2f} {self._profile.unit}",
+                f"an obstacle {contact.place} is in the way, contact in {contact.time:.2f} "
+                f"{self._profile.unit}; drove {self._done:.2f} of {self._profile.total:.2f} "
+                f"{self._profile.unit}",
             )
         return True
 

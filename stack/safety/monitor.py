@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, inf, sin
+from math import atan2, cos, hypot, inf, pi, sin
 
 import numpy as np
 
@@ -25,6 +25,13 @@ class Contact:
     time: float
     x: float = 0.0
     y: float = 0.0
+
+    @property
+    def place(self) -> str:
+        """Its distance from the base and its side, for displays: `0.7 m behind`."""
+        words = ("ahead", "to the left", "behind", "to the right")
+        side = words[round(atan2(self.y, self.x) / (0.5 * pi)) % 4]
+        return f"{hypot(self.x, self.y):.1f} m {side}"
 
 
 NOTHING_NEAR = Contact(inf)

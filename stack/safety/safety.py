@@ -13,7 +13,7 @@ it limits the speed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, hypot, inf, isfinite, pi
+from math import atan2, hypot, inf, isfinite
 from typing import NamedTuple
 
 from stack.compilation import KernelTypes
@@ -348,7 +348,4 @@ class Safety:
 
 
 def _where(contact: Contact) -> str:
-    side = atan2(contact.y, contact.x)
-    words = ("ahead", "to the left", "behind", "to the right")
-    place = words[round(side / (0.5 * pi)) % 4]
-    return f"{hypot(contact.x, contact.y):.1f} m {place}, contact in {contact.time:.1f} s"
+    return f"{contact.place}, contact in {contact.time:.1f} s"

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 from math import cos, pi, sin
 
@@ -52,7 +53,9 @@ def test_backing_up_stops_before_a_wall_and_fails(make):
     task = toy.navigator.back_up(1.0)
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
-    assert "is in the way; drove 0." in task.failure.sentence
+    behind = f"an obstacle {toy.world.pose.x:.1f} m behind is in the way, contact in 0."
+    assert task.failure.sentence.startswith(behind)
+    assert " m; drove 0." in task.failure.sentence
     assert toy.world.nearest > 0.03
 
 
@@ -61,6 +64,9 @@ def test_a_long_robot_does_not_spin_into_a_wall(make):
     task = toy.navigator.spin(-pi)
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
+    # It turns to the right, from heading 0 towards the wall at y = 0.
+    wanted = r"an obstacle 0\.[4-6] m ahead is in the way, contact in 0\.\d\d rad; drove 0\."
+    assert re.match(wanted, task.failure.sentence)
     assert toy.world.nearest > 0.0
 
 
