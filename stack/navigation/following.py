@@ -97,7 +97,8 @@ class Follower:
         self._tools, self._tolerance = tools, tolerance
         self._last = STANDSTILL
         self._timers = Timers()
-        self.idle, self._blocked, self._waited = (self._timers.new() for _ in range(3))
+        self.idle, self._blocked = self._timers.new(), self._timers.new()
+        self._obstructed, self._waited = self._timers.new(), self._timers.new()
         self.standoff = Standoff(task_timers)
         self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
@@ -248,6 +249,7 @@ class Follower:
             return STANDSTILL
         self.waiting = False
         self._blocked.reset()
+        self._obstructed.reset()
         if twist != STANDSTILL:
             self._waited.reset()
         if self._speeds is None or self.progress is None:
@@ -267,9 +269,15 @@ class Follower:
         holds = room <= keep and aside <= person.radius + bodies.inscribed and not self.at_position
         if holds:
             self._blocked.start_once(state.time)
+            self._forget_obstacle()
             waited = self._blocked.elapsed(state.time)
             self.waiting = waited >= tools.parameters.replan_patience
         return holds
+
+    def _forget_obstacle(self) -> None:
+        """Start over with an obstacle's patience: a person is waited for."""
+        self._obstructed.reset()
+        self._waited.reset()
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand in front of an obstacle; raise the error when patience is over."""
@@ -277,16 +285,19 @@ class Follower:
             raise error
         p = self._tools.parameters
         self._blocked.start_once(time)
-        blocked = self._blocked.elapsed(time)
-        self.waiting = blocked >= p.replan_patience
-        if not self.waiting:
-            return
+        self.waiting = self._blocked.elapsed(time) >= p.replan_patience
         if self.standoff.person is not None:
-            self._waited.reset()
+            self._forget_obstacle()
+            return
+        self._obstructed.start_once(time)
+        obstructed = self._obstructed.elapsed(time)
+        if obstructed < p.replan_patience:
             return
         self._waited.start_once(time)
-        if self._waited.elapsed(time) >= p.collision_patience:
-            sentence = f"{error.failure.sentence}; waited {blocked:.1f} s for it to clear"
+        waited = self._waited.elapsed(time)
+        if waited >= p.collision_patience:
+            seconds = max(obstructed, waited)
+            sentence = f"{error.failure.sentence}; waited {seconds:.1f} s for it to clear"
             raise NavigationError(FailureCode.COLLISION_AHEAD, sentence) from error
 
 

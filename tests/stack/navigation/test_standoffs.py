@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from math import hypot, pi
@@ -114,6 +115,23 @@ def test_somebody_who_stands_in_the_way_is_waited_for_and_then_named():
     assert "a person at (5.0, 0.5) has been in the way for 6 s" in task.failure.sentence
     # 4 m at 0.5 m/s and more, 6 s of patience: without it the drive fails after 1 + 5 s of waiting
     assert toy.world.time > 10.0
+
+
+def test_the_time_of_a_person_is_not_that_of_an_obstacle():
+    """Somebody leaves a thing behind: replan_patience, 1 s, and collision_patience, 5 s, for it."""
+    toy = facing_somebody(
+        room(10.0, 1.0), person_patience=20.0, give_way_attempts=0, person_clearance=0.0
+    )
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(17.0)
+    assert task.feedback.startswith("waiting for a person in the way")
+    toy.tracks = list
+    left = toy.world.time
+    assert toy.finish(task) is TaskStatus.FAILED
+    assert task.failure.code == FailureCode.COLLISION_AHEAD
+    waited = float(re.search(r"; waited (\S+) s for it to clear", task.failure.sentence)[1])
+    assert waited == pytest.approx(6.0, abs=0.11)
+    assert toy.world.time - left == pytest.approx(6.0, abs=0.11)
 
 
 def test_the_drive_goes_on_when_they_leave():
