@@ -9,7 +9,7 @@ import resource
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from time import perf_counter, sleep  # noqa: TID251 - only before the first step
@@ -23,7 +23,7 @@ from missions.execution.report import Report
 from missions.execution.report_builder import Milestones, compose_report
 from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
-from stack.body import SimulatedWorld
+from stack.body import BodyCommand, SimulatedWorld
 from stack.errors import (
     BodyError,
     InputError,
@@ -38,6 +38,7 @@ from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle
 from stack.telemetry.sinks import Sink
+from stack.types import STANDSTILL
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
@@ -244,21 +245,32 @@ class Run:
         )  # fmt: skip
 
     def close(self) -> None:
-        """Write the report, close every sink, stop the robot. Safe to call twice."""
-        engine = self.engine
-        try:
+        """Stop the robot, write the report, close every sink and part. Safe to call twice.
+
+        The robot is stopped first: a sink may take long to write what it has, and a planner to end.
+        A part that raises an exception does not keep the others open.
+        """
+        engine, parts = self.engine, self.engine.runtime.parts
+        with ExitStack() as parts_left:  # closes the last one first
+            if engine.sensor_log is not None:
+                parts_left.callback(engine.sensor_log.close)
+            parts_left.callback(parts.estimator.close)
+            parts_left.callback(parts.objects.close)
+            parts_left.callback(parts.navigator.close)
+            parts_left.callback(engine.body.close)
+            self._stop_robot()
             final = self._report.plain() if self._report is not None else None
             if self._kept is not None:
                 self._kept.save(engine.tree, self._telemetry.lose)
             self._telemetry.close(final, lambda: compose_snapshot(engine.runtime))
             self._write_report()
-        finally:
-            engine.runtime.parts.navigator.close()
-            engine.runtime.parts.objects.close()
-            engine.runtime.parts.estimator.close()
-            engine.body.close()
-            if engine.sensor_log is not None:
-                engine.sensor_log.close()
+
+    def _stop_robot(self) -> None:
+        """Command a standstill at once, not with the next step."""
+        try:
+            self.engine.body.command(BodyCommand(STANDSTILL))
+        except Exception:  # the records and the other parts must be closed all the same
+            self._log(traceback.format_exc())
 
     def _write_report(self) -> None:
         """Write report.json after all other records, with those that were lost."""

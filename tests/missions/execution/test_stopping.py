@@ -1,0 +1,98 @@
+"""The last commands of a run: whatever fails, the robot is told to stop and is let go of."""
+
+import pytest
+
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.run import Run
+from robots.scripted import ScriptedBody, scans_of
+from stack.body import BodyCommand
+from stack.errors import BodyError
+from stack.types import STANDSTILL
+from tests.missions.execution.live_run import Kept
+
+MISSION = """mission: straight on
+robot: scout
+world: small_room
+run: {drive_on_heading: {distance: 1.2 m, speed: 0.2}}
+"""
+
+
+class NotedBody(ScriptedBody):
+    """Notes its commands of a standstill and when it is let go of."""
+
+    def __init__(self, notes, *arguments, **more):
+        super().__init__(*arguments, **more)
+        self.notes = notes
+
+    def command(self, command):
+        super().command(command)
+        if command == BodyCommand(STANDSTILL):
+            self.notes.append("standstill")
+
+    def close(self):
+        self.notes.append("body closed")
+
+
+class NotedSink(Kept):
+    def __init__(self, notes):
+        super().__init__()
+        self.notes = notes
+
+    def close(self, report):
+        self.notes.append("records closed")
+
+
+@pytest.fixture
+def moving(tmp_path):
+    """A run whose robot has begun to move, and the notes of it."""
+    file, notes = tmp_path / "straight.yaml", []
+    file.write_text(MISSION)
+
+    def make(setup):
+        return NotedBody(notes, setup.robot, scans_of(setup.robot, setup.world), start=setup.start)
+
+    options = RunOptions(serve=False)
+    run = Run(prepare(file, options), options, [NotedSink(notes)], make)
+    for _ in range(20):
+        run.step()
+    assert run.engine.body.commands[-1].twist.linear > 0.0
+    notes.clear()
+    yield run, notes
+    run.close()
+
+
+def fail(*_, **__):
+    raise ZeroDivisionError
+
+
+def test_the_robot_stops_before_anything_is_closed(moving):
+    run, notes = moving
+    run.close()
+    assert notes == ["standstill", "records closed", "body closed"]
+
+
+@pytest.mark.parametrize("part", ["navigator", "objects", "estimator"])
+def test_a_part_that_cannot_be_closed_keeps_no_other_open(moving, monkeypatch, part):
+    run, notes = moving
+    parts = run.engine.runtime.parts
+    for name in ("navigator", "objects", "estimator"):
+        monkeypatch.setattr(
+            getattr(parts, name), "close", lambda *_, name=name: notes.append(f"{name} closed")
+        )
+    monkeypatch.setattr(getattr(parts, part), "close", fail)
+    with pytest.raises(ZeroDivisionError):
+        run.close()
+    assert notes[:3] == ["standstill", "records closed", "body closed"]
+    others = {"navigator", "objects", "estimator"} - {part}
+    assert set(notes[3:]) == {f"{name} closed" for name in others}
+
+
+def test_a_body_that_refuses_the_last_command_is_closed_with_its_records(moving, monkeypatch):
+    run, notes = moving
+
+    def refuse(command):
+        raise BodyError("the link is down")
+
+    monkeypatch.setattr(run.engine.body, "command", refuse)
+    run.close()
+    assert notes == ["records closed", "body closed"]
