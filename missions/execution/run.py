@@ -288,15 +288,21 @@ class Run:
 
     @contextmanager
     def _ends_on_error(self) -> Iterator[None]:
-        """End the mission when an error is raised; do not step a robot that has failed."""
+        """Stop the robot and end the mission when an error is raised.
+
+        A robot that has failed is not stepped any more. The error may come before the step commands
+        the robot, and again in each step that should slow it down.
+        """
         runtime = self.engine.runtime
         stopping = runtime.state.is_over
         try:
             yield
         except BodyError as error:
+            self._stop_robot()
             self._steps_to_stop = 0
             runtime.end(MissionState.ERROR, f"robot failed: {error}")
         except Exception as error:
+            self._stop_robot()
             self._log(traceback.format_exc())
             self._steps_to_stop = 0 if stopping else self._steps_to_stop
             runtime.end(MissionState.ERROR, exception_sentence(error))

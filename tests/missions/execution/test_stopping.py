@@ -96,3 +96,20 @@ def test_a_body_that_refuses_the_last_command_is_closed_with_its_records(moving,
     monkeypatch.setattr(run.engine.body, "command", refuse)
     run.close()
     assert notes == ["records closed", "body closed"]
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError, BodyError])
+def test_an_error_in_every_step_stops_the_robot(moving, monkeypatch, error):
+    """The steps end before they command the body."""
+    run, notes = moving
+
+    def fail(*_):
+        raise error("in every step")
+
+    monkeypatch.setattr(run.engine.runtime.parts.odometry, "update", fail)
+    run.step()
+    assert notes == ["standstill"]
+    while not run.is_over:
+        run.step()
+    assert set(notes) == {"standstill"}
+    assert run.engine.body.commands[-1] == BodyCommand(STANDSTILL)
