@@ -73,8 +73,8 @@ def find_narrow_meeting(
     """
     if len(path) < 2 or not people:
         return None
-    on_path = [(person, _nearest(path, person)) for person in people]
-    beside = [(person, nearest) for person, (nearest, away) in on_path if away <= BESIDE]
+    places = [(person, _nearest(path, person)) for person in people]
+    beside = [(person, nearest) for person, (nearest, away) in places if away <= BESIDE]
     if not beside:
         return None
     steps = path[1:] - path[:-1]
@@ -91,9 +91,11 @@ def find_narrow_meeting(
         own = max(speed, OWN_SPEED)
         at = float(along[nearest]) * own / (own + coming)
         reach = AROUND + CORRIDOR
-        points = np.interp(np.arange(at - reach, at + reach, SAMPLE), along, np.arange(len(path)))
+        samples = np.arange(at - reach, at + reach, SAMPLE)
+        points = np.interp(samples, along, np.arange(len(path)))
         enough = 2.0 * (max(person.radius, BODY) + robot.inscribed) + ROOM
-        if _is_corridor(widths_across(costs, path, points, enough) < enough):
+        on_path = (samples >= 0.0) & (samples <= along[-1])
+        if _is_corridor((widths_across(costs, path, points, enough) < enough) & on_path):
             way = path[: nearest + 1][::-1]
             found.append(Meeting(person, way, float(along[nearest]) / coming))
     return min(found, key=lambda meeting: meeting.seconds, default=None)

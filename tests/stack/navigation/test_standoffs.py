@@ -425,6 +425,16 @@ def test_a_door_is_no_narrow_passage():
     assert find_narrow_meeting(costs, AHEAD + np.array([0.5, 0.0]), [faced], 0.4, SCOUT) is not None
 
 
+def test_a_door_around_the_robot_is_no_narrow_passage():
+    """It is as short as one ahead; what is behind the robot is not on its path."""
+    cells = np.zeros((80, 320), np.uint8)
+    cells[:, 28:32] = 254
+    cells[31:49, 28:32] = 0  # a wall from x = 1.4 to 1.6 m; the path begins at 1.5 m
+    costs = CostGrid(cells, 0.05, (0.0, 0.0))
+    faced = person(3.2, 2.0, velocity=(-1.0, 0.0))
+    assert find_narrow_meeting(costs, AHEAD, [faced], 0.4, SCOUT) is None
+
+
 def test_the_robot_lets_somebody_out_of_a_narrow_passage():
     # A room of 3 by 3 m and a corridor of 1 m: somebody comes out of it at 0.8 m/s.
     walls = [
