@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf
+from math import atan2, cos, hypot, inf, sin
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,13 @@ import numpy as np
 from stack.costmap.zones import Zone, located_mask, read_mask, read_zones
 from stack.geometry.polygons import points_inside
 from stack.parameters import parameter
-from stack.types import FloatArray, OccupancyGrid, Pose2D
+from stack.types import STANDSTILL, FloatArray, OccupancyGrid, Pose2D, Twist
 
 _STEP = 0.1
 """Metres between the points ahead at which limits are looked up."""
+
+_STANDING = 0.02
+"""m/s below which the direction of the measured velocity is mostly noise."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class SpeedLimits:
     """Speed limits by place. The safety stage applies them; a costmap does not contain them.
 
     The robot is at the limit when its base enters a zone: it brakes in time, with its deceleration,
-    for zones straight ahead along its heading.
+    for zones straight on in its direction of motion.
 
     Raises:
         InputError: the mask cannot be read.
@@ -77,8 +80,8 @@ class SpeedLimits:
             limits = np.minimum(limits, self._masked(self._mask, points))
         return limits
 
-    def at_pose(self, pose: Pose2D, deceleration: float) -> float:
-        """Highest speed that still allows braking to the limit of every zone ahead, m/s.
+    def at_pose(self, pose: Pose2D, deceleration: float, twist: Twist = STANDSTILL) -> float:
+        """Highest speed that still allows braking to the limit of every zone in the way, m/s.
 
         The minimum over look_ahead of v² = v_zone² + 2 · deceleration · distance; inf without
         zones.
@@ -86,11 +89,14 @@ class SpeedLimits:
         Args:
             pose: of the base, map frame.
             deceleration: of the robot, m/s².
+            twist: measured; a robot that stands is expected to drive along its heading.
         """
         if not self._parameters.zones and self._mask is None:
             return inf
         distances = np.arange(0.0, self._parameters.look_ahead + 1e-9, _STEP)
-        ahead = pose.transform(np.column_stack([distances, np.zeros(distances.size)]))
+        moves = hypot(twist.linear, twist.lateral) >= _STANDING
+        direction = atan2(twist.lateral, twist.linear) if moves else 0.0
+        ahead = pose.transform(np.outer(distances, (cos(direction), sin(direction))))
         squared = self.at_points(ahead) ** 2 + 2.0 * deceleration * distances
         return float(np.sqrt(squared.min()))
 

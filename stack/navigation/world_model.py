@@ -16,6 +16,7 @@ from stack.types import (
     NO_DEPTH,
     NO_OBJECTS,
     PERSON,
+    STANDSTILL,
     DepthPoints,
     FloatArray,
     Observation,
@@ -26,6 +27,7 @@ from stack.types import (
     SeenObjects,
     StandingObject,
     TrackedObject,
+    Twist,
 )
 
 DEPTH_PERIOD = 0.1
@@ -91,7 +93,7 @@ class WorldModel:
 
     def update(
         self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH,
-        objects: SeenObjects = NO_OBJECTS,
+        objects: SeenObjects = NO_OBJECTS, twist: Twist = STANDSTILL,
     ) -> WorldView:  # fmt: skip
         """Process the new measurements of a step.
 
@@ -100,6 +102,7 @@ class WorldModel:
             frames: with the odometry and the estimate of this step.
             depth: what the depth cameras have seen.
             objects: what the object detector has found.
+            twist: measured velocity, base frame.
         """
         now = observation.time
         pose = frames.pose_at("map", now)
@@ -126,7 +129,7 @@ class WorldModel:
             self.local_costmap.update(without if self._evades else update)
             self.global_costmap.update(without)
         tracks = tuple(track.at(now) for track in self._tracks)
-        speed_limit = self._speed_limits.at_pose(pose, self._deceleration)
+        speed_limit = self._speed_limits.at_pose(pose, self._deceleration, twist)
         evaded = tuple(walker.at(now) for walker in self._walkers) if self._evades else ()
         return WorldView(tracks, moving_discs(tracks, pose), speed_limit, self._standing, evaded)
 

@@ -130,7 +130,7 @@ class Runtime:
             objects = p.objects.update(smooth, p.frames, obstacles, state.tracks)
         with measure("costmap"):
             self._show_map(p.estimator.take_map())
-            world = p.world_model.update(smooth, p.frames, depth, objects)
+            world = p.world_model.update(smooth, p.frames, depth, objects, motion.twist)
         state.depth = depth
         self._publish_state(observation, motion, estimate, obstacles, world)
         if self.steps % self._ticks_every == 0:

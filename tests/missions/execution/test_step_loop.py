@@ -161,6 +161,25 @@ def test_holding_the_robot_does_not_stop_a_world_that_cannot_freeze(live):
     assert ended.time == pytest.approx(2.0 + 5.0, abs=0.25)
 
 
+def test_a_robot_that_backs_into_a_speed_zone_brakes_before_it(live):
+    run = live(
+        "start: [2.6, 2.5, 0 deg]\n"
+        "navigation:\n  speed_limits:\n"
+        "    zones: [{corners: [[0, 2], [1.9, 2], [1.9, 3], [0, 3]], speed: 0.1 m/s}]\n"
+        "run: {drive_on_heading: {distance: -1.2 m, speed: 0.3}}\n",
+        lambda robot: robot.replace("linear_deceleration: 1.5", "linear_deceleration: 0.1"),
+    )
+    before, inside = [], []
+    while not run.runtime.state.is_over:
+        run.steps()
+        truth = run.runtime.parts.scorer.truth
+        (inside if truth.x < 1.9 else before).append(run.speed)
+    assert run.runtime.state is MissionState.SUCCESS
+    assert max(before) > 0.27
+    # The zone is looked up every 10 cm, so it is entered at up to sqrt(0.1² + 2 · 0.1 · 0.1) m/s.
+    assert max(inside) < 0.18
+
+
 def test_a_fault_of_the_hardware_pauses_the_mission_and_says_so(live):
     def make(setup):
         return ScriptedBody(

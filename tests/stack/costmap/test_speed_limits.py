@@ -9,7 +9,7 @@ from stack.costmap.speed_limits import SpeedLimitParameters, SpeedLimits
 from stack.errors import InputError, ParameterError
 from stack.mapping.ros_map import write_ros_map
 from stack.parameters import build
-from stack.types import FREE, OccupancyGrid, Pose2D
+from stack.types import FREE, OccupancyGrid, Pose2D, Twist
 
 SQUARE = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]]
 
@@ -26,6 +26,23 @@ def test_a_zone_is_entered_at_its_speed_and_braked_for_in_time():
     assert before == pytest.approx(sqrt(0.09 + 2 * 1.0 * 0.5), abs=1e-6)
     assert found.at_pose(Pose2D(0.5, 0.5, pi), 1.0) == inf
     assert limits().at_pose(Pose2D(1.5, 0.5), 1.0) == inf
+
+
+@pytest.mark.parametrize(
+    ("heading", "twist"),
+    [
+        (pi, Twist(-0.5)),  # backs towards it
+        (pi / 2.0, Twist(lateral=-0.5)),  # to the right
+        (-pi / 4.0, Twist(0.3, lateral=0.3)),
+        (0.0, Twist(0.01, lateral=0.01)),  # stands
+    ],
+)
+def test_zones_in_the_direction_of_motion_are_braked_for(heading, twist):
+    found = limits(zones=[{"corners": SQUARE, "speed": "0.3 m/s"}])
+    limit = found.at_pose(Pose2D(0.501, 0.5, heading), 1.0, twist)
+    assert limit == pytest.approx(sqrt(0.09 + 2 * 1.0 * 0.5), abs=1e-6)
+    away = found.at_pose(Pose2D(0.501, 0.5, heading + pi), 1.0, twist)
+    assert away == inf
 
 
 def test_a_mask_gives_percent_of_full_speed(tmp_path):
