@@ -73,14 +73,14 @@ class Activities:
             return
         if self._detour is not None:
             self._detour.task.cancel("the mission continues")
-        self._stop_ended(now)
+        self.stop_ended(now)
         mission, self.paused = self._mission, False
         if mission in self._started:
             self._guarded(mission, lambda: mission.resume(now))
 
     def step(self, state: NavigationState, parameters: NavigationParameters) -> Twist:
         """Step the current motion; STANDSTILL without one."""
-        self._stop_ended(state.time)
+        self.stop_ended(state.time)
         executor, twist = self.current, STANDSTILL
         if executor is None:
             return STANDSTILL
@@ -90,7 +90,7 @@ class Activities:
         if executor.task.running:
             call = partial(step_in_doubt, executor, self._monitor, state, parameters)
             twist = self._guarded(executor, call) or STANDSTILL
-        self._stop_ended(state.time)
+        self.stop_ended(state.time)
         return twist if executor.task.running else STANDSTILL
 
     def cancel(self, why: str) -> None:
@@ -99,8 +99,8 @@ class Activities:
             if executor is not None:
                 executor.task.cancel(why)
 
-    def _stop_ended(self, now: float) -> None:
-        """Stop the executors whose task has ended."""
+    def stop_ended(self, now: float) -> None:
+        """Stop the executors whose task has ended; every step does so too."""
         for executor in [item for item in self._started if not item.task.running]:
             self._started.remove(executor)
             try:

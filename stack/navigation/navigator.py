@@ -418,9 +418,23 @@ class Navigator:
         self._queries.cancel(why)
         self._activities.cancel(why)
 
-    def close(self) -> None:
-        """Cancel all tasks and stop the planner's thread."""
+    def stop_ended(self, now: float) -> None:
+        """Stop the motions whose task has ended, as the next step would.
+
+        Args:
+            now: seconds.
+        """
+        self._activities.stop_ended(now)
+
+    def close(self, now: float | None = None) -> None:
+        """Cancel all tasks, stop their motions and the planner's thread.
+
+        Args:
+            now: seconds; None: the time of the last step.
+        """
         self.cancel_all("the run is over")
+        last = 0.0 if self._state is None else self._state.time
+        self.stop_ended(last if now is None else now)
         self._tools.planner_worker.close()
 
     @property

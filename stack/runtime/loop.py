@@ -189,6 +189,7 @@ class Runtime:
             return
         if self.parts.tree.outcome == "running":  # a tree that has ended keeps its statuses
             self.parts.tree.halt()
+        self.parts.navigator.stop_ended(self.parts.body.time)  # it is not stepped any more
         self.parts.telemetry.emit(
             "mission_ended", f"{state}: {reason}" if reason else str(state), source="mission",
             level="info" if state is MissionState.SUCCESS else "warning",

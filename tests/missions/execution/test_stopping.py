@@ -113,3 +113,12 @@ def test_an_error_in_every_step_stops_the_robot(moving, monkeypatch, error):
         run.step()
     assert set(notes) == {"standstill"}
     assert run.engine.body.commands[-1] == BodyCommand(STANDSTILL)
+
+
+def test_the_motion_is_stopped_with_the_mission(moving, monkeypatch):
+    """It is not stepped any more, and has a controller to let go of."""
+    run, notes = moving
+    navigator = run.engine.runtime.parts.navigator
+    monkeypatch.setattr(navigator._activities.current, "stop", notes.append)
+    run.interrupt()
+    assert notes == [run.engine.body.time]

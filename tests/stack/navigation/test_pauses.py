@@ -140,6 +140,19 @@ def test_a_controller_is_started_held_and_stopped(toy):
     assert toy.controller.calls[2][1] == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("cancelled", [True, False])
+def test_a_controller_is_stopped_when_the_navigator_is_closed(toy, cancelled):
+    """Nothing steps the navigator after the end of a mission."""
+    task = toy.navigator.navigate_to(GOAL)
+    toy.run(1.0)
+    if cancelled:
+        task.cancel()
+    toy.navigator.close(7.0)
+    assert [name for name, _ in toy.controller.calls] == ["start", "stop"]
+    assert toy.controller.calls[-1] == ("stop", 7.0)
+    assert task.status is TaskStatus.CANCELLED
+
+
 def test_after_a_detour_the_controller_gets_the_path_of_the_mission_again(toy):
     task = toy.navigator.navigate_to(GOAL)
     toy.run(1.0)
