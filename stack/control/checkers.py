@@ -1,4 +1,4 @@
-"""Goal checkers, progress checkers and the localisation check of drives."""
+"""Goal checkers and progress checkers."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from stack.navigation.following import (
     standing,
 )
 from stack.navigation.people.backing_out import backed_out, should_turn
-from stack.navigation.people.give_way import Courtesy
+from stack.navigation.people.give_way import GiveWay
 from stack.navigation.people.narrow_meeting import REACH
 from stack.navigation.people.standoff import nearest
 from stack.navigation.plans.choice import PlanChoice
@@ -53,6 +53,13 @@ ROUTINE = ""
 class GoalDrive(Drive):
     """Drives through goals in turn to the last one.
 
+    Args:
+        task: handle.
+        tools: shared by all drives.
+        goals: poses in turn, map frame.
+        tolerance: metres; None: that of the goal checker.
+        aside: it leads to a passing place: it gives way to nobody, and may back out.
+
     Attributes:
         path: current path; None before the first plan.
         goal: the last goal.
@@ -63,8 +70,9 @@ class GoalDrive(Drive):
     partial = False
 
     def __init__(
-        self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
-    ) -> None:
+        self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None, *,
+        aside: bool = False,
+    ) -> None:  # fmt: skip
         super().__init__(task, tools, tolerance)
         self.goal = goals[-1]
         self.path: Path | None = None
@@ -76,12 +84,12 @@ class GoalDrive(Drive):
         self._path_check, self._partial_end = PathCheck(tools), PartialEnd()
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections, self._turns_elsewhere = 0, False
-        self._has_evaded = self._may_back_out = self._backs_out = False
-        self._courtesy: Courtesy | None = Courtesy(tools, self._drive_aside, self.timers)
+        self._has_evaded, self._may_back_out, self._backs_out = False, aside, False
+        self._give_way = None if aside else GiveWay(tools, self._drive_aside, self.timers)
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
-        aside = self._give_way(state)
+        aside = self._twist_aside(state)
         if aside is not None:
             return aside
         try:
@@ -108,40 +116,40 @@ class GoalDrive(Drive):
     def pause(self, now: float) -> None:
         """Hold the drive."""
         super().pause(now)
-        if self._courtesy is not None:
-            self._courtesy.pause(now)
+        if self._give_way is not None:
+            self._give_way.pause(now)
 
     def resume(self, now: float) -> None:
         """Continue from where the robot stands."""
         super().resume(now)
         if self.task.future is not None:
             self._drop_request()
-        if self._courtesy is not None:
-            self._courtesy.resume(now)
+        if self._give_way is not None:
+            self._give_way.resume(now)
 
     def stop(self, now: float) -> None:
         """Release the controller."""
-        if self._courtesy is not None:
-            self._courtesy.stop(now)
+        if self._give_way is not None:
+            self._give_way.stop(now)
         super().stop(now)
 
     @property
     def makes_way(self) -> bool:
         """Whether the robot leaves the way of a person whom it faces."""
-        return self._courtesy is not None and self._courtesy.leaves_way
+        return self._give_way is not None and self._give_way.leaves_way
 
     def note_evasion(self) -> None:
         """Note that an evasion is over: the robot may be beside its path."""
         self._has_evaded = True
 
-    def _give_way(self, state: NavigationState) -> Twist | None:
+    def _twist_aside(self, state: NavigationState) -> Twist | None:
         """Return the velocity of a robot that leaves a person's way; None when it does not."""
-        if self._courtesy is None:
+        if self._give_way is None:
             return None
-        left_way = self._courtesy.leaves_way
+        left_way = self._give_way.leaves_way
         progress = self._follower.progress
         ahead = np.empty((0, 2)) if progress is None or not state.tracks else progress.ahead(REACH)
-        twist = self._courtesy.step(state, self._follower.standoff, ahead)
+        twist = self._give_way.step(state, self._follower.standoff, ahead)
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
         elif left_way:
@@ -161,9 +169,7 @@ class GoalDrive(Drive):
     def _drive_aside(self, place: Pose2D) -> GoalDrive:
         """Return the drive to a passing place, which gives way to nobody."""
         task = MotionTask(f"drive to ({place.x:.1f}, {place.y:.1f})", lambda _: None)
-        drive = GoalDrive(task, self._tools, [place], None)
-        drive._courtesy, drive._may_back_out = None, True
-        return drive
+        return GoalDrive(task, self._tools, [place], None, aside=True)
 
     def _report(self) -> None:
         progress = self._follower.progress

@@ -1,4 +1,4 @@
-"""Path following: the controller with goal, progress and localisation checks."""
+"""Path following: the controller with the goal and progress checkers."""
 
 from __future__ import annotations
 
@@ -369,10 +369,10 @@ def _points(state: NavigationState) -> FloatArray:
     points = state.obstacles.points
     if not state.evaded:
         return points
-    from stack.control.evasion.kernels import points_beside  # imports numba
+    from stack.control.evasion.kernels import points_outside_discs  # imports numba
 
     discs = moving_discs(state.evaded, state.estimate.pose)
-    left: FloatArray = points_beside(np.ascontiguousarray(points), discs, inf, AROUND)
+    left: FloatArray = points_outside_discs(np.ascontiguousarray(points), discs, inf, AROUND)
     return left
 
 

@@ -1,4 +1,4 @@
-"""Evasion of people during motions: which of them it may change, its event, and the plan after."""
+"""Applies evasion to motions: which of them it may change, its event, and the plan after it."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ class NavigationParameters:
     ambiguous_distance: float = parameter(
         1.5, "m", at_least=0.0, at_most=10.0,
         help="a drive goes on past another pose that is nearer than this, and than half of the way "
-        "to its goal: it is told apart on the way; 0: any other pose ends a drive",
+        "to its goal: the drive resolves it on the way; 0: any other pose ends a drive",
     )  # fmt: skip
     view_attempts: int = parameter(
         8, at_least=1, at_most=100,
@@ -129,7 +129,10 @@ class NavigationParameters:
         "0: it stands, as everywhere else where it is lost",
     )  # fmt: skip
     obscured_distance: float = parameter(
-        5.0, "m", at_least=0.0, help="distance driven by odometry so before the robot stands"
+        5.0,
+        "m",
+        at_least=0.0,
+        help="distance driven by odometry while the map is hidden; then the robot stops",
     )
     spin_speed: float = parameter(
         1.0, "rad/s", above=0.0, robot_limit="angular_speed", help="turning speed of spins"

@@ -134,7 +134,7 @@ class WorldModel:
         return WorldView(tracks, moving_discs(tracks, pose), speed_limit, self._standing, evaded)
 
     def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
-        """Return the measurements without who walks: they close no way, they cost time.
+        """Return the measurements without the returns of walking people.
 
         Who has stood for `standing_time` is an obstacle like others until they walk on.
         """

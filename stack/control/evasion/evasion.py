@@ -215,7 +215,7 @@ class Evasion:
             self._pushing.clear()
             return np.empty((0, 6))
         discs = self._pushing.expected(situation.time, situation.tracks, situation.pose, discs)
-        coming: FloatArray = self._kernels.who_comes(
+        coming: FloatArray = self._kernels.discs_in_reach(
             discs, p.horizon, self._robot.limits.linear_speed, self._radius
         )
         return coming
@@ -226,7 +226,7 @@ class Evasion:
         """Return the evasive motion's first velocity; None if the wanted one is as good."""
         p = self.parameters
         points = self._points(situation.obstacles.points, discs)
-        walking = self._kernels.walking_times(discs, points, p.horizon, OVERLAP, AROUND)
+        walking = self._kernels.times_to_obstacles(discs, points, p.horizon, OVERLAP, AROUND)
         reach = p.horizon * abs(wanted.linear) + 2.0 * LOOKAHEAD
         way = self._lanes.way(situation.path, situation.pose, wanted, reach)
         lanes = self._lanes.beside(way, wanted)
@@ -333,7 +333,7 @@ class Evasion:
 
     def _points(self, points: FloatArray, discs: FloatArray) -> FloatArray:
         """Return the near points that belong to no disc, thinned out."""
-        near: FloatArray = self._kernels.points_beside(
+        near: FloatArray = self._kernels.points_outside_discs(
             np.ascontiguousarray(points), discs, REACH + self._radius, AROUND
         )
         every = -(-len(near) // MOST_POINTS) or 1

@@ -18,11 +18,11 @@ NEAR_END = 0.7
 
 
 @njit(cache=True, nogil=True)
-def who_comes(discs: FloatArray, horizon: float, speed: float, radius: float) -> FloatArray:
+def discs_in_reach(discs: FloatArray, horizon: float, speed: float, radius: float) -> FloatArray:
     """Return the discs (m, 6) that a robot may meet within a horizon.
 
     Args:
-        discs: (k, 6) as for `walking_times`, base frame.
+        discs: (k, 6) as for `times_to_obstacles`, base frame.
         horizon: seconds.
         speed: highest of the robot, m/s.
         radius: circumscribed radius of the robot, metres.
@@ -37,12 +37,14 @@ def who_comes(discs: FloatArray, horizon: float, speed: float, radius: float) ->
 
 
 @njit(cache=True, nogil=True)
-def points_beside(points: FloatArray, discs: FloatArray, reach: float, around: float) -> FloatArray:
+def points_outside_discs(
+    points: FloatArray, discs: FloatArray, reach: float, around: float
+) -> FloatArray:
     """Return the points (m, 2) within reach that belong to no disc.
 
     Args:
         points: (n, 2) base frame, metres.
-        discs: (k, 6) as for `walking_times`.
+        discs: (k, 6) as for `times_to_obstacles`.
         reach: metres from the base.
         around: metres round a disc within which points belong to it.
     """
@@ -82,7 +84,7 @@ def evenly_spaced(path: FloatArray, reach: float, spacing: float) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)
-def walking_times(
+def times_to_obstacles(
     discs: FloatArray, points: FloatArray, horizon: float, overlap: float, around: float
 ) -> FloatArray:
     """Seconds for which discs can keep their velocity until they meet points that stand still.
@@ -120,7 +122,7 @@ def least_gap_ahead(discs: FloatArray, corners: FloatArray, x: float, y: float) 
     """Return the distance to the nearest disc that a robot has not passed, metres; inf: none.
 
     Args:
-        discs: (k, 6) as for `walking_times`, base frame.
+        discs: (k, 6) as for `times_to_obstacles`, base frame.
         corners: (c, 2) of the footprint, base frame.
         x: direction in which the robot drives, a unit vector.
         y: likewise.
@@ -216,7 +218,7 @@ def _later_meeting(
 
     Args:
         robot: (4,) position and velocity at the horizon, base frame now.
-        discs: (k, 6) as in `walking_times`, base frame now.
+        discs: (k, 6) as in `times_to_obstacles`, base frame now.
         walking: (k,) seconds for which each disc walks.
         horizon: seconds. As many seconds later are looked at.
         reach: metres between the robot's centre and the surface of a disc at a meeting.
@@ -260,7 +262,7 @@ def motion_costs(
         motions: (n, 7) first twist (forward, left, turn), its seconds, second twist.
         twist: (3,) current velocity.
         limits: (3,) linear acceleration and deceleration, angular acceleration.
-        discs: (k, 6) as in `walking_times`, base frame now.
+        discs: (k, 6) as in `times_to_obstacles`, base frame now.
         walking: (k,) seconds for which each disc walks.
         points: (m, 2) obstacle points, base frame, without those of the discs.
         corners: (c, 2) of the footprint, base frame.
@@ -368,10 +370,10 @@ def motion_costs(
 
 _PLANE, _ROW = f8[:, ::1], f8[::1]
 EVASION = (
-    (who_comes, (_PLANE, *3 * (f8,))),
-    (points_beside, (_PLANE, _PLANE, f8, f8)),
+    (discs_in_reach, (_PLANE, *3 * (f8,))),
+    (points_outside_discs, (_PLANE, _PLANE, f8, f8)),
     (evenly_spaced, (_PLANE, f8, f8)),
-    (walking_times, (_PLANE, _PLANE, f8, f8, f8)),
+    (times_to_obstacles, (_PLANE, _PLANE, f8, f8, f8)),
     (way_beside, (_PLANE,)),
     (least_gap_ahead, (_PLANE, _PLANE, f8, f8)),
     (lane_twist, (_PLANE, i8, _ROW, f8, f8, _ROW)),

@@ -26,8 +26,8 @@ class EvasionParameters:
     )  # fmt: skip
     retreat_time: float = parameter(
         2.0, "s", at_least=0.0, at_most=10.0,
-        help="a robot that would be met within this time although it stood may also back or turn "
-        "away, others keep to their lanes; shorter: a bolder robot, that touches people more often",
+        help="the robot backs or turns away only if it would be met within this time while "
+        "standing; otherwise it uses lanes. Shorter: fewer retreats, more contacts",
     )  # fmt: skip
     padding: float = parameter(
         0.05, "m", at_least=0.0, at_most=1.0, help="distance to a person that counts as a meeting"
@@ -43,12 +43,12 @@ class EvasionParameters:
     )  # fmt: skip
     passing_speed: float = parameter(
         0.05, "m/s", at_least=0.0, at_most=5.0,
-        help="speed of a robot that touches a person whom it passes, see passing_time",
+        help="speed limit beside a person at distance 0, see passing_time",
     )  # fmt: skip
     passing_time: float = parameter(
         0.5, "s", at_least=0.0, at_most=10.0,
-        help="before and beside a person the robot drives at passing_speed, and faster by the "
-        "distance to them divided by this time: who walks outward may turn back; 0: no limit",
+        help="the speed limit before and beside a person is passing_speed + distance / "
+        "passing_time: a person who walks outward may turn back; 0: no limit",
     )  # fmt: skip
     margin: float = parameter(
         0.35, "m", above=0.0, at_most=2.0, help="distance below which being close costs"

@@ -73,7 +73,7 @@ class Trail:
         del self._points[: -round(TRAIL_LENGTH / TRAIL_STEP)]
 
 
-class Courtesy:
+class GiveWay:
     """Decides when a drive leaves a person's way, drives to a passing place and waits there.
 
     Args:

@@ -1,4 +1,4 @@
-"""Meetings that are to come where two cannot pass: in a narrow corridor.
+"""Predicts meetings in corridors too narrow for two.
 
 A robot that waits before the corridor loses less time than one that has to back out of it. Doors do
 not count: who comes is through one in a second.

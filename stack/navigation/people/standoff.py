@@ -85,7 +85,7 @@ class Standoff:
             raise blocked_by(person, parameters.person_patience)
 
     def face(self, person: TrackedObject | None, now: float) -> None:
-        """Note who is in the way, or why there is none; None: nobody."""
+        """Set the person in the way; None: nobody."""
         self.person = person
         if person is None or person.speed >= STANDS:
             self._stood.reset()

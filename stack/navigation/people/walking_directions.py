@@ -1,4 +1,4 @@
-"""Directions in which people walked last: who stands before a robot wants to go on there."""
+"""Last walking direction of each tracked person: where one who stands before a robot will go."""
 
 from __future__ import annotations
 

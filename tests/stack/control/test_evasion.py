@@ -299,9 +299,9 @@ def test_somebody_walks_until_a_wall_and_not_through_it():
     disc = np.array([[3.0, 0.0, -1.0, 0.0, 0.2, 0.0]])
     wall = np.array([[1.0, 0.0]])
     # 2 m to the wall, less the radius without the overlap of 0.1 m
-    assert kernels.walking_times(disc, wall, 3.0, 0.1, 0.1) == pytest.approx([1.9])
+    assert kernels.times_to_obstacles(disc, wall, 3.0, 0.1, 0.1) == pytest.approx([1.9])
     aside = np.array([[1.0, 0.15]])
-    assert kernels.walking_times(disc, aside, 3.0, 0.1, 0.1) == pytest.approx([3.0])
+    assert kernels.times_to_obstacles(disc, aside, 3.0, 0.1, 0.1) == pytest.approx([3.0])
     least, _ = simulate(made(), STANDSTILL, [])
     assert least == inf
     evasion = made()
@@ -351,7 +351,7 @@ PLACES = st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)), max_siz
 def test_points_stay_if_they_are_off_everybody(places, people, radius):
     points = np.array(places, dtype=np.float64).reshape(-1, 2)
     discs = np.array([(x, y, 0.0, 0.0, radius) for x, y in people], dtype=np.float64)
-    left = kernels.points_beside(points, discs.reshape(-1, 5), inf, 0.1)
+    left = kernels.points_outside_discs(points, discs.reshape(-1, 5), inf, 0.1)
     gaps = [min((hypot(x - u, y - v) for u, v in people), default=inf) for x, y in places]
     assert left.tolist() == [
         list(place) for place, gap in zip(places, gaps, strict=True) if gap > radius + 0.1
