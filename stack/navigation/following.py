@@ -79,6 +79,11 @@ def standing(twist: Twist) -> bool:
 class Follower:
     """Follows a path and detects when the robot has arrived, is stuck or is blocked.
 
+    Args:
+        tools: of the drive.
+        tolerance: metres at the goal; None: that of the goal checker.
+        task_timers: for the standoff, which lasts also while there is no path.
+
     Attributes:
         progress: progress on the current path; None before the first path.
         waiting: whether the controller stands in front of an obstacle.
@@ -87,13 +92,6 @@ class Follower:
     """
 
     def __init__(self, tools: Tools, tolerance: float | None, task_timers: Timers) -> None:
-        """Follow nothing yet.
-
-        Args:
-            tools: of the drive.
-            tolerance: metres at the goal; None: that of the goal checker.
-            task_timers: for the standoff, which lasts also while there is no path.
-        """
         self._tools, self._tolerance = tools, tolerance
         self._last = STANDSTILL
         self._timers = Timers()
