@@ -9,7 +9,6 @@ from math import degrees, hypot, inf, pi
 import numpy as np
 
 from stack.components import ControlState, DriveState, GoalChecker, ProgressChecker
-from stack.control.evasion.evasion import AROUND
 from stack.control.path_follower import PathFollower
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
@@ -21,7 +20,16 @@ from stack.navigation.people.standoff import Standoff
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.safety.monitor import moving_discs
-from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Pose2D, Twist, wrap_angle
+from stack.types import (
+    STANDSTILL,
+    TRACK_PADDING,
+    FailureCode,
+    FloatArray,
+    Path,
+    Pose2D,
+    Twist,
+    wrap_angle,
+)
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """Speeds in m/s and rad/s below which the robot counts as standing."""
@@ -370,7 +378,7 @@ def _points(state: NavigationState) -> FloatArray:
     from stack.control.evasion.kernels import points_outside_discs  # imports numba
 
     discs = moving_discs(state.evaded, state.estimate.pose)
-    left: FloatArray = points_outside_discs(np.ascontiguousarray(points), discs, inf, AROUND)
+    left: FloatArray = points_outside_discs(np.ascontiguousarray(points), discs, inf, TRACK_PADDING)
     return left
 
 

@@ -27,6 +27,7 @@ from stack.perception.seen_ground import GroundMemory
 from stack.perception.tracking.people_mask import is_echo_of
 from stack.types import (
     NO_DEPTH,
+    TRACK_PADDING,
     DepthPoints,
     FloatArray,
     Observation,
@@ -50,9 +51,8 @@ PLACE, STATIC_AFTER = 0.1, 2.0
 """Side of a place in metres, and seconds from the first to the last sighting after which what
 stands there counts as static. A person who walks leaves it earlier."""
 
-WALKING_SPEED, AROUND = 0.2, 0.12
-"""Speed in m/s from which a person walks, and metres round the person within which points are
-theirs."""
+WALKING_SPEED = 0.2
+"""Speed in m/s from which a person walks."""
 
 MARGIN = 0.05
 """Radians by which the view of a sensor is narrowed for the memory, so that no point is lost
@@ -264,7 +264,9 @@ def _on(
     """Return (n,) which of the rows (x, y, …), odom frame, are on people, map frame."""
     centres = odom_from_map.transform(np.array([track.position for track in walking]))
     away = np.hypot(*(rows[:, None, :2] - centres).transpose(2, 0, 1))
-    found: NDArray[np.bool_] = (away <= np.array([t.radius for t in walking]) + AROUND).any(axis=1)
+    found: NDArray[np.bool_] = (away <= np.array([t.radius for t in walking]) + TRACK_PADDING).any(
+        axis=1
+    )
     return found
 
 

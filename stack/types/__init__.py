@@ -65,6 +65,7 @@ from stack.types.tasks import (
 )
 from stack.types.world import (
     MARKER_DICTIONARIES,
+    TRACK_PADDING,
     HealthThresholds,
     Marker,
     MarkerFix,
@@ -83,6 +84,7 @@ __all__ = [
     "NO_OBJECTS",
     "OBJECT_COLOURS",
     "PERSON",
+    "TRACK_PADDING",
     "ColourMask",
     "Detection",
     "ObjectColour",

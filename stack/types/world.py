@@ -10,6 +10,9 @@ import numpy as np
 from stack.types.geometry import FloatArray, Pose2D
 from stack.types.sensors import NO_COVARIANCE
 
+TRACK_PADDING = 0.12
+"""Metres round a tracked object within which returns of range sensors belong to it."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrackedObject:

@@ -20,7 +20,7 @@ from stack.control.evasion.parameters import EvasionParameters
 from stack.control.evasion.pushing import PushingPeople
 from stack.drivetrain.description import RobotDescription
 from stack.safety.monitor import moving_discs
-from stack.types import FloatArray, ObstaclePoints, Pose2D, TrackedObject, Twist
+from stack.types import TRACK_PADDING, FloatArray, ObstaclePoints, Pose2D, TrackedObject, Twist
 
 STEP = 0.1
 """Step of the prediction, seconds."""
@@ -30,9 +30,6 @@ REACH = 3.0
 
 MOST_POINTS = 160
 """Number of obstacle points that are used; more are thinned out."""
-
-AROUND = 0.12
-"""Points this close to a tracked object belong to it, metres."""
 
 OVERLAP = 0.08
 """Metres by which the disc of a person may overlap a wall: bodies are not round."""
@@ -226,7 +223,7 @@ class Evasion:
         """Return the evasive motion's first velocity; None if the wanted one is as good."""
         p = self.parameters
         points = self._points(situation.obstacles.points, discs)
-        walking = self._kernels.times_to_obstacles(discs, points, p.horizon, OVERLAP, AROUND)
+        walking = self._kernels.times_to_obstacles(discs, points, p.horizon, OVERLAP, TRACK_PADDING)
         reach = p.horizon * abs(wanted.linear) + 2.0 * LOOKAHEAD
         way = self._lanes.way(situation.path, situation.pose, wanted, reach)
         lanes = self._lanes.beside(way, wanted)
@@ -334,7 +331,7 @@ class Evasion:
     def _points(self, points: FloatArray, discs: FloatArray) -> FloatArray:
         """Return the near points that belong to no disc, thinned out."""
         near: FloatArray = self._kernels.points_outside_discs(
-            np.ascontiguousarray(points), discs, REACH + self._radius, AROUND
+            np.ascontiguousarray(points), discs, REACH + self._radius, TRACK_PADDING
         )
         every = -(-len(near) // MOST_POINTS) or 1
         return np.ascontiguousarray(near[::every])

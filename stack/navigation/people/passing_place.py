@@ -108,7 +108,7 @@ def find_passing_place(
     enough = beside >= radius + robot.circumscribed + ROOM
     for place in avoided.tried:
         enough &= _away(cells.shape, (place.x, place.y), corner, step) > APART
-    fits = enough & (travel >= 0) & (travel <= round(10.0 * FARTHEST / step))
+    fits = enough & (travel <= round(10.0 * FARTHEST / step))
     if not fits.any():
         return None
     price = np.where(fits, travel + 20 * (cells > 0), np.iinfo(np.int32).max)

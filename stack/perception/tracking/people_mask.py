@@ -7,10 +7,7 @@ from math import asin, atan2, hypot
 
 import numpy as np
 
-from stack.types import Pose2D, RangeReading, Scan, TrackedObject, wrap_angle
-
-AROUND = 0.12
-"""Metres round a tracked object within which returns belong to it."""
+from stack.types import TRACK_PADDING, Pose2D, RangeReading, Scan, TrackedObject, wrap_angle
 
 
 def without_objects(scan: Scan, pose: Pose2D, objects: Sequence[TrackedObject]) -> Scan:
@@ -26,7 +23,7 @@ def without_objects(scan: Scan, pose: Pose2D, objects: Sequence[TrackedObject]) 
     from stack.perception.tracking.kernels import end_at_discs  # imports numba
 
     sensor = pose.compose(scan.mount)
-    discs = np.array([(*item.position, item.radius + AROUND) for item in objects])
+    discs = np.array([(*item.position, item.radius + TRACK_PADDING) for item in objects])
     hit = end_at_discs(
         scan.ranges.astype(np.float64), scan.angles, sensor.x, sensor.y, sensor.heading, discs
     )
@@ -49,10 +46,10 @@ def is_echo_of(reading: RangeReading, pose: Pose2D, objects: Sequence[TrackedObj
     for item in objects:
         x, y = item.position
         away = hypot(x - sensor.x, y - sensor.y)
-        if abs(away - item.radius - reading.distance) > AROUND:
+        if abs(away - item.radius - reading.distance) > TRACK_PADDING:
             continue
         off = abs(wrap_angle(atan2(y - sensor.y, x - sensor.x) - sensor.heading))
-        half_width = asin(min(1.0, (item.radius + AROUND) / max(away, 1e-6)))
+        half_width = asin(min(1.0, (item.radius + TRACK_PADDING) / max(away, 1e-6)))
         if off <= 0.5 * reading.field_of_view + half_width:
             return True
     return False

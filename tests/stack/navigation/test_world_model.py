@@ -95,7 +95,7 @@ def test_who_has_stood_for_long_is_still_an_obstacle_when_the_robot_looks_again(
 
 @pytest.mark.parametrize("sensor", ["rear_lidar", "sonar"])
 def test_who_walks_is_left_out_where_they_were_when_a_sensor_measured(sensor):
-    """At 1.3 m/s, 0.15 s after the last scan of the tracker's lidar: 20 cm on, AROUND is 12 cm."""
+    """At 1.3 m/s, 0.15 s after the last scan of the tracker's lidar: 20 cm on; padding 12 cm."""
     robot, origin = Robot(), Pose2D(0.0, 0.0)
 
     def walking(time):

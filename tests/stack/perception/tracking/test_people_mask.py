@@ -5,8 +5,8 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from stack.perception.tracking.people_mask import AROUND, is_echo_of, without_objects
-from stack.types import Pose2D, RangeReading, Scan, TrackedObject
+from stack.perception.tracking.people_mask import is_echo_of, without_objects
+from stack.types import TRACK_PADDING, Pose2D, RangeReading, Scan, TrackedObject
 
 POSE = Pose2D(1.0, 2.0, 0.5)
 
@@ -32,7 +32,7 @@ def test_the_scan_is_the_same_where_nobody_is():
     far = TrackedObject(1, 0.0, (9.0, 9.0), (1.0, 0.0), 0.2, np.eye(4))
     assert without_objects(seen, POSE, []) is seen
     assert without_objects(seen, POSE, [far]) is seen
-    assert AROUND < 0.2
+    assert TRACK_PADDING < 0.2
 
 
 @pytest.mark.parametrize(
