@@ -18,6 +18,10 @@ _TOUCHED_ANGLE = 0.3
 """Radians; deviation of the rotation by who walks into the robot and stays there: a gyro measures
 it, and wheels on the floor allow little."""
 
+_TURNED_SHARE = 0.005
+"""Factor of `carried_share` at another heading: who walks into a robot again and again may push it
+along a corridor by metres, but not turn it round unnoticed."""
+
 _TOUCH_COUNTS = 2.0
 """Metres driven for which a touch counts, although the pose is trusted: in a corridor a push along
 it does not show until its end comes near."""
@@ -38,7 +42,9 @@ class TrustedPose:
     place keeps at least `lifted_share` of the probability that it has without the trusted pose.
     Without such a push, the pose only decides which of equally probable places is the estimate:
     odometry by wheels alone notices no push. If the scans show that something touched the robot,
-    it was pushed and not lifted: `carried_share` takes the place of `lifted_share`.
+    it was pushed and not lifted: `carried_share` takes the place of `lifted_share`, and a place far
+    away with another heading is less probable still: of two equal rooms that face each other, the
+    heading tells which one it is.
     """
 
     def __init__(self) -> None:
@@ -106,7 +112,8 @@ class TrustedPose:
         """Return the log-probability of each pose, relative to the most probable one: at most 0.
 
         A normal distribution about the expected pose with the deviations `push_distance` and
-        `push_angle`, mixed with `lifted_share` of a constant one.
+        `push_angle`, mixed with `lifted_share` of a constant one; after a touch, with
+        `carried_share` of one that is constant in the place only.
 
         Args:
             poses: base, map frame.
@@ -124,5 +131,9 @@ class TrustedPose:
             away = expected.distance_to(pose) / across
             turned = wrap_angle(pose.heading - expected.heading) / angle
             near = exp(-0.5 * min(away * away + turned * turned, _FARTHEST))
-            found.append(log(lifted + (1.0 - lifted) * near))
+            far = lifted
+            if self.is_touched:
+                aligned = exp(-0.5 * min(turned * turned, _FARTHEST))
+                far *= _TURNED_SHARE + (1.0 - _TURNED_SHARE) * aligned
+            found.append(log(far + (1.0 - lifted) * near))
         return found

@@ -78,6 +78,27 @@ def test_the_search_of_the_filter_finds_no_mirrored_place_either():
         assert localiser.estimate.pose.distance_to(truth) < 1.0 and not far
 
 
+@pytest.mark.parametrize(("x", "heading"), [(2.2, 0.1), (5.8, 0.1 + pi)])
+def test_a_robot_that_was_pushed_far_along_a_symmetric_corridor_has_not_turned_round(x, heading):
+    """3.2 m: farther than one push, so that both places are as far away; the heading decides."""
+    start, place = Pose2D(x, 1.0, heading), corridor()
+    localiser, _, _ = pushed_by_a_person(place, start, Pose2D(0.0, 0.0, 0.0))
+    truth = start.compose(Pose2D(3.2, -0.3, 0.0))
+    scan = place.scan(truth, 3.3, np.random.default_rng(5))
+    assert localiser.localise_globally(scan).pose.distance_to(truth) < 0.1
+    turns = [r.pose.relative_to(truth).heading for r in localiser.estimate.rivals]
+    assert all(abs(turn) < 1.0 for turn in turns)  # others along the corridor may remain
+
+
+def test_a_place_far_away_is_less_probable_still_with_another_heading():
+    """Far away 0.01, as before; turned round besides 0.01 times 0.005."""
+    trusted, poses = TrustedPose(), [Pose2D(9.0, 0.0), Pose2D(9.0, 0.0, pi)]
+    trusted.trust(HERE, HERE)
+    trusted.drive(0.0, pushed=False, touched=True)
+    found = trusted.log_priors(poses, HERE, P)
+    assert found == pytest.approx([log(0.01), log(0.01 * 0.005)], abs=0.01)
+
+
 def test_a_touch_counts_for_two_metres_although_the_pose_is_trusted():
     """0.5 m off, one deviation: 0.01 + 0.99 exp(-1/2). Far away 0.01: no rival any more."""
     trusted, poses = TrustedPose(), [Pose2D(0.5, 0.0), Pose2D(9.0, 0.0)]
