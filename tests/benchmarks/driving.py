@@ -36,7 +36,7 @@ from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS
 from tests.benchmarks.table import Rows
 
-FLATS_HELD_OUT = 10020
+FLATS_HELD_OUT = 10040
 """First seed of the flats that are not used for development."""
 LINES_HELD_OUT = 9000
 """First seed of the lines, docks and guides that are not used for development."""
