@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from stack.components import Estimator
 from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
-from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, RivalPose, Scan, Twist
 

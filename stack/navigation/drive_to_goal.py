@@ -9,11 +9,10 @@ import numpy as np
 
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import (
     Drive,
-    Tools,
     drive_feedback,
-    standing,
 )
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
@@ -26,6 +25,7 @@ from stack.navigation.plans.path_check import PathCheck
 from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
+from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
 
@@ -70,8 +70,8 @@ class GoalDrive(Drive):
     partial = False
 
     def __init__(
-        self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None, *,
-        aside: bool = False,
+        self, task: MotionTask, tools: DriveTools, goals: Sequence[Pose2D],
+        tolerance: float | None, *, aside: bool = False,
     ) -> None:  # fmt: skip
         super().__init__(task, tools, tolerance)
         self.goal = goals[-1]

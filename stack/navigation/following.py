@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from math import degrees, hypot, inf, pi
 
 import numpy as np
 
-from stack.components import ControlState, DriveState, GoalChecker, ProgressChecker
-from stack.control.path_follower import PathFollower
+from stack.components import ControlState, DriveState
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
-from stack.lifecycle import Lifecycle, Timers
-from stack.navigation.parameters import NavigationParameters
+from stack.lifecycle import Timers
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.path_speeds import PathSpeeds, slower
-from stack.navigation.people.passing_place import Bodies
 from stack.navigation.people.standoff import Standoff
-from stack.navigation.plans.planner_worker import PlannerWorker
-from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
+from stack.navigation.standstill import standing
+from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.safety.monitor import moving_discs
 from stack.types import (
     STANDSTILL,
@@ -31,57 +27,8 @@ from stack.types import (
     wrap_angle,
 )
 
-STANDING_SPEED, STANDING_TURN = 0.02, 0.05
-"""Speeds in m/s and rad/s below which the robot counts as standing."""
-
 IDLE_BEFORE_REPLAN = 0.5
 """Seconds of standing before the goal after which a new plan is requested."""
-
-
-@dataclass
-class Tools:
-    """Components used by drives; the parameters may be replaced between steps.
-
-    Attributes:
-        clear_of: radius around the robot, metres, in which a blocked path is ignored.
-        deceleration: of the robot, m/s², for braking before a path's speed limit.
-        turns_in_place: whether the robot can turn in place; a car cannot.
-        bodies: radii of the robot.
-        back_up: returns the motion straight back by a distance in metres; None if the robot cannot.
-        counters: plans, replans, recoveries and distance, for the snapshot.
-        steered_by: the drive whose path is followed.
-    """
-
-    path_follower: PathFollower
-    goal_checker: GoalChecker
-    progress_checker: ProgressChecker
-    planner_worker: PlannerWorker
-    parameters: NavigationParameters
-    local_costmap: CostmapLike
-    global_costmap: CostmapLike
-    emit: Emit
-    clear_of: float
-    bodies: Bodies
-    back_up: Callable[[float], MotionExecutor | None]
-    deceleration: float = 1.0
-    turns_in_place: bool = True
-    counters: dict[str, float] = field(default_factory=dict)
-    steered_by: object = None
-
-    @property
-    def shared(self) -> tuple[Lifecycle, ...]:
-        """The parts with a lifecycle, which all drives share."""
-        return self.path_follower, self.goal_checker, self.progress_checker
-
-    def count(self, what: str) -> None:
-        """Increment a counter."""
-        self.counters[what] = self.counters.get(what, 0.0) + 1.0
-
-
-def standing(twist: Twist) -> bool:
-    """Whether a measured velocity counts as standstill."""
-    speed = hypot(twist.linear, twist.lateral)
-    return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
 
 
 class Follower:
@@ -99,7 +46,7 @@ class Follower:
         standoff: who is in the way.
     """
 
-    def __init__(self, tools: Tools, tolerance: float | None, task_timers: Timers) -> None:
+    def __init__(self, tools: DriveTools, tolerance: float | None, task_timers: Timers) -> None:
         self._tools, self._tolerance = tools, tolerance
         self._last = STANDSTILL
         self._timers = Timers()
@@ -313,7 +260,7 @@ class Drive(MotionExecutor):
     follows_map = True
     while_ambiguous = False
 
-    def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
+    def __init__(self, task: MotionTask, tools: DriveTools, tolerance: float | None) -> None:
         super().__init__(task)
         self._follower = Follower(tools, tolerance, self.timers)
 
@@ -343,7 +290,7 @@ class Drive(MotionExecutor):
 class PathDrive(Drive):
     """Follows a fixed path, without planning."""
 
-    def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
+    def __init__(self, task: MotionTask, tools: DriveTools, path: Path) -> None:
         super().__init__(task, tools, None)
         self.path, self.goal = path, path.goal
         task.path = path

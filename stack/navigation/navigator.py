@@ -15,9 +15,10 @@ from stack.navigation.activities import Activities
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
-from stack.navigation.following import PathDrive, Tools
+from stack.navigation.following import PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.people.passing_place import Bodies
@@ -94,7 +95,7 @@ class Navigator:
         self._robot, self._period, self._emit = robot, period, emit
         self._evasion = MotionEvasion(evasion, path_follower, emit)
         self._monitor = CollisionMonitor(robot)
-        self._tools = Tools(
+        self._tools = DriveTools(
             path_follower, goal_checker, progress_checker, PlannerWorker(planner, log), parameters,
             local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,

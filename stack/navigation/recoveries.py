@@ -12,8 +12,8 @@ from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import Limits
-from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, ContactZone, FailureCode, Odometry, Pose2D, Twist, wrap_angle

@@ -8,8 +8,8 @@ from stack.components import Estimator, Match
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.disambiguation import ambiguity
-from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 

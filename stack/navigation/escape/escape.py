@@ -8,8 +8,8 @@ from math import inf
 from stack.navigation.escape.primitives import EscapeSegment
 from stack.navigation.escape.search import ChosenMotion, EscapeCriteria, MotionId, Search
 from stack.navigation.escape.surroundings import Surroundings
-from stack.navigation.following import standing
 from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightLine
+from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Twist
 

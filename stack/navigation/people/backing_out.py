@@ -8,7 +8,7 @@ from math import hypot, pi
 import numpy as np
 
 from stack.geometry.path_progress import turned
-from stack.navigation.following import Tools
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.passing_place import BODY, ROOM
 from stack.navigation.tasks import NavigationState
 from stack.types import FloatArray, Path, Pose2D
@@ -43,7 +43,7 @@ def can_turn(points: FloatArray, circumscribed: float) -> bool:
     return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
 
 
-def backed_out(path: Path, state: NavigationState, tools: Tools) -> Path:
+def backed_out(path: Path, state: NavigationState, tools: DriveTools) -> Path:
     """Return the path as the robot should drive it: backward if that is the better way out.
 
     It backs out if the path leads backward and there is no room to turn, or a person is close in
@@ -66,7 +66,7 @@ def backed_out(path: Path, state: NavigationState, tools: Tools) -> Path:
     return replace(turned(path), speed_limits=path.speed_limits, partial=path.partial)
 
 
-def should_turn(remaining: float, state: NavigationState, tools: Tools) -> bool:
+def should_turn(remaining: float, state: NavigationState, tools: DriveTools) -> bool:
     """Whether a robot that backs out should turn round: nobody is near, and the way is long.
 
     Args:

@@ -8,7 +8,8 @@ from math import hypot, inf
 import numpy as np
 
 from stack.lifecycle import Timers
-from stack.navigation.following import Drive, Tools
+from stack.navigation.drive_tools import DriveTools
+from stack.navigation.following import Drive
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
 from stack.navigation.people.passing_place import REACH, Avoided, find_passing_place, way_of
@@ -82,7 +83,9 @@ class GiveWay:
         timers: of the drive: pauses do not count.
     """
 
-    def __init__(self, tools: Tools, make_drive: Callable[[Pose2D], Drive], timers: Timers) -> None:
+    def __init__(
+        self, tools: DriveTools, make_drive: Callable[[Pose2D], Drive], timers: Timers
+    ) -> None:
         self._tools, self._make_drive = tools, make_drive
         self._waits, self._clear, self._idle = (timers.new() for _ in range(3))
         self._trail, self._looked_at, self._looked_ahead_at = Trail(), -inf, -inf

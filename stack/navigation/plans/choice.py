@@ -6,7 +6,7 @@ from math import inf
 
 from stack.costmap.route_costs import route_cost
 from stack.geometry.path_progress import PathProgress
-from stack.navigation.following import Tools
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.plans.blockages import Blockages
 from stack.navigation.plans.planner_worker import Plan
 from stack.types import Failure, FailureCode, Path, Pose2D
@@ -35,7 +35,7 @@ class PlanChoice:
         tolerance: as given.
     """
 
-    def __init__(self, tools: Tools, goal: Pose2D, tolerance: float | None) -> None:
+    def __init__(self, tools: DriveTools, goal: Pose2D, tolerance: float | None) -> None:
         self._tools, self._goal, self.tolerance = tools, goal, tolerance
         p = tools.parameters
         self._blockages = Blockages(p.blockage_radius, p.blockage_time)

@@ -6,7 +6,7 @@ import numpy as np
 
 from stack.costmap.route_costs import blocked_at
 from stack.geometry.path_progress import PathProgress
-from stack.navigation.following import Tools
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.plans.choice import NEAR_ENOUGH
 from stack.types import Pose2D
 
@@ -21,7 +21,7 @@ class PathCheck:
         blocked_at: (x, y) in the map frame, metres; None while the path is free.
     """
 
-    def __init__(self, tools: Tools) -> None:
+    def __init__(self, tools: DriveTools) -> None:
         self._tools = tools
         self._seen_version = -1
         self.blocked_at: tuple[float, float] | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stack.errors import NavigationError
 from stack.lifecycle import Timers
-from stack.navigation.following import Tools
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.standoff import blocked_by, nearest
 from stack.navigation.tasks import NavigationState
 from stack.types import Failure, FailureCode, Pose2D, TrackedObject
@@ -27,7 +27,7 @@ class PlanPatience:
         timers: of the drive.
     """
 
-    def __init__(self, tools: Tools, goal: Pose2D, timers: Timers) -> None:
+    def __init__(self, tools: DriveTools, goal: Pose2D, timers: Timers) -> None:
         self._tools, self._goal = tools, goal
         self._failing = timers.new()
         self._failing_at = Pose2D(0.0, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stack.navigation.following import Tools
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import Pose2D
@@ -22,7 +22,7 @@ class _Planning:
 class PlanQueries:
     """The running `plan` tasks; they do not move the robot and are independent of each other."""
 
-    def __init__(self, tools: Tools) -> None:
+    def __init__(self, tools: DriveTools) -> None:
         self._tools = tools
         self._under_way: list[_Planning] = []
 

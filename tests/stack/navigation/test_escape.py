@@ -17,7 +17,7 @@ from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
 from stack.navigation.escape.search import Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.escape.views import View
-from stack.navigation.following import standing
+from stack.navigation.standstill import standing
 from stack.navigation.tasks import NavigationState
 from stack.types import (
     STANDSTILL,
