@@ -1,42 +1,14 @@
-"""Numba kernels of the measures of a drive among people.
-
-The distance to a polygon is duplicated from stack/safety/kernels.py: numba's cache does not notice
-changes in a function of another module.
-"""
+"""Numba kernels of the measures of a drive among people."""
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin
+from math import cos, hypot, sin
 
 import numpy as np
 from numba import f8, njit
 
+from stack.safety.kernels import signed_distance
 from stack.types import FloatArray
-
-
-@njit(cache=True, nogil=True)
-def _signed_distance(corners: FloatArray, x: float, y: float) -> float:
-    """Signed distance from a point to a polygon, metres; negative inside.
-
-    Args:
-        corners: (n, 2) of a simple polygon, metres; repeated corners are ignored.
-        x: of the point, in the frame of the corners.
-        y: likewise.
-    """
-    nearest = inf
-    inside = False
-    n = corners.shape[0]
-    for i in range(n):
-        ax, ay = corners[i - 1, 0], corners[i - 1, 1]
-        bx, by = corners[i, 0], corners[i, 1]
-        dx, dy = bx - ax, by - ay
-        square = dx * dx + dy * dy
-        share = ((x - ax) * dx + (y - ay) * dy) / square if square > 0.0 else 0.0
-        share = min(1.0, max(0.0, share))
-        nearest = min(nearest, hypot(ax + share * dx - x, ay + share * dy - y))
-        if (ay > y) != (by > y) and x < ax + (y - ay) * dx / dy:
-            inside = not inside
-    return -nearest if inside else nearest
 
 
 @njit(cache=True, nogil=True)
@@ -63,7 +35,7 @@ def disc_gaps(
         dx, dy = discs[i, 0] - x, discs[i, 1] - y
         gaps[i] = hypot(dx, dy) - discs[i, 2] - radius
         if gaps[i] < near:
-            gaps[i] = _signed_distance(corners, c * dx + s * dy, c * dy - s * dx) - discs[i, 2]
+            gaps[i] = signed_distance(corners, c * dx + s * dy, c * dy - s * dx) - discs[i, 2]
     return gaps
 
 

@@ -10,10 +10,7 @@ import numpy as np
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.following import (
-    Drive,
-    drive_feedback,
-)
+from stack.navigation.following import Drive, drive_feedback
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
 from stack.navigation.people.narrow_meeting import REACH
@@ -58,7 +55,7 @@ class GoalDrive(Drive):
         tools: shared by all drives.
         goals: poses in turn, map frame.
         tolerance: metres; None: that of the goal checker.
-        aside: it leads to a passing place: it gives way to nobody, and may back out.
+        aside: whether it leads to a passing place: it gives way to nobody, and may back out.
 
     Attributes:
         path: current path; None before the first plan.
@@ -160,7 +157,7 @@ class GoalDrive(Drive):
         return twist
 
     def _drop_request(self) -> None:
-        """Plan anew at once: a pending plan begins where the robot was."""
+        """Drop the pending plan, which begins where the robot was, and request another at once."""
         if self.task.future is not None:
             self.task.future.drop()
             self.task.future = None

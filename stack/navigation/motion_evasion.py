@@ -58,6 +58,8 @@ class MotionEvasion:
         when = self.evasion.parameters.when
         is_held = motion is not None and motion.held_for is not None
         if when == "never" or is_held or (when == "driving" and not _gives_way(motion)):
+            if self.evasion.active and isinstance(motion, Drive):
+                motion.note_evasion()
             self.evasion.rest()
             return wanted
         if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear(state.time):

@@ -19,7 +19,7 @@ _TOUCHED_ANGLE = 0.3
 it, and wheels on the floor allow little."""
 
 _TURNED_SHARE = 0.005
-"""Factor of `carried_share` at another heading: who walks into a robot again and again may push it
+"""Factor of `carried_share` at another heading: people who walk into a robot repeatedly can push it
 along a corridor by metres, but not turn it round unnoticed."""
 
 _TOUCH_COUNTS = 2.0

@@ -50,6 +50,21 @@ def test_a_lost_robot_stands_although_somebody_walks_at_it(toy):
     assert "evasion" not in toy.kinds()
 
 
+def test_a_robot_that_was_lost_during_an_evasion_plans_from_where_it_is(toy):
+    """It would first turn back to its path."""
+    toy.navigator.navigate_to(GOAL)
+    toy.run(2.0)
+    walking_at(toy, toy.world.time)
+    toy.run(10.0, lambda: toy.navigator.evasion.active and abs(toy.world.pose.y - 3.0) > 0.3)
+    assert abs(toy.world.pose.y - 3.0) > 0.3
+    toy.health, toy.tracks, before = 0.0, list, len(toy.events)
+    toy.run(1.0)
+    toy.health = 0.9
+    toy.run(2.0)
+    reasons = [fields.get("reason", "") for _, _, fields in toy.events[before:]]
+    assert [reason for reason in reasons if "after an evasion" in reason]
+
+
 def test_a_robot_that_drives_by_odometry_evades_slowly(toy):
     toy.navigator.navigate_to(GOAL)
     toy.run(2.0)
