@@ -15,7 +15,7 @@ help:
 	@echo "make run              install into .venv and run missions/02_office_patrol.yaml"
 	@echo "make test             run the test suite"
 	@echo "make check            ruff, formatting, mypy --strict"
-	@echo "make wheel-test       build the wheel, install it elsewhere and run a mission with it"
+	@echo "make wheel-test       build the wheel, install it elsewhere and run all missions with it"
 	@echo "make bench            a short run of every benchmark (also written to bench/*.json)"
 	@echo "make figures-timing   measure the times in docs/benchmarks.md again (needs a quiet machine)"
 	@echo "make figures-driving  measure the driving in docs/benchmarks.md again (BARN=FOLDER: BARN too)"
