@@ -7,6 +7,7 @@ TreepilotError
 ├── EvaluationError     an expression of a mission has no value: has a FailureCode
 ├── FrameError          a stamp is outside the transform buffer
 ├── BodyError           the robot, real or simulated, does not respond or cannot be created
+├── WorkerError         a process or thread that works for the step loop failed or does not answer
 └── TelemetryError      no engine responds, or it has another version
 """
 
@@ -124,6 +125,18 @@ class FrameError(TreepilotError):
 
 class BodyError(TreepilotError):
     """The robot, real or simulated, does not respond or cannot be created."""
+
+
+class WorkerError(TreepilotError):
+    """A process or thread that works for the step loop failed, ended or does not answer.
+
+    Attributes:
+        refusal: the sentence of the error of treepilot that it raised; empty for other failures.
+    """
+
+    def __init__(self, sentence: str, refusal: str = "") -> None:
+        self.refusal = refusal
+        super().__init__(_printable(sentence))
 
 
 class TelemetryError(TreepilotError):

@@ -5,6 +5,9 @@ Imports count wherever they stand in a file: at the top, inside functions, for t
 """
 
 import ast
+import re
+import sys
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
@@ -12,13 +15,16 @@ from pathlib import Path
 
 import pytest
 
+from stack import optional_packages
+from stack.optional_packages import Package
+
 ROOT = Path(__file__).parents[1]
 TOP = ("missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle",
-    "stack.compilation", "stack.child_process",
+    "stack.compilation", "stack.child_process", "stack.worker_thread", "stack.optional_packages",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -34,7 +40,9 @@ MAY_IMPORT = {
     "stack.parameters": {"stack.types", "stack.errors"},
     "stack.lifecycle": set(),
     "stack.compilation": set(),
-    "stack.child_process": set(),
+    "stack.child_process": {"stack.errors"},
+    "stack.worker_thread": {"stack.errors", "stack.child_process"},
+    "stack.optional_packages": {"stack.errors"},
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},
@@ -44,7 +52,7 @@ MAY_IMPORT = {
     "stack.body": {"stack.types", "stack.drivetrain"},
     "stack.component_bases": {
         "stack.types", "stack.errors", "stack.drivetrain", "stack.frames", "stack.geometry",
-        "stack.lifecycle", "stack.compilation",
+        "stack.lifecycle", "stack.compilation", "stack.optional_packages",
     },
     "stack.components": {
         "stack.types", "stack.errors", "stack.parameters", "stack.frames", "stack.geometry",
@@ -52,6 +60,7 @@ MAY_IMPORT = {
     },
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
+        "stack.optional_packages",
     },
     "stack.mapping": {"stack.components", "stack.localisation", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},
@@ -119,6 +128,13 @@ ONE_PLACE = {
     "yaml": {"stack/documents", "stack/mapping"},
     "py_trees": {"missions", "behaviours"},
 }
+
+PROVIDED_BY = {
+    "yaml": "pyyaml", "cv2": "opencv-python-headless", "zmq": "pyzmq", "rerun": "rerun-sdk",
+    "rich": "textual", "pyarrow": "rerun-sdk", "lz4": "mcap", "zstandard": "mcap",
+    "lsprotocol": "pygls",
+}  # fmt: skip
+"""Distributions that install a library of another name, themselves or with their dependencies."""
 
 
 def module_of(file: Path) -> str:
@@ -226,6 +242,16 @@ def test_heavy_libraries_are_imported_in_one_place(library):
     assert importers, f"nothing imports {library}: the row is out of date"
     places = ONE_PLACE[library]
     assert not [file for file in importers if not any(file.is_relative_to(p) for p in places)]
+
+
+def test_every_library_is_a_dependency_or_in_the_table_of_optional_packages():
+    """What only an extra installs must be asked for, or its user fails on the way."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    known = {re.split(r"[^\w.-]", entry)[0] for entry in project["dependencies"]}
+    known |= {item.module for item in vars(optional_packages).values() if isinstance(item, Package)}
+    used = {name.split(".")[0] for top in TOP for file in files_of(top)
+            for name in imported_names(file)} - {*TOP, *sys.stdlib_module_names}  # fmt: skip
+    assert {name for name in used if PROVIDED_BY.get(name, name) not in known} == set()
 
 
 def test_no_folder_is_crowded():

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.util import find_spec
 
-from stack.errors import InputError
+from stack.optional_packages import PYGLS
 
 
 def serve() -> None:
@@ -15,8 +14,7 @@ def serve() -> None:
     Raises:
         InputError: pygls is not installed.
     """
-    if find_spec("pygls") is None:
-        raise InputError("the language server needs pygls: pip install 'treepilot[lsp]'")
+    PYGLS.require("the language server needs")
     from missions.editor.server import make_server
 
     # Only the protocol may write to standard output: prints of plugins go to standard error.

@@ -18,6 +18,7 @@ from missions.execution.fit.components import (
     check_robot_fits,
 )
 from missions.execution.fit.detector import located_detector
+from missions.execution.fit.installation import check_packages, check_renderer
 from missions.execution.fit.places import located_places
 from missions.execution.resources import (
     catalogue_of,
@@ -168,7 +169,9 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     misfits += setting_findings(mission, robot, choices)
     _gather(found, lambda: check_robot_fits(choices, marks, robot))
     _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
+    _gather(found, lambda: check_packages(choices, marks))
     if recording is None and (options.body or robot.body) == "simulated":
+        _gather(found, lambda: check_renderer(robot, options.renderer))
         _gather(found, lambda: check_rate(choices["loop"].parameters, marks))
     _gather(found, lambda: check_map_size(marks, world, choices["costmap"].parameters))
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)

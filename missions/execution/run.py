@@ -28,6 +28,7 @@ from stack.errors import (
     BodyError,
     InputError,
     TreepilotError,
+    WorkerError,
     exception_sentence,
     plugin_line,
     traceback_text,
@@ -301,6 +302,11 @@ class Run:
             self._stop_robot()
             self._steps_to_stop = 0
             runtime.end(MissionState.ERROR, f"robot failed: {error}")
+        except WorkerError as error:
+            self._stop_robot()
+            self._log(traceback.format_exc())
+            self._steps_to_stop = 0
+            runtime.end(MissionState.ERROR, str(error))
         except Exception as error:
             self._stop_robot()
             self._log(traceback.format_exc())

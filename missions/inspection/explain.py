@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from missions.language.codes import CODES, Code
 from stack.errors import InputError
+from stack.optional_packages import MISSING_PACKAGE
 from stack.parameters import suggestion
 
 FILE_CODES: dict[str, Code] = {
@@ -91,6 +92,8 @@ FILE_CODES: dict[str, Code] = {
                  "the map of the world would have too many cells; docs/worlds.md lists the limits",
                  "map: from_world",
                  "use `map: none`, larger cells, or closer `bounds` in the world file"),
+    MISSING_PACKAGE: Code("installation", "the installation lacks a package or a driver that the "
+                          "mission needs", "", "install it with the command of the message"),
     "E412": Code("start: collision", "the start is outside the world or inside an obstacle",
                  "start: [100, 100]", "start at one of the world's places"),
 }  # fmt: skip

@@ -30,6 +30,7 @@ from robots.logs.recording import (
 )
 from stack.drivetrain.description import ImuDescription, LidarDescription
 from stack.errors import InputError
+from stack.optional_packages import MISSING_PACKAGE, ROSBAGS
 from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Scan, Twist
 
 if TYPE_CHECKING:
@@ -121,12 +122,11 @@ def read_bag(path: Path, topics: Topics = Topics()) -> Recording:
 
 
 def _reader(path: Path) -> AnyReader:
-    try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        hint = "install them: pip install 'treepilot[logs]'"
-        raise refuse(path, NOT_A_LOG, "ROS bags need the package `rosbags`", hint) from None
+    if not ROSBAGS.is_installed:
+        raise refuse(path, MISSING_PACKAGE, f"ROS bags need {ROSBAGS.absence}", ROSBAGS.hint)
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
         return AnyReader([path], default_typestore=store)

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
+from stack.optional_packages import Package
 
 
 class Component:
@@ -13,10 +14,12 @@ class Component:
 
     Attributes:
         Parameters: a frozen dataclass.
+        packages: optional packages without which it does not run.
         parameters: current parameters.
     """
 
     Parameters: ClassVar[type]
+    packages: ClassVar[tuple[Package, ...]] = ()
     parameters: Any
 
     @staticmethod

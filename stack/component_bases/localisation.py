@@ -139,6 +139,18 @@ class Estimator(Component, ABC):
         """
         return self.estimate
 
+    def await_input(self, time: float, longest: float) -> bool:
+        """Wait for slow work, done beside the loop, that the next `update` uses.
+
+        Args:
+            time: of the robot's clock, seconds.
+            longest: wall seconds.
+
+        Returns:
+            Whether `update` will not wait.
+        """
+        return True
+
     def observe_markers(self, seen: Sequence[MarkerObservation], frames: TransformBuffer) -> None:
         """Take the markers of a picture into the map.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError, NavigationError, ParameterError
+from stack.errors import InputError, NavigationError, ParameterError, WorkerError
 from stack.mapping.exploration.coverage import coverage_plan
 from stack.mapping.exploration.frontiers import FrontierParameters, frontiers_of, known_area
 from stack.mapping.exploration.views import only_in_view
@@ -135,7 +135,7 @@ class MapService:
         keyframes = {} if self._places is None else self._places.files()
         try:
             own = {**self._estimator.map_files(), **self._marker_map(), **keyframes}
-        except InputError as error:
+        except (InputError, WorkerError) as error:
             sentence = f"the map cannot be saved to {name!r}: {error}"
             raise NavigationError(FailureCode.FAILED, sentence) from None
         files = folder_contents(self.grid, own)

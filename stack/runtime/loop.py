@@ -75,11 +75,14 @@ class Runtime:
     def is_ready(self) -> bool:
         """Wait up to LONGEST_NAP for what the next step needs; return whether it can be made.
 
-        It needs the simulation's pace, a picture, detections and a plan that are due. While they
-        are not there, call `serve`: `step` would wait, and no operator could stop the robot.
+        It needs the simulation's pace, and a picture, an optimised map, detections and a plan that
+        are due. While they are not there, call `serve`: `step` would wait, and no operator could
+        stop the robot.
         """
         p = self.parts
         if self._world is not None and not self._world.rest(LONGEST_NAP):
+            return False
+        if not p.estimator.await_input(p.body.time, LONGEST_NAP):
             return False
         if not p.objects.await_result(p.body.time, LONGEST_NAP):
             return False

@@ -21,6 +21,7 @@ from time import monotonic  # noqa: TID251 - heartbeats belong to the transport
 from typing import Any
 
 from stack.errors import InputError
+from stack.optional_packages import PYSERIAL
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import Battery, wrap_angle
 
@@ -140,14 +141,12 @@ class MavlinkSink:
                 unknown, its device does not exist, or a library is missing.
         """
         self.address = read_address(address)
+        if self.address.kind == "serial":
+            PYSERIAL.require(f"the MAVLink address {address!r} needs")
         self._clock = clock
         self._dialect: Any = None
         try:
             self._connection: Any = self._connected()
-        except ModuleNotFoundError as error:
-            hint = "; install it with: pip install 'treepilot[serial]'"
-            sentence = f"MAVLink address {address!r} needs the Python package {error.name}"
-            raise InputError(sentence + (hint if error.name == "serial" else "")) from None
         except OSError as error:
             problem = error.strerror or str(error)
             raise InputError(f"MAVLink address {address!r} cannot be opened: {problem}") from None
@@ -167,7 +166,6 @@ class MavlinkSink:
 
         Raises:
             OSError: the port is in use, the host is unknown or the device does not exist.
-            ModuleNotFoundError: pyserial is not installed.
         """
         os.environ["MAVLINK20"] = "1"  # pymavlink reads it when it is imported
         from pymavlink import mavutil

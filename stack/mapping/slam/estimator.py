@@ -19,6 +19,7 @@ from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
 from stack.mapping.slam.parameters import SlamParameters
+from stack.optional_packages import GTSAM
 from stack.parameters import suggestion
 from stack.types import (
     FloatArray,
@@ -51,6 +52,7 @@ class SlamEstimator(Estimator):
     """
 
     Parameters = SlamParameters
+    packages = (GTSAM,)
     loads_saved_maps = True
     maps_markers = True
     starts_mapping: ClassVar[bool] = True
@@ -183,6 +185,10 @@ class SlamEstimator(Estimator):
             self._worker.submit(self.mapper.problem(), self._time + self.parameters.latency)
         self.mapper.draw(self.parameters.keyframes_per_step)
         return self.estimate
+
+    def await_input(self, time: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds for an optimisation that is due."""
+        return self._worker.await_result(time, longest)
 
     def observe_markers(self, seen: Sequence[MarkerObservation], frames: TransformBuffer) -> None:
         """Take the markers of a picture into the graph while it grows."""

@@ -20,6 +20,7 @@ from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
+from stack.optional_packages import GTSAM
 from stack.types import Pose2D, wrap_angle
 
 PARTS = 40
@@ -104,6 +105,7 @@ def merge(
     Raises:
         InputError: the maps have no common place, or the second map fits in several ways.
     """
+    GTSAM.require("merged maps need")
     p = parameters or MapperParameters()
     for graph in (first, second):
         if not graph.keyframes:

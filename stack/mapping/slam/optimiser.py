@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from stack.errors import InputError
 from stack.mapping.slam.graph import Edge, EdgeKind
+from stack.optional_packages import GTSAM
 from stack.types import FloatArray, Pose2D
 
 FIXED_DEVIATION = 1e-6
@@ -65,7 +65,9 @@ def optimise(
     """
     if len(poses) < 2:
         return Optimum(dict(poses))
-    gtsam = _gtsam()
+    GTSAM.require("pose graphs need")
+    import gtsam
+
     values = gtsam.Values()
     for number, pose in poses.items():
         values.insert(number, gtsam.Pose2(pose.x, pose.y, pose.heading))
@@ -127,14 +129,3 @@ def _factor(gtsam: Any, edge: Edge) -> tuple[tuple[int, int], Any, Any, bool]:
 def _regular(information: FloatArray) -> FloatArray:
     """Return the information, symmetric and at least that of 100 m and 100 rad."""
     return 0.5 * (information + information.T) + 1e-4 * np.eye(3)
-
-
-def _gtsam() -> Any:
-    try:
-        import gtsam
-    except ImportError:
-        raise InputError(
-            "SLAM needs gtsam, which is not installed; install it with"
-            " `pip install 'treepilot[slam]'`"
-        ) from None
-    return gtsam

@@ -3,19 +3,19 @@
 gtsam holds Python's interpreter lock for the whole optimisation, up to seconds for large graphs: in
 a thread it would stop the control loop. A problem submitted at time t is applied at t + latency on
 the robot's clock, however long it took: the loop waits for a late result, so that a simulated run
-is the same on every machine. `main` runs in the child process.
+is the same on every machine.
 """
 
 from __future__ import annotations
 
-import signal
-import subprocess
-from multiprocessing.connection import Connection
+from collections.abc import Callable
 
-from stack.child_process import start_child
-from stack.errors import BodyError, InputError
+from stack.child_process import LONGEST_WAIT, Worker
+from stack.errors import WorkerError
 from stack.mapping.slam.landmarks import Problem, solve
 from stack.mapping.slam.optimiser import Optimum
+
+NAME = "the pose graph optimiser"
 
 
 class OptimiserWorker:
@@ -27,8 +27,7 @@ class OptimiserWorker:
 
     def __init__(self, *, waits: bool = True) -> None:
         self.waits = waits
-        self._process: subprocess.Popen[bytes] | None = None
-        self._pipe: Connection | None = None
+        self._worker = Worker(NAME, f"{__name__}:optimiser")
         self._due: float | None = None
         self._early: Optimum | None = None
 
@@ -38,84 +37,60 @@ class OptimiserWorker:
         return self._due is not None
 
     def submit(self, problem: Problem, due: float) -> None:
-        """Begin to optimise a graph; its result is due at `due`, seconds on the robot's clock."""
-        pipe = self._pipe or self._start()
-        try:
-            pipe.send(problem)
-        except OSError as error:
-            raise self._lost() from error
+        """Begin to optimise a graph; its result is due at `due`, seconds on the robot's clock.
+
+        Raises:
+            WorkerError: the process failed.
+        """
+        self._worker.send(problem)
         self._due = due
+
+    def await_result(self, time: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds; return whether `result` returns at once."""
+        if self._early is not None or not self.waits or not self._is_due(time):
+            return True
+        return self._worker.has_answered(longest)
 
     def result(self, time: float) -> Optimum | None:
         """Return the optimised graph once it is due; None before.
 
         Raises:
-            InputError: gtsam is not installed.
-            BodyError: the process ended.
+            WorkerError: the process failed.
         """
-        if self._due is None or self._pipe is None or time < self._due - 1e-9:
+        if self._due is None or not self._is_due(time):
             return None
-        try:
-            if self._early is None and not (self.waits or self._pipe.poll()):
-                return None
-        except OSError as error:
-            raise self._lost() from error
-        found, self._due, self._early = self._early or self._receive(self._pipe), None, None
+        if self._early is None and not (self.waits or self._worker.has_answered(0.0)):
+            if time > self._due + LONGEST_WAIT:
+                raise WorkerError(f"{NAME} gave no answer for {LONGEST_WAIT:g} s")
+            return None
+        found, self._early = self._early or self._receive(), None
+        self._due = None
         return found
 
     def solve(self, problem: Problem) -> Optimum:
         """Optimise another graph at once and wait for it; a submitted one stays due at its time.
 
         Raises:
-            InputError: gtsam is not installed.
-            BodyError: the process ended.
+            WorkerError: the process failed.
         """
-        pipe = self._pipe or self._start()
         if self._due is not None and self._early is None:
-            self._early = self._receive(pipe)
-        try:
-            pipe.send(problem)
-        except OSError as error:
-            raise self._lost() from error
-        return self._receive(pipe)
+            self._early = self._receive()
+        self._worker.send(problem)
+        return self._receive()
 
     def close(self) -> None:
-        """Close the pipe and end the process. Safe to call twice."""
-        if self._pipe is not None:
-            self._pipe.close()
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
-        self._pipe = self._process = self._due = self._early = None
+        """End the process. Safe to call twice."""
+        self._worker.close()
+        self._due = self._early = None
 
-    def _receive(self, pipe: Connection) -> Optimum:
-        try:
-            answer: Optimum | str = pipe.recv()
-        except (EOFError, OSError) as error:
-            raise self._lost() from error
-        if isinstance(answer, str):
-            raise InputError(answer)
-        return answer
+    def _is_due(self, time: float) -> bool:
+        return self._due is not None and time >= self._due - 1e-9
 
-    def _start(self) -> Connection:
-        self._process, self._pipe = start_child("stack.mapping.slam.worker")
-        return self._pipe
-
-    def _lost(self) -> BodyError:
-        code = None if self._process is None else self._process.poll()
-        return BodyError(f"the pose graph optimiser ended unexpectedly (exit code {code})")
+    def _receive(self) -> Optimum:
+        optimum: Optimum = self._worker.receive()
+        return optimum
 
 
-def main(descriptor: int) -> None:
-    """Optimise graphs until the other end of the pipe closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the engine handles Ctrl-C and closes the pipe
-    with Connection(descriptor) as pipe:
-        try:
-            while True:
-                problem: Problem = pipe.recv()
-                try:
-                    pipe.send(solve(problem))
-                except InputError as error:
-                    pipe.send(str(error))
-        except (EOFError, ConnectionResetError, BrokenPipeError):
-            return
+def optimiser(_: None) -> Callable[[Problem], Optimum]:
+    """Return what answers requests in the child process."""
+    return solve

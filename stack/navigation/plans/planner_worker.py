@@ -9,14 +9,17 @@ delay; its progress does not affect any result.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from stack.child_process import LONGEST_WAIT
 from stack.components import CancelToken, Planner, PlanOptions
-from stack.errors import NavigationError, exception_sentence, traceback_text
+from stack.errors import NavigationError, WorkerError, exception_sentence, traceback_text
 from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
+from stack.worker_thread import WorkerThread
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +59,14 @@ class PlanFuture:
     def __init__(  # noqa: PLR0913 - called once
         self,
         request: PlanRequest,
+        worker: WorkerThread,
         future: Future[Plan],
         cancel: CancelToken,
         due: float,
         wait: bool,
         log: Callable[[str], None],
     ) -> None:
-        self.request, self._log = request, log
+        self.request, self._log, self._worker = request, log, worker
         self._future, self._cancel, self._due, self._wait = future, cancel, due, wait
         self._dropped = False
 
@@ -82,20 +86,27 @@ class PlanFuture:
         self._cancel.request()
         self._future.cancel()
 
-    def join(self, longest: float) -> None:
-        """Wait at most `longest` wall seconds for the end of the search."""
-        wait([self._future], longest)
+    def join(self, longest: float) -> bool:
+        """Wait at most `longest` wall seconds; return whether `result` returns at once."""
+        return self._worker.await_job(self._future, longest)
 
     def result(self, time: float) -> Plan | Failure | None:
         """Return the plan or the failure; None before it is due."""
-        if time < self._due - 1e-9 or not (self._wait or self._future.done()):
+        if time < self._due - 1e-9:
             return None
         try:
-            return self._future.result()
+            if not (self._wait or self._future.done()):
+                if time > self._due + LONGEST_WAIT:
+                    raise self._worker.silence
+                return None
+            return self._worker.result(self._future)
         except CancelledError:
             return Failure(FailureCode.CANCELLED, "the plan was cancelled")
         except NavigationError as error:
             return error.failure
+        except WorkerError as error:
+            self.drop()
+            return Failure(FailureCode.EXCEPTION, str(error))
         except Exception as error:  # a planner may be a plugin
             what = "the planner raised an exception"
             self._log(traceback_text(what, error))
@@ -111,7 +122,7 @@ class PlannerWorker:
 
     def __init__(self, planner: Planner, log: Callable[[str], None] = lambda _: None) -> None:
         self.planner, self._log = planner, log
-        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planner")
+        self._worker = WorkerThread("the planner")
         self._open: list[PlanFuture] = []
 
     def ask(
@@ -127,9 +138,9 @@ class PlannerWorker:
             over: called once nobody reads the request's costs any more, from any thread.
         """
         cancel = CancelToken()
-        future = self._worker.submit(plan_through, self.planner, request, cancel)
+        future = self._worker.submit(partial(plan_through, self.planner, request, cancel))
         future.add_done_callback(lambda _: over())
-        queued = PlanFuture(request, future, cancel, due, wait, self._log)
+        queued = PlanFuture(request, self._worker, future, cancel, due, wait, self._log)
         self._open = [item for item in self._open if not item.over] + [queued]
         return queued
 
@@ -146,13 +157,13 @@ class PlannerWorker:
         late = [queued for queued in self._open if queued.is_late(time)]
         if late:
             late[0].join(longest)
-        return not any(queued.is_late(time) for queued in late)
+        return all(queued.join(0.0) for queued in late)
 
     def close(self) -> None:
         """Cancel all requests and stop the worker."""
         for queued in self._open:
             queued.drop()
-        self._worker.shutdown(wait=True, cancel_futures=True)
+        self._worker.close()
 
 
 def plan_through(planner: Planner, request: PlanRequest, cancel: CancelToken | None = None) -> Plan:

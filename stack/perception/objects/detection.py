@@ -8,13 +8,15 @@ come. A simulated run is therefore the same on every machine.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from stack.errors import ParameterError, exception_sentence, traceback_text
+from stack.child_process import LONGEST_WAIT
+from stack.errors import ParameterError, WorkerError, exception_sentence, traceback_text
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import refuse_changes
 from stack.perception.camera_lease import CameraLease
@@ -32,6 +34,7 @@ from stack.types import (
     SeenObjects,
     TrackedObject,
 )
+from stack.worker_thread import WorkerThread
 
 if TYPE_CHECKING:
     from stack.perception.objects.heads import Box
@@ -113,7 +116,7 @@ class ObjectDetection:
         self._emit, self._log, self._needed = emit, log, needed
         self._lease = CameraLease()
         self._waits = True
-        self._worker: ThreadPoolExecutor | None = None
+        self._worker = WorkerThread("the object detector")
         self._search: _Search | None = None
         self._people = PeopleFinder()
         self._depth: dict[str, DepthImage] = {}
@@ -203,13 +206,11 @@ class ObjectDetection:
         search = self._search
         if search is None or not self._waits or now < search.due - 1e-9:
             return True
-        wait([search.boxes], longest)
-        return search.boxes.done()
+        return self._worker.await_job(search.boxes, longest)
 
     def close(self) -> None:
         """Stop the worker; a search that has begun is finished."""
-        if self._worker is not None:
-            self._worker.shutdown(wait=True, cancel_futures=True)
+        self._worker.close()
 
     def _is_on(self, now: float) -> bool:
         wanted = self._needed or self.parameters.always or self._lease.is_active(now)
@@ -237,12 +238,11 @@ class ObjectDetection:
         self, image: Image, now: float, frames: TransformBuffer, obstacles: ObstaclePoints
     ) -> None:
         assert self._model is not None
-        if self._worker is None:
-            self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="detector")
         base, p = frames.pose_at("odom", image.stamp), self.parameters
         ranges = frames.pose_at("odom", now).transform(obstacles.points)
         around = Surroundings(base.inverse().transform(ranges), self._depth_at(image, base, frames))
-        boxes = self._worker.submit(self._model.boxes, image.pixels.copy(), p.threshold, p.overlap)
+        search = partial(self._model.boxes, image.pixels.copy(), p.threshold, p.overlap)
+        boxes = self._worker.submit(search)
         self._search = _Search(image, base, around, now + p.latency, boxes)
         self._searched_at = image.stamp
 
@@ -267,15 +267,17 @@ class ObjectDetection:
                     f"the object detector needs more than {now - search.due:.1f} s beyond its "
                     "latency for a picture; use a smaller model or `input_size`",
                 )
-            return None
+            if now < search.due + LONGEST_WAIT:
+                return None
         self._search = None
         try:
-            boxes = search.boxes.result()
+            if not (self._waits or search.boxes.done()):
+                raise self._worker.silence
+            boxes = self._worker.result(search.boxes)
         except Exception as error:  # whatever a model and its library raise: the mission goes on
             self._log(traceback_text("the object detector failed", error))
-            self._tell(
-                "failed", f"the object detector is off: {exception_sentence(error)}", "error"
-            )
+            why = str(error) if isinstance(error, WorkerError) else exception_sentence(error)
+            self._tell("failed", f"the object detector is off: {why}", "error")
             self._model, self.newest = None, None
             return None
         base = frames.map_from_odom(now).compose(search.base)

@@ -8,7 +8,6 @@ runs it once; `python -m stack.perception.objects.trial` is that child.
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import asdict
@@ -16,6 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from stack.child_process import run_module
 from stack.errors import InputError
 from stack.parameters import suggestion
 from stack.perception.objects.parameters import ObjectDetectorParameters
@@ -68,12 +68,8 @@ def answer_of(module: str, model: str, argument: str) -> tuple[Any, str]:
         model: the file that it loads.
         argument: of its command line.
     """
-    command = [sys.executable, "-m", module, argument]
-    path = os.pathsep.join(place or os.getcwd() for place in sys.path)
     try:
-        child = subprocess.run(
-            command, capture_output=True, timeout=LONGEST, env={**os.environ, "PYTHONPATH": path}
-        )
+        child = run_module(module, argument, longest=LONGEST)
     except subprocess.TimeoutExpired:
         return None, f"{model} does not load and run once within {LONGEST:g} s"
     try:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
 from math import prod
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.child_process import start_child
+from stack.child_process import Worker
 from stack.drivetrain.description import DepthCameraDescription
-from stack.errors import BodyError
+from stack.errors import BodyError, WorkerError
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.types import DepthImage, Image
 
@@ -31,12 +28,18 @@ class Camera:
     The renderer process starts with the first picture. Rendering takes wall time, never simulated
     time: `take` waits for a picture that is due and not rendered yet.
 
-    A renderer that ends by itself costs the picture that it rendered; the next picture starts
-    another one. After MOST_LOSSES in a row the camera stays off. `take_problems` tells it.
+    A renderer that ends by itself, or gives no answer, costs the picture that it rendered; the next
+    picture starts another one. After MOST_LOSSES in a row the camera stays off. `take_problems`
+    tells it.
+
+    Attributes:
+        driver: of OpenGL, that has drawn a picture; empty for PyBullet's software renderer.
     """
 
     def __init__(self, setup: RenderSetup) -> None:
-        self._setup, self._renderer = setup, _RendererProcess(setup)
+        self._setup, self.driver = setup, ""
+        name = f"the renderer of the camera {setup.name}"
+        self._renderer = Worker(name, "stack.sim.sensors.camera_worker:renderer", setup)
         self._exposed: float | None = None
         self._last: float | None = None
         self._losses = 0
@@ -54,7 +57,7 @@ class Camera:
         self._exposed = self._last = time
         try:
             self._renderer.send(request)
-        except RendererLost as loss:
+        except WorkerError as loss:
             self._note(loss)
 
     def await_picture(self, time: float, longest: float) -> bool:
@@ -74,8 +77,8 @@ class Camera:
             return None
         self._exposed = None
         try:
-            received = self._renderer.receive()
-        except RendererLost as loss:
+            received, self.driver = self._renderer.receive()
+        except WorkerError as loss:
             self._note(loss)
             return None
         self._losses, shape = 0, (camera.model.height, camera.model.width)
@@ -89,17 +92,14 @@ class Camera:
         problems, self._problems = self._problems, []
         return problems
 
-    def _note(self, loss: RendererLost) -> None:
+    def _note(self, loss: WorkerError) -> None:
+        if loss.refusal:
+            raise BodyError(f"the camera cannot be simulated: {loss.refusal}") from None
         self._exposed, self._losses = None, self._losses + 1
         is_off = self._losses >= MOST_LOSSES
         then = "the camera stays off" if is_off else "the next picture starts another one"
-        self._problems.append(f"the renderer of the camera {self._setup.name} {loss}; {then}")
+        self._problems.append(f"{loss}; {then}")
         self._renderer.close()
-
-    @property
-    def driver(self) -> str:
-        """Driver of OpenGL that has drawn a picture; empty for PyBullet's software renderer."""
-        return self._renderer.driver
 
     def close(self) -> None:
         """Stop the renderer process. Safe to call twice."""
@@ -115,70 +115,3 @@ def _array(received: bytes, kind: type, shape: tuple[int, ...]) -> NDArray[Any]:
     whole = len(received) // np.dtype(kind).itemsize
     values: NDArray[Any] = np.frombuffer(received, dtype=kind, count=whole)
     return values.reshape(shape) if values.size == prod(shape) else values
-
-
-class RendererLost(Exception):
-    """The renderer process has ended; the text continues "the renderer …"."""
-
-
-class _RendererProcess:
-    """Client side of camera_worker, a child process."""
-
-    def __init__(self, setup: RenderSetup) -> None:
-        self._setup, self.driver = setup, ""
-        self._process: subprocess.Popen[bytes] | None = None
-        self._pipe: Connection | None = None
-
-    def send(self, request: RenderRequest) -> None:
-        """Send a request; start the process with the first one."""
-        pipe = self._pipe or self._start()
-        try:
-            pipe.send(request)
-        except OSError as error:
-            raise self._lost() from error
-
-    def has_answered(self, longest: float) -> bool:
-        """Wait at most `longest` wall seconds; return whether `receive` returns at once."""
-        assert self._pipe is not None
-        try:
-            return self._pipe.poll(longest)
-        except OSError:
-            return True  # `receive` reports the failure
-
-    def receive(self) -> bytes:
-        """Wait for the requested picture and return its pixels."""
-        assert self._pipe is not None
-        try:
-            answer = self._pipe.recv()
-        except (EOFError, OSError) as error:
-            raise self._lost() from error
-        if isinstance(answer, str):
-            raise BodyError(f"the camera cannot be simulated: {answer}")
-        if isinstance(answer, tuple):
-            (self.driver,) = answer
-            return self.receive()
-        picture: bytes = answer
-        return picture
-
-    def close(self) -> None:
-        """Close the pipe and end the process."""
-        if self._pipe is not None:
-            self._pipe.close()
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
-        self._pipe = self._process = None
-
-    def _start(self) -> Connection:
-        self._process, self._pipe = start_child("stack.sim.sensors.camera_worker")
-        self._pipe.send(self._setup)
-        return self._pipe
-
-    def _lost(self) -> RendererLost:
-        assert self._process is not None
-        try:
-            code = self._process.wait(1.0)  # its end of the pipe is closed
-        except subprocess.TimeoutExpired:
-            return RendererLost("no longer answers")
-        how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with {code}"
-        return RendererLost(how)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import BodyError
+from stack.optional_packages import MODERNGL
 from stack.sim.sensors.shapes import Shape, shape_of
 from stack.types import FloatArray
 
@@ -87,7 +88,7 @@ class GlDrawing:
     ) -> None:  # fmt: skip
         self._bullet, self._client, self._size = bullet, client, size
         self._projection = projection
-        self._context = _context()
+        self._context = make_context()
         self._program = self._context.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
         self._program["light"].value = tuple(LIGHT / np.linalg.norm(LIGHT))
         self._colours = self._context.texture(size, 4)
@@ -177,11 +178,16 @@ class GlDrawing:
         return matrix.reshape(3, 3)
 
 
-def _context() -> Any:
-    try:
-        import moderngl
-    except ImportError:
-        raise BodyError("moderngl is not installed: pip install 'treepilot[gl]'") from None
+def make_context() -> Any:
+    """Return a new context of moderngl, without a window.
+
+    Raises:
+        BodyError: moderngl is not installed, or EGL or its driver do not work.
+    """
+    if not MODERNGL.is_installed:
+        raise BodyError(f"OpenGL needs {MODERNGL.absence}; {MODERNGL.hint}")
+    import moderngl
+
     try:
         create: Any = moderngl.create_context  # its types know one backend only
         return create(standalone=True, backend="egl", require=330)

@@ -432,7 +432,7 @@ def test_no_state_of_a_text_makes_it_stumble(at, until, letter):
 
 
 def test_without_pygls_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr("missions.editor.serving.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "pygls", None)
     with pytest.raises(InputError, match=r"pip install 'treepilot\[lsp\]'"):
         serve()
 

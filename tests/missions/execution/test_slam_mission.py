@@ -1,7 +1,14 @@
-"""A mission with `localisation: slam`: pose, growing map, costmap."""
+"""A mission with `localisation: slam`: pose, growing map, costmap; an optimiser that fails."""
 
 import numpy as np
+import pytest
 
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.run import Run
+from missions.execution.running import run_in_turns
+from stack import child_process
+from stack.child_process import Worker
+from stack.mapping.slam.worker import NAME
 from stack.types import UNKNOWN
 from tests.missions.execution.live_run import LiveRun
 
@@ -31,3 +38,32 @@ def test_the_map_grows_while_the_robot_turns_and_planners_see_it(tmp_path):
         assert parts.world_model.global_costmap.grid.cells[row, column] < 253
     finally:
         parts.estimator.close()
+
+
+FAULTS = {
+    "raises": ("failing", 0, "failed: ZeroDivisionError: division by zero"),
+    "ends": ("exiting", 9, "ended with exit code 9"),
+    "is suspended": ("suspending", 0, "gave no answer for 0.2 s"),
+}
+
+
+@pytest.mark.parametrize(("target", "request_", "reason"), FAULTS.values(), ids=FAULTS)
+def test_a_mission_whose_optimiser_fails_ends_at_once_with_the_cause(
+    tmp_path, monkeypatch, target, request_, reason
+):
+    monkeypatch.setattr(child_process, "LONGEST_WAIT", 0.2 if target == "suspending" else 30.0)
+    mission = tmp_path / "m.yaml"
+    mission.write_text(HEAD + TURN)
+    options = RunOptions(serve=False, out=tmp_path / "out")
+    run = Run(prepare(mission, options), options)
+    try:
+        worker = run.engine.runtime.parts.estimator._worker
+        worker._worker = Worker(NAME, f"tests.stack.worker_targets:{target}")
+        worker.submit(request_, due=0.5)
+        run_in_turns([run])
+    finally:
+        run.close()
+    assert run.report.status == "error"
+    assert run.report.reason.startswith(f"{NAME} {reason}")
+    assert run.report.simulated_seconds == 0.5  # when the result was due
+    assert (tmp_path / "out" / "report.json").exists()

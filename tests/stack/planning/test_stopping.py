@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack import worker_thread
 from stack.components import CancelToken, Planner, PlanOptions, choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
+from stack.navigation.plans import planner_worker
 from stack.navigation.plans.planner_worker import PlannerWorker, PlanRequest
 from stack.planning import kernels
 from stack.planning.search import SearchLimits, StepCosts, Workspace
@@ -132,6 +134,28 @@ def test_closing_the_worker_cancels_its_plans():
     ]
     worker.close()
     assert [ticket.result(0.0).code for ticket in tickets] == [FailureCode.CANCELLED] * 3
+
+
+@pytest.mark.parametrize(("wait", "time"), [(True, 0.0), (False, 0.3)])
+def test_a_planner_that_hangs_fails_its_plans_and_does_not_hold_the_end(monkeypatch, wait, time):
+    """On hardware (`wait` is false) the robot's clock goes on: 0.2 s after the plan was due."""
+    for module in (worker_thread, planner_worker):
+        monkeypatch.setattr(module, "LONGEST_WAIT", 0.2)
+
+    class Hanging:
+        def plan(self, costs, start, goal, options):
+            Event().wait()
+
+    worker = PlannerWorker(Hanging())
+    request = PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),))
+    for _ in range(2):
+        ticket = worker.ask(request, 0.0, wait=wait)
+        while not worker.await_plans(time, 0.01):
+            pass
+        failure = ticket.result(time)
+        assert failure.code is FailureCode.EXCEPTION
+        assert failure.sentence == "the planner gave no result for 0.2 s"
+    worker.close()
 
 
 def test_options_may_be_a_keyword_only_argument():

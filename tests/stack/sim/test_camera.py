@@ -215,7 +215,7 @@ def test_a_truncated_answer_is_delivered_as_it_is():
     camera = Camera(setup())
     try:
         camera.expose(0.0, SHOT)
-        camera._renderer.receive = lambda: bytes(1000)
+        camera._renderer.receive = lambda: (bytes(1000), "")
         assert camera.take(0.1).pixels.shape == (1000,)  # the camera watch refuses it
     finally:
         camera.close()

@@ -34,7 +34,7 @@ WORLD = replace(
 def reason() -> str:
     """Why OpenGL cannot be used here; empty if it can."""
     try:
-        gl_drawing._context().release()
+        gl_drawing.make_context().release()
     except BodyError as error:
         return str(error)
     return ""
@@ -182,7 +182,7 @@ def test_without_opengl_auto_draws_as_before_and_says_so(monkeypatch, capfd):
     def missing():
         raise BodyError("moderngl is not installed: pip install 'treepilot[gl]'")
 
-    monkeypatch.setattr(gl_drawing, "_context", missing)
+    monkeypatch.setattr(gl_drawing, "make_context", missing)
     assert all((a == b).all() for a, b in zip(pictures("auto"), pictures("tiny"), strict=True))
     assert capfd.readouterr().err == (
         "pictures are drawn by TinyRenderer: moderngl is not installed: "

@@ -269,7 +269,8 @@ def test_a_link_that_cannot_be_opened_is_an_error_of_the_user(monkeypatch, tmp_p
             MavlinkSink(f"serial:{file}")
     monkeypatch.setitem(sys.modules, "serial", None)
     sentence = (
-        r"needs the Python package serial; install it with: pip install 'treepilot\[serial\]'"
+        r"needs the Python package serial, which is not installed; "
+        r"install it: pip install 'treepilot\[serial\]'"
     )
     with pytest.raises(InputError, match=sentence):
         MavlinkSink("serial:/dev/null")

@@ -3,13 +3,16 @@
 from dataclasses import replace
 from math import pi
 from threading import Event
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from stack import worker_thread
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
 from stack.perception.camera_lease import CameraLease
+from stack.perception.objects import detection
 from stack.perception.objects.detection import ObjectDetection
 from stack.perception.objects.heads import Box
 from stack.perception.objects.parameters import ObjectDetectorParameters
@@ -253,6 +256,21 @@ def test_a_picture_with_a_stamp_outside_the_buffer_is_not_searched():
     rig = Rig(model := ToyModel(CHAIR))
     rig.step(camera=picture(99.0))
     assert not model.searched
+
+
+@pytest.mark.parametrize("is_real", [False, True])
+def test_a_model_that_hangs_is_off_and_the_rest_goes_on(monkeypatch, is_real):
+    for module in (worker_thread, detection):
+        monkeypatch.setattr(module, "LONGEST_WAIT", 0.2)
+    model = ToyModel(CHAIR)
+    model.may_end = SimpleNamespace(wait=lambda _: Event().wait())
+    rig = Rig(model, latency=0.3)
+    if is_real:
+        rig.detection.run_in_real_time()
+    assert rig.run(2.0) == []
+    sentence = "the object detector is off: the object detector gave no result for 0.2 s"
+    assert rig.events[-1] == ("detector", "error", sentence)
+    assert rig.detection.await_result(rig.time, 1000.0)
 
 
 def test_a_silent_camera_is_told_and_so_is_its_return():

@@ -1,0 +1,106 @@
+"""Workers that end, raise, or are suspended: in time, and with the first cause as the reason."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from stack import child_process
+from stack.child_process import Worker
+from stack.errors import WorkerError
+
+TARGETS = "tests.stack.worker_targets"
+SHORT = 0.2
+"""Wall seconds that take the place of LONGEST_WAIT: a suspended process never answers."""
+
+
+@pytest.fixture
+def worker_of(monkeypatch):
+    made = []
+
+    def make(target, setup=None, longest=child_process.LONGEST_WAIT):
+        monkeypatch.setattr(child_process, "LONGEST_WAIT", longest)
+        made.append(Worker("the worker", f"{TARGETS}:{target}", setup))
+        return made[-1]
+
+    yield make
+    for worker in made:
+        worker.close()
+
+
+def test_requests_are_answered_in_their_order(worker_of):
+    worker = worker_of("adder", 10)
+    for request in range(3):
+        worker.send(request)
+    assert [worker.receive() for _ in range(3)] == [10, 11, 12]
+
+
+FAULTS = {
+    "raises": ("failing", 0, "the worker failed: ZeroDivisionError: division by zero"),
+    "refuses": ("refusing", 7, "the worker failed: 7 is not possible"),
+    "cannot be started": ("bad_start", 0, "the worker failed: ImportError: libworker.so"),
+    "does not exist": ("nobody", 0, "the worker failed: AttributeError: .*nobody"),
+    "ends": ("exiting", 4, "the worker ended with exit code 4"),
+}
+
+
+@pytest.mark.parametrize(("target", "request_", "reason"), FAULTS.values(), ids=FAULTS)
+def test_the_first_cause_is_raised_and_stays_the_reason(worker_of, target, request_, reason):
+    """Nothing waits for an answer that never comes: also the next requests fail at once."""
+    worker = worker_of(target)
+    worker.send(request_)
+    with pytest.raises(WorkerError, match=reason) as first:
+        worker.receive()
+    assert (first.value.refusal != "") == (target == "refusing")
+    assert worker.has_answered(1000.0)
+    for call in (worker.receive, lambda: worker.send(request_)):
+        with pytest.raises(WorkerError) as again:
+            call()
+        assert again.value is first.value
+
+
+def test_a_killed_process_is_named_with_its_signal(worker_of):
+    worker = worker_of("pid_teller")
+    worker.send(None)
+    os.kill(worker.receive(), signal.SIGKILL)
+    worker._process.wait()
+    with pytest.raises(WorkerError, match=r"the worker was killed \(SIGKILL\)"):
+        worker.send(None)
+
+
+@pytest.mark.parametrize("target", ["suspending", "half"])
+def test_a_suspended_process_is_given_up(worker_of, target):
+    worker = worker_of(target, longest=SHORT)
+    worker.send(None)
+    with pytest.raises(WorkerError, match=r"the worker gave no answer for 0\.2 s"):
+        worker.receive()
+
+
+def test_naps_count_together(worker_of):
+    """The step loop waits in naps, so that operators are served."""
+    worker = worker_of("suspending", longest=SHORT)
+    worker.send(None)
+    naps = 1
+    while not worker.has_answered(0.01):
+        naps += 1
+    assert naps <= 25  # each of about 0.01 s
+    with pytest.raises(WorkerError, match="gave no answer"):
+        worker.receive()
+
+
+def test_a_process_that_does_not_read_is_given_up(worker_of):
+    """A request of 8 MB is longer than what the pipe holds."""
+    worker = worker_of("suspending", longest=SHORT)
+    worker.send(None)
+    with pytest.raises(WorkerError, match="gave no answer"):
+        worker.send(np.zeros(1_000_000))
+
+
+def test_a_closed_worker_starts_another_process(worker_of):
+    worker = worker_of("pid_teller")
+    worker.send(None)
+    first = worker.receive()
+    worker.close()
+    worker.send(None)
+    assert worker.receive() != first

@@ -1,0 +1,56 @@
+"""What the child processes of test_child_process.py do."""
+
+import os
+import signal
+
+from stack.errors import InputError
+
+
+def adder(setup):
+    """Add the setup to a number."""
+    return lambda request: request + setup
+
+
+def pid_teller(_):
+    """Tell which process answers."""
+    return lambda _: os.getpid()
+
+
+def bad_start(_):
+    raise ImportError("libworker.so: cannot open shared object file")
+
+
+def failing(_):
+    def answer(request):
+        return 1 / request
+
+    return answer
+
+
+def refusing(_):
+    def answer(request):
+        raise InputError(f"{request} is not possible")
+
+    return answer
+
+
+def exiting(_):
+    return lambda request: os._exit(request)
+
+
+def suspending(_):
+    """Suspend the own process before the answer."""
+    return lambda request: os.kill(os.getpid(), signal.SIGSTOP)
+
+
+def half(_):
+    """Suspend the own process in the middle of an answer."""
+    return lambda request: _SuspendsWhenSent()
+
+
+class _SuspendsWhenSent:
+    """Its end is pickled by a process that stops: the reader has the length, and a part."""
+
+    def __reduce__(self):
+        os.kill(os.getpid(), signal.SIGSTOP)
+        return (int, ())
