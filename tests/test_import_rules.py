@@ -17,7 +17,7 @@ TOP = ("missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle",
+    "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.child_process",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
@@ -33,6 +33,7 @@ MAY_IMPORT = {
     "stack.errors": {"stack.types"},
     "stack.parameters": {"stack.types", "stack.errors"},
     "stack.lifecycle": set(),
+    "stack.schedule": set(),
     "stack.compilation": set(),
     "stack.child_process": set(),
     "stack.streams": set(),
@@ -52,6 +53,7 @@ MAY_IMPORT = {
     },
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
+        "stack.schedule",
     },
     "stack.mapping": {"stack.components", "stack.localisation", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},
