@@ -19,6 +19,7 @@ from dataclasses import replace
 from stack.body import DEAD_MAN, Body, BodyCommand, BodyHealth
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import moved, scaled, share_within_limits
+from stack.schedule import Schedule
 from stack.sim.scene_state import SceneState
 from stack.sim.worlds.world import World
 from stack.types import (
@@ -55,17 +56,15 @@ def scans_of(robot: RobotDescription, world: World) -> Script:
         name: Sonar(replace(sonar, noise=0.0), world, 0, name)
         for name, sonar in robot.sonars.items()
     }
-    periods = {name: 1.0 / lidar.rate for name, lidar in robot.real_lidars.items()}
-    periods |= {name: 1.0 / sonar.rate for name, sonar in robot.sonars.items()}
-    due = dict.fromkeys(periods, 0.0)
+    sensors = {**robot.real_lidars, **robot.sonars}
+    schedules = {name: Schedule(1.0 / sensor.rate) for name, sensor in sensors.items()}
     scene = SceneState(doors={door.name: door.closed for door in world.doors})
 
     def measure(time: float, pose: Pose2D) -> Mapping[str, Measurement]:
         found: dict[str, Measurement] = {}
-        for name, at in due.items():
-            if time < at - 1e-9:
+        for name, schedule in schedules.items():
+            if not schedule.take(time):
                 continue
-            due[name] = at + periods[name]
             if name in lidars:
                 found[name] = lidars[name].scan([(time, pose)], scene, 0, time)
             else:

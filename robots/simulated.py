@@ -46,7 +46,6 @@ class SimulatedBody(Body, SimulatedWorld):
 
     Raises:
         BodyError: the robot's URDF cannot be read.
-        ParameterError: a sensor's period is not a multiple of the physics period.
     """
 
     def __init__(  # noqa: PLR0913 - a robot, its place and its world

@@ -23,7 +23,7 @@ TOP = ("missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle",
+    "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.child_process", "stack.worker_thread", "stack.optional_packages",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
@@ -39,6 +39,7 @@ MAY_IMPORT = {
     "stack.errors": {"stack.types"},
     "stack.parameters": {"stack.types", "stack.errors"},
     "stack.lifecycle": set(),
+    "stack.schedule": set(),
     "stack.compilation": set(),
     "stack.child_process": {"stack.errors"},
     "stack.worker_thread": {"stack.errors", "stack.child_process"},
@@ -60,7 +61,7 @@ MAY_IMPORT = {
     },
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
-        "stack.optional_packages",
+        "stack.optional_packages", "stack.schedule",
     },
     "stack.mapping": {"stack.components", "stack.localisation", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},

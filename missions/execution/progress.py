@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from stack.schedule import Schedule
 from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
 from stack.types.printable import printable
 
@@ -19,7 +20,7 @@ class ProgressLines:
     """A telemetry sink that writes progress as lines of text."""
 
     def __init__(self, write: Callable[[str], None]) -> None:
-        self._print, self._next = write, 0.0
+        self._print, self._lines = write, Schedule(HEARTBEAT)
 
     def _write(self, line: str) -> None:
         """Write a line; names and texts in it may come from anywhere."""
@@ -38,11 +39,11 @@ class ProgressLines:
 
     def wants_snapshot(self, time: float) -> bool:
         """Return whether the next status line is due."""
-        return time >= self._next
+        return self._lines.is_due(time)
 
     def snapshot(self, snapshot: Snapshot) -> None:
         """Write the status line: time, position and the running node."""
-        self._next = snapshot.time + HEARTBEAT
+        self._lines.take(snapshot.time)
         if snapshot.state.is_over:
             return
         running = [row for row in snapshot.tree if row.status == "running"]

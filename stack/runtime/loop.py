@@ -23,6 +23,7 @@ from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
+from stack.schedule import Schedule
 from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
@@ -70,6 +71,7 @@ class Runtime:
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
         self._health: BodyHealth = HEALTHY
         self._ticks_every = parameters.steps_per_tick
+        self._poses = Schedule(parameters.control_rate)  # in steps: one per second
         self._commands = CommandHandler(parts, self.mission, self.end)
 
     def is_ready(self) -> bool:
@@ -397,7 +399,7 @@ class Runtime:
 
     def _log_pose(self) -> None:
         """Log the exact pose once per second of robot time; the log is hashed."""
-        if self.steps % round(1.0 / self.period) == 0:
+        if self._poses.take(self.steps):
             estimate = self.parts.estimator.estimate
             pose = estimate.pose
             self.parts.telemetry.emit(

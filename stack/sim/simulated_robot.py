@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
-from math import gcd, inf
+from math import inf
 
 import numpy as np
 
@@ -31,6 +31,9 @@ CLEARANCE_REACH = 1.0
 """Largest clearance that is measured, metres."""
 
 
+ROUNDING = 1e-9
+"""Seconds by which two times that are meant to be the same may differ."""
+
 PUSH_ENDS = 0.2
 """Seconds after a push in which contacts are still its own."""
 
@@ -55,7 +58,6 @@ class SimulatedRobot:
         due: physics step up to which the robot lets time pass.
         wants_freeze: whether the robot asks for time to stand.
         radius: distance from the base to the farthest corner, metres.
-        quiet_steps: physics steps from one time at which something may be due to the next.
     """
 
     def __init__(  # noqa: PLR0913 - a robot, its world and the settings
@@ -79,11 +81,10 @@ class SimulatedRobot:
             name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
         }
         self._measured: dict[str, Measurement] = {}
-        longest = max((lidar.rotation_time for lidar in self._lidars.values()), default=0.0)
-        self._trail: deque[tuple[float, Pose2D]] = deque(
-            maxlen=int(longest * settings.scene_rate) + 3 if longest > 0.0 else 0
-        )
+        self._longest_scan = max((lidar.duration for lidar in self._lidars.values()), default=0.0)
+        self._trail: deque[tuple[float, Pose2D]] = deque()
         self._imu = Imu(description.imu, seed) if description.imu else None
+        self._inertia_step, self._physics_period = 0, 1.0 / settings.physics_rate
         self._battery = Battery(
             description.battery,
             description.limits,
@@ -119,10 +120,10 @@ class SimulatedRobot:
         truth = self.truth
         self._friction.update(truth.pose)
         self._odometry.update(0.0, self._encoders())
-        self._trail.append((0.0, truth.pose))
-        for name in self._range_sensor_steps:
-            self._measure(name, scene, 0, 0.0)
-        self._measure_clearance()
+        self._follow(0.0, truth.pose)
+        self.measure_ranges(0, 0.0, scene)
+        self._imu_schedule.take(0)
+        self.measure_clearance(0)
 
     def drive_wheels(self) -> None:
         """Apply the wheel controller's set point of the next physics step."""
@@ -134,30 +135,37 @@ class SimulatedRobot:
         self._odometry.update(time, self._encoders())
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
-        self._trail.append((time, truth.pose))
+        self._follow(time, truth.pose)
         if self._wheel_motion.update(self._friction.floor_at(truth.pose.x, truth.pose.y)):
             self._set_wheels()
         self._count_contacts(time, truth)
 
+    @property
+    def due_step(self) -> int:
+        """Physics step in which the next sensor is due."""
+        schedules = (*self._range_schedules.values(), self._imu_schedule, self._clearance_schedule)
+        return min(schedule.due_step for schedule in schedules)
+
     def measures_ranges(self, step: int) -> bool:
-        """Whether a lidar or sonar may measure in this physics step."""
-        return step % self._range_steps == 0
+        """Whether a lidar or sonar measures in this physics step."""
+        return any(schedule.is_due(step) for schedule in self._range_schedules.values())
 
     def measure_ranges(self, step: int, time: float, scene: SceneState) -> None:
         """Read the lidars and sonars that are due, each at its own rate."""
-        for name, steps in self._range_sensor_steps.items():
-            if step % steps == 0:
+        for name, schedule in self._range_schedules.items():
+            if schedule.take(step):
                 self._measure(name, scene, step, time)
 
     def measure_inertia(self, step: int, time: float) -> None:
         """Read the IMU if it is due."""
-        if self._imu is not None and step % self._imu_steps == 0:
-            self._imu.sample(time, self.physics.base_state())
+        if self._imu_schedule.take(step) and self._imu is not None:
+            since, self._inertia_step = step - self._inertia_step, step
+            self._imu.sample(time, self.physics.base_state(), since * self._physics_period)
 
     def measure_clearance(self, step: int) -> None:
         """Measure the distance to the nearest obstacle if it is due."""
-        if step % self._clearance_steps == 0:
-            self._measure_clearance()
+        if self._clearance_schedule.take(step):
+            self.clearance = self.physics.distance(self.clearance)
 
     def observation(self, time: float, pictures: Mapping[str, Image | DepthImage]) -> Observation:
         """Return the measurements since the last call, with pictures by camera."""
@@ -223,17 +231,13 @@ class SimulatedRobot:
         return events
 
     def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
-        self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
-        self._imu_steps = self._clearance_steps
         rates = {name: lidar.rate for name, lidar in description.real_lidars.items()}
         rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
-        self._range_sensor_steps = {
-            name: settings.steps(f"{name} period", 1.0 / rate) for name, rate in rates.items()
-        }
-        if description.imu:
-            self._imu_steps = settings.steps("IMU period", 1.0 / description.imu.rate)
-        self._range_steps = gcd(*self._range_sensor_steps.values()) or self._clearance_steps
-        self.quiet_steps = gcd(self._imu_steps, self._clearance_steps, self._range_steps)
+        self._range_schedules = {name: settings.schedule(rate) for name, rate in rates.items()}
+        self._imu_schedule = settings.schedule(
+            description.imu.rate if description.imu else settings.clearance_rate
+        )
+        self._clearance_schedule = settings.schedule(settings.clearance_rate)
 
     def _set_wheels(self) -> None:
         wheels = self.drive.wheels
@@ -276,13 +280,15 @@ class SimulatedRobot:
             self._measured[name] = self._sonars[name].reading(truth, scene, step, time)
             return
         lidar = self._lidars[name]
-        trail = [(0.0, truth)]
-        if lidar.rotation_time > 0.0:
-            self._trail.append((time, truth))
-            trail = list(self._trail)
-            if trail[0][0] > time - lidar.rotation_time:
-                return  # the first turn is not complete
-        self._measured[name] = lidar.scan(trail, scene, step, time)
+        self._follow(time, truth)
+        if self._trail[0][0] > time - lidar.duration + ROUNDING:
+            return  # its first beams are from before the beginning
+        self._measured[name] = lidar.scan(self._trail, scene, step, time)
 
-    def _measure_clearance(self) -> None:
-        self.clearance = self.physics.distance(self.clearance)
+    def _follow(self, time: float, pose: Pose2D) -> None:
+        """Add a pose to the trail, and forget those before the longest scan that ends now."""
+        trail = self._trail
+        if not trail or time > trail[-1][0]:
+            trail.append((time, pose))
+        while len(trail) > 1 and trail[1][0] <= time - self._longest_scan + ROUNDING:
+            trail.popleft()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import gcd
 
 from stack.drivetrain.description import RobotDescription
 from stack.sim.pace import Pace
@@ -38,7 +37,6 @@ class Simulation:
         self.world, self.settings, self.pace = world, settings, Pace(settings.pace)
         self._step, self._period = 0, 1.0 / settings.physics_rate
         self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
-        self._quiet_steps = self._scene_steps
         self.doors = {door.name: door.closed for door in world.doors}
         self.scene_changes = 0
         self.people = People(replace(world, people=()), 0)  # until all robots are known
@@ -59,7 +57,6 @@ class Simulation:
 
         Raises:
             BodyError: its URDF cannot be read.
-            ParameterError: a sensor's period is not a multiple of the physics period.
         """
         assert not self._has_begun
         robot = SimulatedRobot(
@@ -78,7 +75,6 @@ class Simulation:
         self._has_begun = True
         places = [(robot.truth.pose, robot.radius) for robot in self._robots]
         self.people = People(self.world, self._people_seed, places)
-        self._quiet_steps = gcd(self._scene_steps, *(robot.quiet_steps for robot in self._robots))
         self._physics.scene.place_people(self.people.positions)
         self._apply_due_events()
         for robot in self._robots:
@@ -149,13 +145,18 @@ class Simulation:
         self.begin()
         end = self._step + steps
         while self._step < end:
-            self._run_physics(
-                min(end, self._step - self._step % self._quiet_steps + self._quiet_steps)
-            )
-            if self._step % self._quiet_steps == 0:
+            due = self._due_step
+            self._run_physics(min(end, due))
+            if self._step == due:
                 self._measure()
         self._apply_due_events()
         self.pace.advance(steps * self._period)
+
+    @property
+    def _due_step(self) -> int:
+        """The next physics step in which the scene or a sensor is due."""
+        scene = self._step - self._step % self._scene_steps + self._scene_steps
+        return min(scene, *(robot.due_step for robot in self._robots))
 
     def _run_physics(self, until: int) -> None:
         """Advance physics and wheel controllers to a step."""

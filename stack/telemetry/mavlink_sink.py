@@ -22,6 +22,7 @@ from typing import Any
 
 from stack.errors import InputError
 from stack.optional_packages import PYSERIAL
+from stack.schedule import Schedule
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import Battery, wrap_angle
 
@@ -152,7 +153,8 @@ class MavlinkSink:
             raise InputError(f"MAVLink address {address!r} cannot be opened: {problem}") from None
         self._last_read = -READ_PERIOD
         self._told = False
-        self._due: dict[str, float] = {}
+        self._motions = Schedule(MOTION_PERIOD)
+        self._statuses, self._batteries = Schedule(STATUS_PERIOD), Schedule(BATTERY_PERIOD)
         self._state = MissionState.STARTING
         self._last_heartbeat = -HEARTBEAT_PERIOD
         self._texts = 0
@@ -211,7 +213,7 @@ class MavlinkSink:
         if now - self._last_read >= READ_PERIOD:
             self._last_read = now
             self._read()
-        return time >= self._due.get("motion", 0.0) - 1e-9
+        return self._motions.is_due(time)
 
     def snapshot(self, snapshot: Snapshot) -> None:
         """Send the messages that are due."""
@@ -219,11 +221,11 @@ class MavlinkSink:
         if snapshot.state is not self._state:
             self._state = snapshot.state
             self._heartbeat()
-        if self._is_due("motion", time, MOTION_PERIOD):
+        if self._motions.take(time):
             self._motion(snapshot)
-        if self._is_due("status", time, STATUS_PERIOD):
+        if self._statuses.take(time):
             self._status(snapshot)
-        if self._is_due("battery", time, BATTERY_PERIOD):
+        if self._batteries.take(time):
             self._battery(snapshot.battery)
 
     def close(self, report: Mapping[str, Any] | None) -> None:
@@ -231,13 +233,6 @@ class MavlinkSink:
         if self._connection is not None:
             self._connection.close()
             self._connection = None
-
-    def _is_due(self, what: str, time: float, period: float) -> bool:
-        if time < self._due.get(what, 0.0) - 1e-9:
-            return False
-        while self._due.get(what, 0.0) <= time + 1e-9:
-            self._due[what] = self._due.get(what, 0.0) + period
-        return True
 
     def _read(self) -> None:
         """Read and answer incoming messages; `udp` and `tcp` learn the station's address by it.

@@ -17,6 +17,7 @@ from missions.trees.mission_tree import MissionTree
 from missions.trees.slots import Slot
 from stack.documents.files import decoded, read_input
 from stack.errors import EvaluationError, Finding, InputError, Mark, ParameterError
+from stack.schedule import Schedule
 from stack.telemetry.hub import Telemetry
 from stack.types import Pose2D
 
@@ -49,7 +50,7 @@ class KeptValues:
         self.path, self._mission = runs / f"{stem}.kept.json", mission
         self._entries: dict[str, Any] = {}
         self.values: dict[str, Any] = {}
-        self._due = 0.0
+        self._writes = Schedule(PERIOD)
         if not self.path.exists():
             return
         if forget:
@@ -70,8 +71,7 @@ class KeptValues:
 
     def follow(self, tree: MissionTree, time: float, lose: Callable[[str, str], None]) -> None:
         """Save changed values if the last time was at least a second ago; see `save`."""
-        if time >= self._due:
-            self._due = time + PERIOD
+        if self._writes.take(time):
             self.save(tree, lose)
 
     def save(self, tree: MissionTree, lose: Callable[[str, str], None]) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stack.errors import ParameterError
 from stack.parameters import parameter
+from stack.schedule import Schedule
 
 
 @dataclass(frozen=True)
@@ -46,3 +47,7 @@ class SimulationSettings:
                 "choose a rate that divides the physics rate",
             )
         return steps
+
+    def schedule(self, rate: float) -> Schedule:
+        """Return the physics steps in which something with a rate is due; at most each of them."""
+        return Schedule(max(self.physics_rate / rate, 1.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from math import prod
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from stack.child_process import Worker
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError, WorkerError
+from stack.schedule import Schedule
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.types import DepthImage, Image
 
@@ -40,21 +42,19 @@ class Camera:
         self._setup, self.driver = setup, ""
         name = f"the renderer of the camera {setup.name}"
         self._renderer = Worker(name, "stack.sim.sensors.camera_worker:renderer", setup)
-        self._exposed: float | None = None
-        self._last: float | None = None
+        self._exposures: deque[float] = deque()
+        self._schedule = Schedule(1.0 / setup.camera.rate)
         self._losses = 0
         self._problems: list[str] = []
 
     def is_ready(self, time: float) -> bool:
-        """Whether the camera can take a picture now: its period has passed and none is pending."""
-        if self._exposed is not None or self._losses >= MOST_LOSSES:
-            return False
-        period = 1.0 / self._setup.camera.rate
-        return self._last is None or time - self._last >= period - _ROUNDING
+        """Whether the camera can take a picture now: its rate allows it."""
+        return self._losses < MOST_LOSSES and self._schedule.is_due(time)
 
     def expose(self, time: float, request: RenderRequest) -> None:
         """Take a picture now; start rendering it."""
-        self._exposed = self._last = time
+        self._schedule.take(time)
+        self._exposures.append(time)
         try:
             self._renderer.send(request)
         except WorkerError as loss:
@@ -69,18 +69,25 @@ class Camera:
     def take(self, time: float) -> Image | DepthImage | None:
         """Return the picture that is due now, once; None if none is due.
 
+        Of several that are due it is the newest.
+
         Raises:
             BodyError: the renderer cannot render this world or robot.
         """
-        stamp, camera = self._exposed, self._setup.camera
-        if stamp is None or not self._is_due(time):
-            return None
-        self._exposed = None
+        picture = None
+        while self._is_due(time):
+            picture = self._received() or picture
+        return picture
+
+    def _received(self) -> Image | DepthImage | None:
+        """Return the oldest picture, once it is rendered; None if its renderer is lost."""
+        camera = self._setup.camera
         try:
             received, self.driver = self._renderer.receive()
         except WorkerError as loss:
             self._note(loss)
             return None
+        stamp = self._exposures.popleft()
         self._losses, shape = 0, (camera.model.height, camera.model.width)
         if isinstance(camera, DepthCameraDescription):
             depth = _array(received, np.float32, shape)
@@ -95,7 +102,8 @@ class Camera:
     def _note(self, loss: WorkerError) -> None:
         if loss.refusal:
             raise BodyError(f"the camera cannot be simulated: {loss.refusal}") from None
-        self._exposed, self._losses = None, self._losses + 1
+        self._exposures.clear()
+        self._losses += 1
         is_off = self._losses >= MOST_LOSSES
         then = "the camera stays off" if is_off else "the next picture starts another one"
         self._problems.append(f"{loss}; {then}")
@@ -107,7 +115,7 @@ class Camera:
 
     def _is_due(self, time: float) -> bool:
         latency = self._setup.camera.latency
-        return self._exposed is not None and time >= self._exposed + latency - _ROUNDING
+        return bool(self._exposures) and time >= self._exposures[0] + latency - _ROUNDING
 
 
 def _array(received: bytes, kind: type, shape: tuple[int, ...]) -> NDArray[Any]:

@@ -20,7 +20,6 @@ class Imu:
     """Collects samples. The accelerometer measures the specific force: acceleration minus g."""
 
     def __init__(self, description: ImuDescription, seed: int) -> None:
-        self._description = description
         self._random = stream(seed, "imu")
         gyro_bias = self._random.normal(0.0, description.gyro_bias, 3)
         accelerometer_bias = self._random.normal(0.0, description.accelerometer_bias, 3)
@@ -29,11 +28,11 @@ class Imu:
         self._velocity: Vector | None = None
         self._samples: list[_Sample] = []
 
-    def sample(self, time: float, state: BaseState) -> None:
-        """Take one sample; call at the sensor's rate."""
+    def sample(self, time: float, state: BaseState, since: float) -> None:
+        """Take one sample, `since` seconds after the one before; call at the sensor's rate."""
         (x, y, z), before = state.velocity, self._velocity or state.velocity
         self._velocity = state.velocity
-        rate = self._description.rate
+        rate = 1.0 / since
         force = (x - before[0]) * rate, (y - before[1]) * rate, (z - before[2]) * rate + GRAVITY
         turning = _into_base(state.spin, state.rotation)
         self._samples.append((time, *turning, *_into_base(force, state.rotation)))

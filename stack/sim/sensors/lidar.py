@@ -37,6 +37,10 @@ class Lidar:
 
     A range is the true one plus Gaussian noise. Lost beams and ranges above the maximum are +inf,
     ranges below the minimum NaN. The noise depends only on (seed, name, step).
+
+    Attributes:
+        rotation_time: seconds of a full turn.
+        duration: seconds from the first beam of a scan to the last.
     """
 
     @staticmethod
@@ -73,6 +77,7 @@ class Lidar:
         self.rotation_time = description.rotation_time
         self._time_increment = self.rotation_time * self._increment / (2.0 * pi)
         self._times = self._time_increment * (np.arange(n) - (n - 1))
+        self.duration = self._time_increment * (n - 1)
         self._beams = self._angle_min + self._increment * np.arange(n)
 
     def scan(self, trail: Trail, scene: SceneState, step: int, time: float) -> Scan:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stack.schedule import Schedule
 from stack.telemetry.records import ROUTINE, Event, MissionState, RunInfo, Snapshot, TreeRow
 from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.tree_text import activity
@@ -23,27 +24,6 @@ MASK_SHOWN = 2.0
 """Seconds for which the mask of a colour is shown after the last search for it."""
 
 
-class _Clock:
-    """Tells when something with a rate is due; the rate is of robot time."""
-
-    def __init__(self, rate: float) -> None:
-        self._period, self._next = 1.0 / rate, 0.0
-
-    def is_due(self, time: float) -> bool:
-        return time >= self._next - 1e-9
-
-    def advance(self, time: float) -> None:
-        """Set the next time, the first multiple of the period after `time`."""
-        if time + 1e-9 >= self._next:
-            self._next = (int((time + 1e-9) / self._period) + 1) * self._period
-
-    def take(self, time: float) -> bool:
-        """Whether it is due; then advance."""
-        due = self.is_due(time)
-        self.advance(time)
-        return due
-
-
 class RerunSink:
     """Records a run for rerun, on the timeline `mission_time` (robot time).
 
@@ -58,21 +38,21 @@ class RerunSink:
         self._parameters = parameters or RecordingParameters()
         self._drawing: RerunDrawing | None = None
         rates = self._parameters
-        self._snapshots = _Clock(rates.rate)
-        self._scans, self._particles = _Clock(rates.scan_rate), _Clock(rates.particle_rate)
-        self._plans, self._pictures = _Clock(rates.plan_rate), _Clock(rates.picture_rate)
-        self._depth_pictures, self._depth_points = (
-            _Clock(rates.picture_rate), _Clock(rates.picture_rate),
+        self._snapshots = Schedule(1.0 / rates.rate)
+        self._scans, self._particles = (
+            Schedule(1.0 / rates.scan_rate), Schedule(1.0 / rates.particle_rate),
         )  # fmt: skip
+        self._plans, self._pictures, self._depth_pictures, self._depth_points, self._masks = (
+            Schedule(1.0 / rate) for rate in (rates.plan_rate, *4 * [rates.picture_rate])
+        )
         self._costmaps = {
-            "local_costmap": _Clock(rates.local_costmap_rate),
-            "global_costmap": _Clock(rates.global_costmap_rate),
+            "local_costmap": Schedule(1.0 / rates.local_costmap_rate),
+            "global_costmap": Schedule(1.0 / rates.global_costmap_rate),
         }
-        self._masks = _Clock(rates.picture_rate)
         self._detections: tuple[Detection, ...] = ()
         self._mask_stamp = -MASK_SHOWN
-        self._documents = _Clock(1.0 / DOCUMENT_PERIOD)
-        self._writes = _Clock(1.0 / rates.write_period)
+        self._documents = Schedule(DOCUMENT_PERIOD)
+        self._writes = Schedule(rates.write_period)
         self._has_blueprint = False
         self._versions: dict[str, int] = {}
         self._plan_of: dict[str, Plan | None] = {}
@@ -111,7 +91,7 @@ class RerunSink:
         """Draw a snapshot."""
         assert self._drawing is not None
         drawing, time = self._drawing, snapshot.time
-        self._snapshots.advance(time)
+        self._snapshots.take(time)
         drawing.at(time)
         drawing.robot(snapshot)
         drawing.moving(snapshot)
