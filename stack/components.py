@@ -85,6 +85,16 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "semantic": "stack.costmap.layers.semantic_layer:SemanticLayer",
     },
 }
+DEFAULTS = {
+    "planner": "astar",
+    "controller": "pure_pursuit",
+    "goal_checker": "stopped_goal",
+    "progress_checker": "pose_progress",
+    "localisation": "mcl",
+    "odometry": "wheels_gyro",
+}
+"""The component of a kind that is used unless a mission or a robot names one."""
+
 GROUPS = {
     "planner": "treepilot.planners",
     "controller": "treepilot.controllers",
@@ -224,8 +234,9 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 
 __all__ = [
-    "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState", "Controller",
-    "DriveState", "Estimator", "GoalChecker", "Match", "OdometryFusion", "PathSegment",
-    "PlanOptions", "Planner", "ProgressChecker", "StopCriterion", "TransformBuffer", "available",
+    "DEFAULTS", "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState",
+    "Controller", "DriveState", "Estimator", "GoalChecker", "Match", "OdometryFusion",
+    "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
+    "TransformBuffer", "available",
     "choose", "component", "noun", "with_article",
 ]  # fmt: skip

@@ -86,7 +86,10 @@ MAY_IMPORT = {
     "missions.trees": {
         "missions.language", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,
     },
-    "missions.nav2": {"missions.language", *FOUNDATION},
+    "missions.nav2": {
+        "missions.language", "stack.components", "stack.costmap", "stack.navigation",
+        "stack.safety", *FOUNDATION,
+    },
     "missions.execution": {
         "missions.run_options", "missions.language", "missions.trees", "missions.nav2",
         "behaviours", "robots", "tui", "stack",

@@ -10,7 +10,7 @@ from missions.editor.document import CURSOR, Reading
 from missions.editor.hover import parameters_of, signature_of_kind, symbol_text, tree_text
 from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.editor.node_schemas import allowed_modifiers
-from missions.execution.component_choices import DEFAULTS, NAVIGATION_KINDS
+from missions.execution.component_choices import NAVIGATION_KINDS
 from missions.execution.resources import world_files
 from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
@@ -30,7 +30,7 @@ from missions.language.kinds import NODES
 from missions.language.reading.cases import FIXED_VALUES
 from missions.language.reading.words import Word, WordRole
 from robots.load import robot_names
-from stack.components import available
+from stack.components import DEFAULTS, available
 from stack.parameters import Declaration
 
 

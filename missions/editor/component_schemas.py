@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from missions.editor.value_schemas import Schema, documented, of_declaration, section
-from missions.execution.component_choices import DEFAULTS, MAPLESS_DEFAULTS, SETTINGS
+from missions.execution.component_choices import MAPLESS_DEFAULTS, SETTINGS
 from missions.language.reading.header import NAV2, TOP_COMPONENTS
-from stack.components import GROUPS, available, component, noun
-from stack.costmap.choosing import COSTMAPS
+from stack.components import DEFAULTS, GROUPS, available, component, noun
+from stack.costmap.choosing import COSTMAPS, SENSORS
 from stack.errors import InputError
 from stack.parameters import declarations
 
@@ -22,13 +22,16 @@ def navigation() -> Schema:
         if kind == "safety":
             fields["zones"] = documented({"type": "array"}, "Zones of the collision monitor.")
         kinds[kind] = documented(section(fields), f"Settings of the {kind}.")
-    kinds[NAV2] = documented({"type": "string"}, "Nav2 parameter file to import.")
+    file = documented(TEXT, "The parameter file.")
+    namespace = documented(TEXT, "Namespace of the robot, in a file with several.")
+    one_of_several = {**section({"file": file, "namespace": namespace}), "required": ["file"]}
+    kinds[NAV2] = documented({"anyOf": [TEXT, one_of_several]}, "Nav2 parameter file to import.")
     return {**section(kinds), "type": ["object", "null"]}
 
 
 def _layers() -> Schema:
     """Layers by name or with parameters, in the order in which they are applied."""
-    names = list(available("costmap_layer"))
+    names = [*available("costmap_layer"), SENSORS]
     words = {
         "use": {"type": "string", "examples": names},
         "name": documented(TEXT, "Name of the layer; default: the name of the component."),

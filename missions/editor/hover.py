@@ -21,7 +21,7 @@ from missions.language.keys import SECTIONS
 from missions.language.kinds import NODES
 from missions.language.model import Tree
 from missions.language.reading.words import Word, WordRole
-from stack.components import available, component
+from stack.components import DEFAULTS, available, component
 from stack.documents import Mark
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations
@@ -69,7 +69,7 @@ def definition(reading: Reading, word: Word, text: str) -> Mark | None:
 
 def parameters_of(owner: str) -> dict[str, Declaration]:
     """Return the parameters of a component (`planner astar`) or of the settings of a kind."""
-    from missions.execution.component_choices import DEFAULTS, SETTINGS
+    from missions.execution.component_choices import SETTINGS
 
     kind, _, name = owner.partition(" ")
     if kind in SETTINGS:
@@ -210,8 +210,6 @@ def _expectation(reading: Reading, word: Word, text: str) -> str:
 
 def _component(reading: Reading, word: Word, text: str) -> str:
     name = str(word.node.value)
-    from missions.execution.component_choices import DEFAULTS
-
     if word.owner not in DEFAULTS or name not in available(word.owner):
         return ""
     return f"**{name}**: {inspect.cleandoc(component(word.owner, name).__doc__ or '')}"

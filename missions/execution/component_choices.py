@@ -14,9 +14,9 @@ from typing import Any
 
 from missions.language.model import Mission
 from missions.language.reading.header import TOP_COMPONENTS
-from stack.components import Choice, Estimator, choose
+from stack.components import DEFAULTS, Choice, Estimator, choose
 from stack.control.evasion.parameters import EvasionParameters
-from stack.costmap.choosing import read_layers, usual_layers
+from stack.costmap.choosing import read_layers, sensing_layers, usual_layers, with_sensors
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
 from stack.documents import value_of
@@ -37,14 +37,6 @@ from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_zones
 from stack.telemetry.rerun.parameters import RecordingParameters
 
-DEFAULTS = {
-    "planner": "astar",
-    "controller": "pure_pursuit",
-    "goal_checker": "stopped_goal",
-    "progress_checker": "pose_progress",
-    "localisation": "mcl",
-    "odometry": "wheels_gyro",
-}
 SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,
     "speed_limits": SpeedLimitParameters,
@@ -129,7 +121,8 @@ def all_chosen(
         mission: kind -> name and parameters.
         mapped: whether there is a map; without one `MAPLESS_DEFAULTS` apply.
     """
-    choices, listed = {}, False
+    choices: dict[str, Choice] = {}
+    found: dict[str, dict[str, Any]] = {}
     for kind in (*DEFAULTS, *SETTINGS):
         wanted: dict[str, Any] = {} if mapped else dict(MAPLESS_DEFAULTS.get(kind, {}))
         use, values = mission.get(kind, (None, {}))
@@ -140,12 +133,17 @@ def all_chosen(
                 wanted = {}
             wanted.update(source)
         choices[kind] = chosen(kind, wanted, mapped=mapped)
-        if kind == "costmap":
-            listed = "layers" in wanted
-    if not listed:
-        seen = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
-        layers = usual_layers(tuple(robot.all_lidars), tuple(robot.sonars), depth=seen)
-        choices["costmap"] = replace(choices["costmap"], parts=layers)
+        found[kind] = wanted
+    lidars, sonars = tuple(robot.all_lidars), tuple(robot.sonars)
+    depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
+    costmap = found["costmap"]
+    if "layers" in costmap:
+        sensing = sensing_layers(lidars, sonars, depth=depth)
+        layers = with_sensors(costmap["layers"], sensing)
+        choices["costmap"] = chosen("costmap", {**costmap, "layers": layers}, mapped=mapped)
+    else:
+        usual = usual_layers(lidars, sonars, depth=depth)
+        choices["costmap"] = replace(choices["costmap"], parts=usual)
     return choices
 
 

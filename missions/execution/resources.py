@@ -201,12 +201,14 @@ def known_markers(mission: Mission, world: World) -> tuple[Marker, ...]:
     return world.markers
 
 
-def _nav2_components(name: str, folder: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:
+def _nav2_components(
+    name: str, namespace: str | None, folder: Path
+) -> tuple[dict[str, Component], tuple[Finding, ...]]:
     """Return the components of a Nav2 parameter file, and warnings for settings without effect."""
     from missions.nav2.reading import read_nav2
     from missions.nav2.reporting import components_of, warnings_of
 
-    settings = read_nav2(folder / name)
+    settings = read_nav2(folder / name, namespace=namespace)
     return components_of(settings), warnings_of(settings)
 
 

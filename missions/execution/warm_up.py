@@ -6,11 +6,11 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
-from missions.execution.component_choices import DEFAULTS
 from missions.execution.people_measures import PeopleMeasures
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
+from stack.components import DEFAULTS
 from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
 from stack.drivetrain.description import RobotDescription

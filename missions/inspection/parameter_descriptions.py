@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from missions.execution.component_choices import DEFAULTS, SETTINGS
+from missions.execution.component_choices import SETTINGS
 from missions.inspection.tables import shown, table
 from missions.language.reading.header import TOP_COMPONENTS
-from stack.components import component
+from stack.components import DEFAULTS, component
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 from stack.safety.zones import SafetyZone

@@ -51,8 +51,8 @@ class Resources:
             map).
         plugged_components: (plugins as written, mission's folder) -> the components in them: kind
             -> name -> location, which the other callables accept in place of a name.
-        nav2_components: (Nav2 parameter file as written, mission's folder) -> its components by
-            kind, and warnings about settings without effect.
+        nav2_components: (Nav2 parameter file as written, namespace of the robot in it or None,
+            mission's folder) -> its components by kind, and warnings.
         navigation_kinds: the keys under `navigation`.
     """
 
@@ -64,9 +64,9 @@ class Resources:
     plugged_components: Callable[[Sequence[str], Path], Mapping[str, Mapping[str, str]]] = (
         lambda plugins, folder: {}
     )
-    nav2_components: Callable[[str, Path], tuple[Mapping[str, Component], Sequence[Finding]]] = (
-        lambda file, folder: ({}, ())
-    )
+    nav2_components: Callable[
+        [str, str | None, Path], tuple[Mapping[str, Component], Sequence[Finding]]
+    ] = lambda file, namespace, folder: ({}, ())
     navigation_kinds: Sequence[str] = ()
 
 

@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from stack.costmap.choosing import SENSORS
+
 
 def _same(value: Any) -> Any:
     return value
@@ -73,10 +75,10 @@ MPPI: Table = {
         temperature="temperature",
         gamma="gamma",
         vx_std="linear_deviation",
-        vy_std="lateral_deviation",
         wz_std="angular_deviation",
     ),
     "vx_min": Equivalent("reverse_speed", _opposite),
+    "vy_std": Equivalent("lateral_deviation", lambda v: v or None),
 }
 
 MPPI_CRITICS: Mapping[str, tuple[str, Table]] = {
@@ -152,6 +154,27 @@ CONTROLLERS: Mapping[str, tuple[str, Table]] = {
     "GracefulController": ("graceful", GRACEFUL),
 }
 """Nav2 class -> treepilot's controller and its parameters."""
+
+SPEEDS: Table = _renamed(
+    max_linear_vel="cruise_speed",
+    desired_linear_vel="cruise_speed",
+    max_vel_x="cruise_speed",
+    vx_max="cruise_speed",
+    v_linear_max="cruise_speed",
+    max_linear_velocity="cruise_speed",
+    max_velocity="cruise_speed",
+    max_speed_xy="cruise_speed",
+    max_vel_trans="cruise_speed",
+    max_angular_vel="turn_speed",
+    max_vel_theta="turn_speed",
+    wz_max="turn_speed",
+    v_angular_max="turn_speed",
+    max_rot_vel="turn_speed",
+    max_speed_theta="turn_speed",
+    max_angular_velocity="turn_speed",
+    rotate_to_heading_angular_vel="turn_speed",
+)
+"""Speed limits under the names that controllers without an equivalent give them."""
 
 SHIM: Mapping[str, Table] = {
     "pure_pursuit": _renamed(
@@ -233,6 +256,13 @@ PROGRESS_CHECKERS: Mapping[str, tuple[str, Table]] = {
         "pose_progress", {**_MOVEMENT, **_renamed(required_movement_angle="angle")}
     ),
 }  # fmt: skip
+SHARED: Mapping[str, Table] = {
+    "planner": _renamed(tolerance="tolerance", allow_unknown="allow_unknown"),
+    "goal_checker": _TOLERANCES,
+    "progress_checker": _MOVEMENT,
+}
+"""Parameters of components without an equivalent that the default component has too."""
+
 CONTROLLER_SERVER: Table = {
     "failure_tolerance": Equivalent("collision_patience", lambda v: v if v > 0.0 else None),
 }
@@ -240,18 +270,43 @@ PLANNER_SERVER: Table = _renamed(allow_partial_planning="allow_partial")
 BEHAVIOURS: Table = _renamed(max_rotational_vel="spin_speed")
 COSTMAP: Table = _renamed(resolution="resolution")
 
-LAYERS: Mapping[str, tuple[str, Table]] = {
-    "StaticLayer": ("static", {}),
-    "ObstacleLayer": ("obstacle", {}),
-    "VoxelLayer": ("obstacle", {}),
-    "DenoiseLayer": ("denoise", _renamed(minimal_group_size="smallest_group")),
-}  # fmt: skip
+LAYERS: Mapping[str, str] = {
+    "StaticLayer": "static",
+    "ObstacleLayer": SENSORS,
+    "VoxelLayer": SENSORS,
+    "RangeSensorLayer": SENSORS,
+    "DenoiseLayer": "denoise",
+    "InflationLayer": "",
+    "KeepoutFilter": "",
+    "SpeedFilter": "",
+    "BinaryFilter": "",
+}
+"""Class -> layer; empty: none, as the costmap itself inflates, and zones are the mission's."""
+
+FILTERS = {
+    "KeepoutFilter": "write `costmap: {layers: [static, sensors, {use: keepout, mask: map.yaml}]}`",
+    "SpeedFilter": "write `speed_limits: {mask: map.yaml}`",
+    "BinaryFilter": "",
+}
+"""Classes that read a mask -> what to write instead."""
+
+USUAL_PLUGINS = {
+    "static_layer": "StaticLayer",
+    "obstacle_layer": "ObstacleLayer",
+    "inflation_layer": "InflationLayer",
+}
+"""Layers that Nav2 has unless `plugins` lists others, by name."""
+
+DENOISE: Table = _renamed(minimal_group_size="smallest_group")
 INFLATION: Table = _renamed(inflation_radius="inflation_radius", cost_scaling_factor="cost_scaling")
 SCAN_SOURCE: Table = _renamed(
     obstacle_max_range="obstacle_range",
+    obstacle_range="obstacle_range",
     raytrace_max_range="clearing_range",
+    raytrace_range="clearing_range",
     observation_persistence="persistence",
 )
+"""The names without `max` are those of Foxy."""
 
 VELOCITY_LISTS: Mapping[str, tuple[tuple[int, Equivalent], ...]] = {
     "max_velocity": ((0, Equivalent("top_speed")),),
@@ -265,6 +320,8 @@ ZONE: Table = {
         angular_limit="angular", time_before_collision="time",
     ),
     "max_points": Equivalent("points", lambda v: v + 1),
+    "linear_min": Equivalent("speed_from"),
+    "linear_max": Equivalent("speed_to"),
 }  # fmt: skip
 ZONE_ACTIONS = {
     "stop": "stop", "slowdown": "slow_down", "limit": "limit", "approach": "approach",

@@ -44,6 +44,7 @@ _REASONS = (
     ("*_decel", "the limits in robot.yaml are used"),
     ("*.motion_model", "the drive in robot.yaml is used"),
     ("*ObstaclesCritic.*", "the weight has another unit; the default is used"),
+    ("*.vy_std", "0 has no effect; `vy_max: 0.0` turns sideways motion off"),
     ("*.critics", STRUCTURE),
     ("*plugins", STRUCTURE),
     ("*_plugin", STRUCTURE),

@@ -26,13 +26,14 @@ def components_of(settings: Nav2Settings) -> dict[str, Component]:
 
 
 def warnings_of(settings: Nav2Settings) -> tuple[Finding, ...]:
-    """Return one warning per server about parameters without an equivalent."""
+    """Return the warnings of the import, and one per server about parameters without effect."""
     by_server: dict[str, list[tuple[str, Mark]]] = {}
     for item in settings.ignored:
         if item.reason == NO_EQUIVALENT:
             server, _, name = item.path.partition(".")
             by_server.setdefault(server, []).append((name, item.mark))
-    return tuple(_warning(server, items) for server, items in by_server.items())
+    without_effect = (_warning(server, items) for server, items in by_server.items())
+    return (*settings.warnings, *without_effect)
 
 
 def _warning(server: str, items: list[tuple[str, Mark]]) -> Finding:

@@ -16,6 +16,12 @@ from stack.parameters import build, declarations, suggestion, values_of
 from stack.types import Footprint
 
 COSTMAPS = ("both", "global", "local")
+SENSORS = "sensors"
+"""Entry of a list of layers that stands for the usual layers of the robot's sensors."""
+
+LIDAR_ONLY = ({"use": "obstacle"},)
+"""The usual layers of a robot whose only sensor is a lidar."""
+
 _WORDS = ("use", "name", "only", "inflated")
 _MOVED = {
     "inflation": (
@@ -106,21 +112,53 @@ def usual_layers(
     who walk change no path: who is there now has gone when the robot comes. List `social` to plan
     round where they walk.
     """
-    layers: list[Any] = ["static"]
-    layers += [
-        "obstacle" if name == "lidar"
+    layers = ["static", *sensing_layers(lidars, sonars, depth=depth)]
+    return read_layers(layers, CostmapParameters())
+
+
+def sensing_layers(
+    lidars: Sequence[str], sonars: Sequence[str], *, depth: bool
+) -> list[Mapping[str, Any]]:
+    """Return the entries of the usual layers without the map; `usual_layers` says which."""
+    layers: list[Mapping[str, Any]] = [
+        {"use": "obstacle"} if name == "lidar"
         else {"use": "obstacle", "name": f"obstacle_{name}", "source": name}
         for name in lidars
     ]  # fmt: skip
     if sonars and not lidars:
-        layers.append("range")
+        layers.append({"use": "range"})
     if depth:
-        layers.append("depth")
-    return read_layers(layers, CostmapParameters())
+        layers.append({"use": "depth"})
+    return layers
+
+
+def with_sensors(raw: Any, sensing: Sequence[Mapping[str, Any]]) -> Any:
+    """Return a list of layers with those of the robot's sensors in place of `sensors`.
+
+    Parameters of such an entry are those of its obstacle layers. Anything else is left as it is.
+    """
+    if not isinstance(raw, list):
+        return raw
+    found: list[Any] = []
+    for item in raw:
+        entry = {"use": item} if isinstance(item, str) else item
+        if not isinstance(entry, Mapping) or entry.get("use") != SENSORS:
+            found.append(item)
+            continue
+        own = {key: entry[key] for key in ("only", "inflated") if key in entry}
+        values = {key: value for key, value in entry.items() if key not in _WORDS}
+        prefix = f"{entry['only']}_" if "name" in entry and "only" in entry else ""
+        for layer in sensing:
+            name = prefix + layer.get("name", layer["use"])
+            more = values if layer["use"] == "obstacle" else {}
+            found.append({**layer, "name": name, **own, **more})
+    return found
 
 
 def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]:
     """Read a mission's list of layers: names, or {use: name, only: local, parameter: value}.
+
+    An entry `sensors` that `with_sensors` has not replaced is that of a robot with one lidar.
 
     Raises:
         ParameterError: an unknown layer or another invalid entry; its parameter is `layers`.
@@ -128,7 +166,7 @@ def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]
     if not isinstance(raw, Sequence) or isinstance(raw, str):
         raise ParameterError("layers", f"expected a list of layers, got {raw!r}")
     choices: list[LayerChoice] = []
-    for number, item in enumerate(raw, start=1):
+    for number, item in enumerate(with_sensors(raw, LIDAR_ONLY), start=1):
         try:
             choice = _read(item)
             choice.parameters(costmap)

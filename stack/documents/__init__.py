@@ -13,6 +13,7 @@ from stack.documents.reader import (
     is_one_line,
     read_document,
     read_file,
+    read_ros_parameters,
     read_text,
     value_of,
 )
@@ -20,6 +21,7 @@ from stack.documents.yaml_nodes import MAX_DEPTH, MAX_NODES, Node, as_yaml, iter
 
 __all__ = [
     "MAX_DEPTH", "MAX_NODES", "Finding", "Findings", "Mark", "Node", "Section",
-    "as_yaml", "is_one_line", "iter_scalars", "read_document", "read_file", "read_text",
+    "as_yaml", "is_one_line", "iter_scalars", "read_document", "read_file", "read_ros_parameters",
+    "read_text",
     "require_kind", "value_of",
 ]  # fmt: skip

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from stack.documents.file_kinds import require_kind
 from stack.documents.files import decoded, read_input
 from stack.documents.findings import Finding, Findings, Mark
+from stack.documents.ros_parameters import RosComposer
 from stack.documents.yaml_nodes import Node, compose
 from stack.errors import InputError, ParameterError
 from stack.parameters import REQUIRED, Declaration, nearest, suggestion
@@ -74,7 +75,17 @@ def read_text(text: str, name: str, what: str = "file") -> Node:
         InputError: the text is empty, not YAML, or not one mapping.
     """
     findings = Findings()
-    documents = compose(text, name, findings)
+    node = _only_mapping(compose(text, name, findings), name, what, findings)
+    findings.raise_errors()
+    return node
+
+
+def _only_mapping(documents: list[Node], name: str, what: str, findings: Findings) -> Node:
+    """The only document of a text; a finding if it is not a mapping.
+
+    Raises:
+        InputError: it is empty, or there are several.
+    """
     if all(node.kind == "scalar" and node.value is None for node in documents):
         raise InputError([Finding(Mark(name), "E005", f"the {what} is empty")])
     node = documents[0]
@@ -86,8 +97,26 @@ def read_text(text: str, name: str, what: str = "file") -> Node:
     if not node.is_mapping:
         got = "a list" if node.is_sequence else "a text or number"
         findings.error("E007", node.mark, f"not a {what}: expected keys with values, got {got}")
-    findings.raise_errors()
     return node
+
+
+def read_ros_parameters(path: Path, what: str, text: str | None = None) -> tuple[Node, Findings]:
+    """Read a parameter file of ROS, with warnings about duplicate keys.
+
+    Args:
+        path: of the file.
+        what: kind of file for messages.
+        text: to read instead of the file's.
+
+    Raises:
+        InputError: as `read_file`.
+    """
+    findings = Findings()
+    text = decoded(read_input(path, what), path) if text is None else text
+    documents = compose(text, str(path), findings, RosComposer)
+    node = _only_mapping(documents, str(path), what, findings)
+    findings.raise_errors()
+    return node, findings
 
 
 class Section:

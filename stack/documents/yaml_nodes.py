@@ -9,10 +9,10 @@ of nodes is limited, so that aliases cannot expand without bound.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import inf, isinf
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -93,8 +93,16 @@ class Node:
         return text if len(text) <= 60 else text[:57] + "...'"
 
 
-def compose(text: str, name: str, findings: Findings) -> list[Node]:
+def compose(
+    text: str, name: str, findings: Findings, composer: type[Composer] | None = None
+) -> list[Node]:
     """Parse the documents in a YAML text; `name` is the file name in positions.
+
+    Args:
+        text: of the file.
+        name: of the file, for positions.
+        findings: receives the findings.
+        composer: the dialect; default: missions, worlds and the other files of treepilot.
 
     Raises:
         InputError: the text is not YAML, nested too deeply or too large. Other errors are added
@@ -102,7 +110,7 @@ def compose(text: str, name: str, findings: Findings) -> list[Node]:
     """
     try:
         events: Iterator[Any] = yaml.parse(text, Loader=_Parser)
-        return _Composer(name, findings, events).documents()
+        return (composer or Composer)(name, findings, events).documents()
     except yaml.YAMLError as error:
         raise InputError([_refusal(text, name, error)]) from None
     except (RecursionError, ValueError) as error:
@@ -164,15 +172,17 @@ _INT = re.compile(r"[-+]?[0-9]+")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _WHOLE = re.compile(r"[-+]?[0-9]{1,20}(\.0*)?")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_WORDS: dict[str, Any] = {
+CORE_WORDS: dict[str, Any] = {
     "": None, "~": None, "null": None, "Null": None, "NULL": None,
     "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
 }  # fmt: skip
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
-class _Composer:
+class Composer:
     """Composes nodes from events; counts them to limit the expansion of aliases."""
+
+    words: ClassVar[Mapping[str, Any]] = CORE_WORDS
 
     def __init__(self, name: str, findings: Findings, events: Iterator[Any]) -> None:
         self.name, self.findings, self.events = name, findings, events
@@ -247,15 +257,19 @@ class _Composer:
             elif "\n" in str(key.value) or "\t" in str(key.value):
                 self.findings.error("E010", key.mark, f"a key must be one line, got {key.words()}")
             elif key.value in seen:
-                first = seen[key.value]
-                self.findings.error(
-                    "E011", key.mark, f"duplicate key {key.value!r}",
-                    f"the first is in line {first.line}",
-                )  # fmt: skip
+                self._repeated((key, value), seen[key.value], entries)
             else:
                 seen[key.value] = key.mark
                 entries.append((key, value))
         return entries
+
+    def _repeated(
+        self, entry: tuple[Node, Node], first: Mark, entries: list[tuple[Node, Node]]
+    ) -> None:
+        """Deal with an entry whose key stands in the mapping already, at `first`."""
+        key, _ = entry
+        sentence = f"duplicate key {key.value!r}"
+        self.findings.error("E011", key.mark, sentence, f"the first is in line {first.line}")
 
     def _scalar(self, event: Any, mark: Mark) -> Node:
         if printable(event.value) != event.value:
@@ -268,8 +282,8 @@ class _Composer:
         return Node(self._core_value(event.value, mark), "scalar", mark, folded=folded)
 
     def _core_value(self, text: str, mark: Mark) -> Any:
-        if text in _WORDS:
-            return _WORDS[text]
+        if text in self.words:
+            return self.words[text]
         if _INT.fullmatch(text):
             return self._whole(text, 10, mark)
         if _BASED.fullmatch(text):
@@ -277,9 +291,13 @@ class _Composer:
         if _FLOAT.fullmatch(text):
             return self._in_range(float(text), text, mark)
         if _SPECIAL.fullmatch(text):
-            self.findings.error("E012", mark, f"{text} is not a finite number")
-            return 0.0
+            return self._special(text, mark)
         return text
+
+    def _special(self, text: str, mark: Mark) -> float:
+        """Deal with an infinite number, or one that is not a number."""
+        self.findings.error("E012", mark, f"{text} is not a finite number")
+        return 0.0
 
     def _whole(self, text: str, base: int, mark: Mark) -> float:
         number = int(text, base) if len(text) <= MAX_DIGITS else inf

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 
 from missions.execution.build import build, run_info
-from missions.execution.component_choices import DEFAULTS
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import mission_files
-from stack.components import BUILT_IN
+from stack.components import BUILT_IN, DEFAULTS
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import MissionState
 

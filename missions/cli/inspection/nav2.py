@@ -11,6 +11,9 @@ def nav2(
     out: Annotated[
         Path | None, typer.Option(help="write the imported parameters to a file")
     ] = None,
+    namespace: Annotated[
+        str | None, typer.Option(help="namespace of the robot, in a file with several")
+    ] = None,
 ) -> None:
     """Show which Nav2 parameters are imported and which are ignored.
 
@@ -19,7 +22,9 @@ def nav2(
     from missions.nav2.reading import read_nav2
     from missions.nav2.reporting import lines_of, parameter_file
 
-    settings = read_nav2(file)
+    settings = read_nav2(file, namespace=namespace)
+    for finding in settings.warnings:
+        typer.echo(str(finding), err=True)
     for line in lines_of(settings):
         typer.echo(line)
     if out is not None:

@@ -252,12 +252,22 @@ class HeaderReader:
         file = node.get(NAV2) if node is not None else None
         if file is None:
             return {}
+        namespace: str | None = None
+        if file.is_mapping:
+            section = Section(file, self.findings, NAV2, "E101", ("file", "namespace"))
+            namespace = section.value(Declaration("namespace", str | None, default=None))
+            file = section.node_of("file", required=True)
+            section.done()
+        if file is None:
+            return {}
         if not isinstance(file.value, str) or not file.value:
             sentence = f"{NAV2} must be the name of a file, got {file.words()}"
-            self.findings.error("E101", file.mark, sentence)
+            hint = "write FILE, or {file: FILE, namespace: /robot}"
+            self.findings.error("E101", file.mark, sentence, hint)
             return {}
         try:
-            components, warnings = self.resources.nav2_components(file.value, self.folder)
+            ask = self.resources.nav2_components
+            components, warnings = ask(file.value, namespace, self.folder)
         except InputError as error:
             self._add(error, file.mark, "E110")
             return {}

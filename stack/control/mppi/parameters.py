@@ -22,7 +22,9 @@ class MppiParameters(GoalAlignmentParameters):
     blind_speed: float = parameter(
         0.15, "m/s", at_least=0.0, help="top speed backward into ground that no sensor covers"
     )
-    lateral_speed: float = parameter(0.5, "m/s", above=0.0, help="omni only: top lateral speed")
+    lateral_speed: float = parameter(
+        0.5, "m/s", at_least=0.0, help="omni only: top lateral speed; 0: never sideways"
+    )
     batch: int = parameter(2000, at_least=16, at_most=20000, help="rollouts per command")
     steps: int = parameter(56, at_least=8, at_most=400, help="steps of a rollout")
     time_step: float = parameter(0.05, "s", above=0.0, at_most=0.5, help="length of a step")

@@ -2,8 +2,9 @@
 
 Coordinates are metres in the map frame. Properties of a node: `id`; of an edge: `id`, `from`, `to`,
 `speed`, `weight`, `one_way`, `closed`; both may have a `name` for people. Files of Nav2's route
-server are supported: an edge with `startid` and `endid` is one-way, as in Nav2. Nav2 properties
-without an equivalent cause a warning.
+server are supported: an edge with `startid` and `endid` is one-way, as in Nav2. What Nav2 does not
+read is a warning in such a file, not an error: unknown properties, equal ids of edges, and lines
+that do not lead from node to node.
 
 Codes: E430 file · E431 feature · E432 ids · W430 ignored or unused.
 """
@@ -14,6 +15,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from math import hypot, inf
 from pathlib import Path
 from typing import Any
@@ -64,15 +66,29 @@ class _Feature:
 
 @dataclass
 class _Reading:
-    """Nodes and edges read so far, with the findings."""
+    """Nodes and edges read so far, with the findings.
+
+    Attributes:
+        nav2: whether the file is one of Nav2's route server.
+    """
 
     findings: Findings
+    nav2: bool
     nodes: dict[str, tuple[float, float]] = field(default_factory=dict)
     edges: dict[str, RouteEdge] = field(default_factory=dict)
     owners: dict[str, _Feature] = field(default_factory=dict)
 
     def wrong(self, feature: _Feature, sentence: str, hint: str = "", code: str = FEATURE) -> None:
         self.findings.error(code, feature.mark, f"{feature}: {sentence}", hint)
+
+    def unread(
+        self, feature: _Feature, sentence: str, instead: str, hint: str = "", code: str = FEATURE
+    ) -> None:
+        """Report what Nav2 does not read: `instead` says what a file of Nav2 gets."""
+        if self.nav2:
+            self.findings.warning(LEFT_OUT, feature.mark, f"{feature}: {sentence}; {instead}")
+        else:
+            self.wrong(feature, sentence, hint, code)
 
 
 def read_route_graph(path: Path) -> RouteGraph:
@@ -91,8 +107,8 @@ def parse_route_graph(text: str, name: str) -> RouteGraph:
         InputError: as `read_route_graph`.
     """
     findings = Findings()
-    reading = _Reading(findings)
     features = _features(text, name, findings)
+    reading = _Reading(findings, any("startid" in feature.properties for feature in features))
     for feature in features:
         if feature.kind == "Point":
             _read_node(feature, reading)
@@ -153,8 +169,9 @@ def _feature(number: int, mark: Mark, raw: Any, findings: Findings) -> _Feature 
         return _Feature(number, mark, "LineString", None, properties)
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     coordinates = geometry.get("coordinates") if isinstance(geometry, dict) else None
-    if kind == "MultiLineString" and isinstance(coordinates, list) and len(coordinates) == 1:
-        kind, coordinates = "LineString", coordinates[0]
+    if kind == "MultiLineString" and isinstance(coordinates, list):
+        kind = "LineString"
+        coordinates = coordinates[0] if len(coordinates) == 1 else coordinates
     if not isinstance(kind, str) or kind not in _KNOWN:
         refuse(f"its geometry is {kind!r}", "a node is a Point, an edge a LineString")
         return None
@@ -193,12 +210,18 @@ def _read_edge(feature: _Feature, reading: _Reading) -> None:
         return
     line = _line(feature, (start, end), reading)
     if name in reading.edges:
-        first = reading.edges[name].feature
-        reading.wrong(feature, f"feature {first} is also an edge {name!r}", "rename one", IDS)
-    elif line is not None:
+        sentence = f"feature {reading.edges[name].feature} is also an edge {name!r}"
+        name = _free(name, reading.edges)
+        reading.unread(feature, sentence, f"this one is {name!r}", "rename one", IDS)
+    if line is not None:
         reading.edges[name] = RouteEdge(
             name, start, end, line, speed, share, weight, **flags, feature=feature.number
         )
+
+
+def _free(name: str, used: Mapping[str, object]) -> str:
+    """Return a name that is not used: `7_2` for the second edge 7."""
+    return next(free for number in count(2) if (free := f"{name}_{number}") not in used)
 
 
 def _id(feature: _Feature, key: str, reading: _Reading) -> str | None:
@@ -253,7 +276,8 @@ def _check_keys(feature: _Feature, reading: _Reading) -> None:
         reading.findings.warning(LEFT_OUT, feature.mark, sentence)
     for key in feature.properties:
         if key not in known and key not in _NAV2:
-            reading.wrong(feature, f"there is no property {key!r}", suggestion(key, known))
+            sentence, hint = f"there is no property {key!r}", suggestion(key, known)
+            reading.unread(feature, sentence, "it is ignored", hint)
 
 
 def _position(raw: Any) -> tuple[float, float] | None:
@@ -270,20 +294,16 @@ def _position(raw: Any) -> tuple[float, float] | None:
 def _line(feature: _Feature, ends: tuple[str, str], reading: _Reading) -> Line | None:
     """Return the edge's line with its ends at its nodes; straight if it has no geometry."""
     places = [reading.nodes[name] for name in ends]
-    drawn = places if feature.coordinates is None else _positions(feature, reading)
+    drawn = places if feature.coordinates is None else _positions(feature)
     if drawn is None:
-        return None
-    for place, (x, y), name, word in zip(
-        places, (drawn[0], drawn[-1]), ends, ("begins", "ends"), strict=True
-    ):
-        miss = hypot(place[0] - x, place[1] - y)
-        if miss > AT_NODE:
-            reading.wrong(
-                feature, f"the line {word} at ({x:g}, {y:g}), but its node {name!r} is at "
-                f"({place[0]:g}, {place[1]:g}), {miss:.2f} m away",
-                "move one of them, or swap `from` and `to`",
-            )  # fmt: skip
-            return None
+        sentence = f"{feature.coordinates!r:.60} is not a list of positions"
+        hint = "write [[x, y], [x, y]]"
+    else:
+        sentence = _far_end(drawn, places, ends)
+        hint = "move one of them, or swap `from` and `to`"
+    if drawn is None or sentence:
+        reading.unread(feature, sentence, "a straight line is used", hint)
+        drawn = places
     line = _distinct(np.array([places[0], *drawn[1:-1], places[1]]))
     if len(line) < 2:
         reading.wrong(feature, "the line has no length", "give it two different positions")
@@ -291,15 +311,28 @@ def _line(feature: _Feature, ends: tuple[str, str], reading: _Reading) -> Line |
     return Line(line)
 
 
-def _positions(feature: _Feature, reading: _Reading) -> list[tuple[float, float]] | None:
+def _far_end(
+    drawn: list[tuple[float, float]], places: list[tuple[float, float]], ends: tuple[str, str]
+) -> str:
+    """Return a sentence about an end of a line that is not at its node; empty if both are."""
+    for place, (x, y), name, word in zip(
+        places, (drawn[0], drawn[-1]), ends, ("begins", "ends"), strict=True
+    ):
+        miss = hypot(place[0] - x, place[1] - y)
+        if miss > AT_NODE:
+            return (
+                f"the line {word} at ({x:g}, {y:g}), but its node {name!r} is at "
+                f"({place[0]:g}, {place[1]:g}), {miss:.2f} m away"
+            )
+    return ""
+
+
+def _positions(feature: _Feature) -> list[tuple[float, float]] | None:
+    """Return the positions of a line; None if it is not a list of at least two."""
     raw = feature.coordinates
     found = [_position(item) for item in raw] if isinstance(raw, list) else []
     known = [place for place in found if place is not None]
-    if len(known) < 2 or len(known) < len(found):
-        sentence = f"{raw!r:.60} is not a list of positions"
-        reading.wrong(feature, sentence, "write [[x, y], [x, y]]")
-        return None
-    return known
+    return known if 2 <= len(known) == len(found) else None
 
 
 def _distinct(points: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from missions.cli.app import app
-from missions.execution.prepare import RunOptions, prepare
+from missions.execution.prepare import Diagnosis, RunOptions, diagnose, prepare
 from missions.execution.resources import MISSIONS
 from missions.nav2.reading import Nav2Settings, read_nav2
 from missions.nav2.reporting import lines_of, parameter_file, warnings_of
@@ -48,7 +48,7 @@ def test_the_shipped_file_chooses_what_it_says() -> None:
     }  # fmt: skip
     layers = values(found, "costmap")["layers"]
     assert isinstance(layers, list)
-    assert [layer["use"] for layer in layers] == ["static", "obstacle", "obstacle"]
+    assert [layer["use"] for layer in layers] == ["static", "sensors", "sensors"]
     assert values(found, "costmap") == {
         "layers": layers, "inflation_radius": 0.7, "cost_scaling": 3.0, "resolution": 0.05,
     }  # fmt: skip
@@ -152,16 +152,25 @@ def test_the_missions_own_settings_win() -> None:
     assert {finding.code for finding in plan.mission.warnings} == {"W110"}
 
 
-def test_a_value_out_of_our_range_is_found_in_their_file(tmp_path: Path) -> None:
+def check(tmp_path: Path, nav2: str, more: str = "") -> Diagnosis:
+    """The diagnosis of a mission with these Nav2 parameters."""
+    (tmp_path / "nav2.yaml").write_text(nav2, "utf-8")
+    mission = "mission: a\nrobot: scout\nworld: office\nnavigation: {nav2_params: nav2.yaml"
+    text = f"{mission}{more}}}\nrun: {{wait: 1 s}}\n"
+    (tmp_path / "a.yaml").write_text(text, "utf-8")
+    return diagnose(tmp_path / "a.yaml")
+
+
+def test_a_value_out_of_our_range_is_a_warning_in_their_file(tmp_path: Path) -> None:
+    """16 is the least `batch` of mppi."""
     text = SHIPPED.read_text("utf-8").replace("batch_size: 1500", "batch_size: 3")
-    (tmp_path / "nav2.yaml").write_text(text, "utf-8")
-    mission = "mission: a\nrobot: scout\nworld: office\nnavigation: {nav2_params: nav2.yaml}\n"
-    (tmp_path / "a.yaml").write_text(mission + "run: {wait: 1 s}\n", "utf-8")
-    with pytest.raises(InputError) as refused:
-        prepare(tmp_path / "a.yaml", RunOptions())
-    finding = refused.value.findings[0]
+    found = check(tmp_path, text)
+    assert found.plan is not None
+    assert found.plan.choices["controller"].parameters.batch == 16
+    finding = next(item for item in found.findings if item.code == "W112")
     line = text.splitlines().index("      batch_size: 3") + 1
     assert (finding.mark.file, finding.mark.line) == (str(tmp_path / "nav2.yaml"), line)
+    assert finding.sentence.startswith("controller_server.FollowPath.batch_size: 3 is outside")
 
 
 def test_the_command_lists_and_writes_a_parameter_file(tmp_path: Path) -> None:

@@ -90,6 +90,50 @@ def test_a_nav2_edge_is_one_way_and_ignored_properties_are_named():
     ]
 
 
+def nav2_edge(id, start, end, points, **given):
+    made = edge(id, start, end, points, **given)
+    properties = {"startid": start, "endid": end, **made["properties"]}
+    properties = {key: value for key, value in properties.items() if key not in ("from", "to")}
+    return {**made, "properties": properties}
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [[0, 0], [4, 3]], [[1, 0], [4, 0]], [[[0, 0], [4, 0]]], [], [[0, 0]], "0 0, 4 0",
+        [[0, 0], ["4", 0]],
+    ],
+)  # fmt: skip
+def test_a_line_that_nav2_does_not_read_is_a_straight_one(points):
+    places = [node("a", 0, 0), node("b", 4, 0)]
+    graph = parsed(collection(*places, nav2_edge(7, "a", "b", points)))
+    assert graph.edges["7"].line.points.tolist() == [[0, 0], [4, 0]]
+    assert [item.code for item in graph.warnings] == ["W430"]
+    assert "feature 2" in str(graph.warnings[0])
+    assert "a straight line is used" in str(graph.warnings[0])
+    assert "E431" in findings(collection(*places, edge(7, "a", "b", points)))[0]
+
+
+def test_equal_ids_of_nav2_edges_are_told_apart():
+    graph = parsed(
+        collection(
+            node("a", 0, 0), node("b", 4, 0), nav2_edge(7, "a", "b", [[0, 0], [4, 0]]),
+            nav2_edge(7, "b", "a", [[4, 0], [0, 0]]), nav2_edge(7, "a", "b", [[0, 0], [4, 0]]),
+            nav2_edge("7_2", "b", "a", [[4, 0], [0, 0]]),
+        )
+    )  # fmt: skip
+    assert {name: (e.start, e.end) for name, e in graph.edges.items()} == {
+        "7": ("a", "b"), "7_2": ("b", "a"), "7_3": ("a", "b"), "7_2_2": ("b", "a"),
+    }  # fmt: skip
+    assert len(graph.warnings) == 3
+
+
+def test_a_property_that_nav2_does_not_read_is_a_warning():
+    odd = nav2_edge(7, "a", "b", [[0, 0], [4, 0]], fid=12)
+    graph = parsed(collection(node("a", 0, 0), node("b", 4, 0), odd))
+    assert "no property 'fid'; it is ignored" in str(graph.warnings[0])
+
+
 def test_an_edge_is_closed_and_opened_in_a_copy():
     graph = parsed(SOUND)
     assert graph.with_edge("ab", closed=True).edges["ab"].closed
