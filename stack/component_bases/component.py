@@ -14,9 +14,12 @@ class Component:
     Attributes:
         Parameters: a frozen dataclass.
         parameters: current parameters.
+        needs: sensors that the robot must have: names of `stack.drivetrain.needs`, or several of
+            which one is enough: `lidar or sonar`.
     """
 
     Parameters: ClassVar[type]
+    needs: ClassVar[tuple[str, ...]] = ()
     parameters: Any
 
     @staticmethod

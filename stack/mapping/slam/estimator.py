@@ -51,6 +51,7 @@ class SlamEstimator(Estimator):
     """
 
     Parameters = SlamParameters
+    needs = ("lidar",)
     loads_saved_maps = True
     maps_markers = True
     starts_mapping: ClassVar[bool] = True
