@@ -122,6 +122,9 @@ class RobotBehaviour(Behaviour):
     `check` warns about comparisons with other codes."""
     ends_by: typing.ClassVar[tuple[str, ...]] = ()
     """Ports of which one must be set, or it never succeeds."""
+    needs: typing.ClassVar[tuple[str, ...]] = ()
+    """What the robot must have: names of `stack.drivetrain.needs`, such as `camera`, or several of
+    which one is enough: `lidar or sonar`. `check` refuses a mission on a robot without it."""
     goal_ports: typing.ClassVar[tuple[str, ...]] = ()
     """Ports with poses that the robot must be able to stand at; `check` compares them with the
     world."""

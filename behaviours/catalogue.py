@@ -28,6 +28,7 @@ from behaviours._plugins.installed import installed_entries
 from behaviours._plugins.plugin_folder import import_quietly
 from behaviours._plugins.port_types import check_ports
 from behaviours.base import RobotBehaviour
+from stack.drivetrain.needs import needs_problem
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import Assignments, Expression
@@ -65,6 +66,7 @@ class BehaviourKind:
         fails_with: the codes that it can fail with; None if they are not known.
         ends_by: ports of which one must be set, or it never succeeds.
         goal_ports: ports with poses that the robot must be able to stand at.
+        needs: what the robot must have, such as `camera` or `lidar or sonar`.
     """
 
     name: str
@@ -80,6 +82,7 @@ class BehaviourKind:
     fails_with: tuple[str, ...] | None = None
     ends_by: tuple[str, ...] = ()
     goal_ports: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
 
     @property
     def is_built_in(self) -> bool:
@@ -347,6 +350,9 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         raise _Unusable(str(error)) from error
     doc = inspect.cleandoc(cls.__doc__ or "")
     declared = cls if issubclass(cls, RobotBehaviour) else RobotBehaviour
+    problem = needs_problem(declared.needs)
+    if problem:
+        raise _Unusable(problem)
     return BehaviourKind(
         name=name,
         cls=cls,
@@ -361,6 +367,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         fails_with=declared.fails_with,
         ends_by=declared.ends_by,
         goal_ports=declared.goal_ports,
+        needs=declared.needs,
     )
 
 

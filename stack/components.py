@@ -36,6 +36,7 @@ from stack.component_bases import (
     StopCriterion,
 )
 from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.needs import needs_problem
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.geometry.path_segment import PathSegment
@@ -219,7 +220,9 @@ def _unusable(kind: str, name: str, found: type) -> str:
         )
     if isinstance(found, ABCMeta) and found.__abstractmethods__:
         return f"it does not implement {', '.join(sorted(found.__abstractmethods__))}"
-    return "" if hasattr(found, "Parameters") else "it has no `Parameters`"
+    if not hasattr(found, "Parameters"):
+        return "it has no `Parameters`"
+    return "" if base is None else needs_problem(found.needs)
 
 
 def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:

@@ -32,7 +32,7 @@ PLUGIN_API = {"stack.types", "stack.robot", "stack.errors", "stack.parameters"}
 """All of the stack that a behaviour sees."""
 
 MAY_IMPORT = {
-    "behaviours": PLUGIN_API,
+    "behaviours": {"stack.drivetrain.needs", *PLUGIN_API},
     "tui": {"stack.types", "stack.telemetry", "stack.errors"},
     "robots": {"stack.body", "stack.sim", *FOUNDATION},
     "stack.types": set(),

@@ -81,6 +81,7 @@ class Dock(DrivingBehaviour):
     position_error: float = output("distance from the measured dock to the aimed at pose", unit="m")
     attempts: int = output("attempts made")
 
+    needs = ("lidar",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.DOCK_NOT_FOUND, FailureCode.NOT_CHARGING)

@@ -105,6 +105,7 @@ class FollowLine(RobotBehaviour):
     junctions: int = output("junctions passed")
     error_rms: float = output("RMS distance from the seen line", unit="m")
 
+    needs = ("camera",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_LINE, FailureCode.NO_IMAGE)

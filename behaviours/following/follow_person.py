@@ -113,6 +113,7 @@ class FollowPerson(RobotBehaviour):
     travelled: float = output("distance driven", unit="m")
     times_lost: int = output("how often the person went out of sight")
 
+    needs = ("lidar",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.PERSON_LOST)

@@ -72,6 +72,7 @@ class WallFollow(DrivingBehaviour):
     travelled: float = output("distance along the wall", unit="m")
     distance_error_rms: float = output("RMS distance error on straight walls", unit="m")
 
+    needs = ("lidar",)
     uses_wheels = True
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_WALL)
     ends_by = ("until_travelled", "until_time", "until_place", "until_loop")

@@ -17,6 +17,7 @@ class Disambiguate(RobotBehaviour):
 
     rivals: int = output("number of rivals that are left")
 
+    needs = ("lidar",)
     uses_wheels = True
     fails_with = DRIVE_FAILURES
 

@@ -18,6 +18,7 @@ class LocaliseGlobally(RobotBehaviour):
     unique: bool = port("fail if other poses explain the scans as well", default=True)
     rivals: int = output("number of other poses that explain the scans as well")
 
+    needs = ("lidar",)
     takes_time = True
     uses_wheels = True
     fails_with = (FailureCode.LOST, FailureCode.AMBIGUOUS)

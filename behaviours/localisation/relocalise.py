@@ -63,6 +63,7 @@ class Relocalise(DrivingBehaviour):
     )
     method: str = output("source of the pose: marker, appearance, lidar, or kept if it was good")
 
+    needs = ("lidar",)
     uses_wheels = True
     fails_with = DRIVE_FAILURES
 

@@ -71,6 +71,7 @@ class Explore(RobotBehaviour):
     time_taken: float = output("duration", unit="s")
     unreachable: int = output("number of places that could not be reached or seen")
 
+    needs = ("lidar",)
     uses_wheels = True
     takes_time = True
     fails_with = DRIVE_FAILURES

@@ -26,6 +26,7 @@ class FreeSpaceEscape(RobotBehaviour):
     distance: float = port("longest distance to drive", unit="m", default=1.5, above=0.0)
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
 
+    needs = ("lidar or sonar or depth_camera",)
     uses_wheels = True
     fails_with = DRIVE_FAILURES
 

@@ -67,6 +67,7 @@ class ApproachObject(DrivingBehaviour):
     gap: float = output("measured distance at the end", unit="m")
     bearing: float = output("direction of the object at the end, base frame", unit="rad")
 
+    needs = ("camera",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)

@@ -33,6 +33,7 @@ class DetectMarkers(RobotBehaviour):
     distances: list[float] = output("of these markers from the camera when seen nearest", unit="m")
     largest_offset: float = output("of a measured position from that on the map", unit="m")
 
+    needs = ("camera",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.MARKER_NOT_FOUND, FailureCode.NO_IMAGE)

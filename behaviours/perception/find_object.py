@@ -57,6 +57,7 @@ class FindObject(DrivingBehaviour):
     places: int = output("places from which the robot looked round")
     path_length: float = output("distance driven", unit="m")
 
+    needs = ("camera",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)

@@ -46,6 +46,7 @@ class Inspect(DrivingBehaviour):
     pose: Pose2D = output("of the robot when it was taken, map frame")
     taken: int = output("number of pictures taken")
 
+    needs = ("camera",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_IMAGE, FailureCode.BAD_IMAGE)

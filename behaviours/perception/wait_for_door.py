@@ -41,6 +41,7 @@ class WaitForDoor(DrivingBehaviour):
     waited: float = output("time of the wait", unit="s")
     free_width: float = output("width of the free part of the doorway", unit="m")
 
+    needs = ("lidar",)
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.DOOR_CLOSED)

@@ -23,6 +23,7 @@ from missions.language.model import Tree
 from missions.language.reading.words import Word, WordRole
 from stack.components import DEFAULTS, available, component
 from stack.documents import Mark
+from stack.drivetrain.needs import needs_text
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations
 
@@ -212,7 +213,9 @@ def _component(reading: Reading, word: Word, text: str) -> str:
     name = str(word.node.value)
     if word.owner not in DEFAULTS or name not in available(word.owner):
         return ""
-    return f"**{name}**: {inspect.cleandoc(component(word.owner, name).__doc__ or '')}"
+    cls = component(word.owner, name)
+    needs = needs_text(cls.needs)  # type: ignore[attr-defined]
+    return "\n\n".join(filter(None, [f"**{name}**: {inspect.cleandoc(cls.__doc__ or '')}", needs]))
 
 
 def _parameter(reading: Reading, word: Word, text: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from behaviours.catalogue import BehaviourKind
 from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES
+from stack.drivetrain.needs import needs_text
 from stack.parameters import Declaration
 
 
@@ -35,7 +36,7 @@ def shown(declared: Declaration) -> str:
 
 def behaviour_text(kind: BehaviourKind) -> str:
     """Return markdown about a behaviour, with its ports and outputs."""
-    parts = [f"**{kind.name}**", kind.doc]
+    parts = [f"**{kind.name}**", kind.doc, needs_text(kind.needs)]
     parts += _listed("Ports", kind.ports)
     parts += _listed("Outputs", kind.outputs)
     return "\n\n".join(part for part in parts if part)

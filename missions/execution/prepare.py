@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from missions.execution.component_choices import choices_of
-from missions.execution.fit import fit_findings, setting_findings, start_problem
+from missions.execution.fit import component_findings, fit_findings, setting_findings, start_problem
 from missions.execution.fit.components import (
     Marks,
     check_estimator,
@@ -19,6 +19,7 @@ from missions.execution.fit.components import (
 )
 from missions.execution.fit.detector import located_detector
 from missions.execution.fit.installation import check_packages, check_renderer
+from missions.execution.fit.needs import behaviour_needs
 from missions.execution.fit.places import located_places
 from missions.execution.resources import (
     catalogue_of,
@@ -156,17 +157,20 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         world = load_world(named, _base_folder(options.world, folder))
     else:
         world = recorded_world(robot.name)
-    if options.camera == "off":
+    described = robot
+    if options.camera == "off":  # a camera that fails, not a robot without one
         robot = replace(robot, camera=None)
     if options.renderer:
         robot = robot.drawn_by(options.renderer)
     start = _start_pose(options.start, mission, world)
     _gather(found, lambda: _check_start(start, options, marks, world, robot))
-    misfits = [] if recording else fit_findings(mission, world, robot, start)
-    found.items += [item for item in misfits if item.severity == "error"]
+    misfits = behaviour_needs(mission, described)
+    misfits += [] if recording else fit_findings(mission, world, robot, start)
     belief = _belief(mission, start)
     choices = choices_of(mission, robot, options.parameters or {})
     misfits += setting_findings(mission, robot, choices)
+    misfits += component_findings(choices, marks, described)
+    found.items += [item for item in misfits if item.severity == "error"]
     _gather(found, lambda: check_robot_fits(choices, marks, robot))
     _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
     _gather(found, lambda: check_packages(choices, marks))
@@ -187,7 +191,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         warnings = (*warnings, *sightless)
     places = _gather(found, lambda: located_places(choices["place_recognition"], mission))
     choices["place_recognition"] = places or choices["place_recognition"]
-    warnings = (*misfits, *warnings)
+    warnings = (*(item for item in misfits if item.severity == "warning"), *warnings)
     markers = _gather(found, lambda: known_markers(mission, world)) or ()
     _gather(found, lambda: check_markers(choices, marks, robot))
     plan = PreparedMission(
@@ -223,7 +227,8 @@ def _goal_errors(mission: Mission, options: RunOptions) -> list[Finding]:
     except InputError:
         return []  # among the mission's own errors
     found = fit_findings(mission, world, robot, mission.start or world.start)
-    return [item for item in found if item.severity == "error"]
+    errors = [item for item in found if item.severity == "error"]
+    return [*errors, *behaviour_needs(mission, robot)]
 
 
 def _recording(options: RunOptions, marks: Marks) -> Recording | None:

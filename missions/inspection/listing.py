@@ -30,6 +30,7 @@ from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
 from stack.drivetrain.description import CameraDescription
+from stack.drivetrain.needs import needs_text
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion, values_of
 from stack.types import CameraModel
@@ -116,7 +117,7 @@ def description_of(name: str, known: Installed) -> str:
     """
     kind = known.catalogue.get(name)
     if kind is not None:
-        parts = [f"{name}: {kind.doc}", table("ports", kind.ports.values())]
+        parts = [f"{name}: {kind.doc}", needs_text(kind.needs), table("ports", kind.ports.values())]
         return "\n".join(filter(None, [*parts, _outputs(kind.outputs.values())]))
     if name in NODES or name in MODIFIERS:
         return _describe_word(name)
@@ -143,7 +144,9 @@ def _describe_component(name: str, known: Installed) -> str:
     kind = next(kind for kind, found in known.components.items() if name in found)
     cls = component(kind, known.components[kind][name])
     fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
-    return f"{name}: {(cls.__doc__ or '').strip()}\n{table('parameters', fields.values())}"
+    needs = needs_text(cls.needs)  # type: ignore[attr-defined]
+    parts = [f"{name}: {(cls.__doc__ or '').strip()}", needs, table("parameters", fields.values())]
+    return "\n".join(filter(None, parts))
 
 
 def _describe_kind(name: str, known: Installed) -> str:

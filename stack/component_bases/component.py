@@ -16,10 +16,13 @@ class Component:
         Parameters: a frozen dataclass.
         packages: optional packages without which it does not run.
         parameters: current parameters.
+        needs: sensors that the robot must have: names of `stack.drivetrain.needs`, or several of
+            which one is enough: `lidar or sonar`.
     """
 
     Parameters: ClassVar[type]
     packages: ClassVar[tuple[Package, ...]] = ()
+    needs: ClassVar[tuple[str, ...]] = ()
     parameters: Any
 
     @staticmethod

@@ -11,6 +11,7 @@ from stack.components import component
 from stack.costmap.layer import Layer
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.zones import located_mask
+from stack.drivetrain.needs import needs_problem
 from stack.errors import InputError, ParameterError
 from stack.parameters import build, declarations, suggestion, values_of
 from stack.types import Footprint
@@ -219,6 +220,9 @@ def _layer_class(use: str) -> type[Layer]:
             f"{found.__qualname__} in {found.__module__} is not a costmap layer; "
             "inherit stack.costmap.layer.Layer"
         )
+    problem = needs_problem(found.needs)
+    if problem:
+        raise InputError(f"{found.__qualname__} in {found.__module__} cannot be used: {problem}")
     missing = sorted(found.__abstractmethods__)
     if missing:
         raise InputError(

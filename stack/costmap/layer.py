@@ -174,12 +174,14 @@ class Layer(ABC):
         map: the map, or None.
         inflated: whether the layer's lethal cells are inflated; an entry in a mission's list may
             set it otherwise. Layers that are not inflated are painted over the inflated costs.
+        needs: sensors that the robot must have, as for other components.
         needs_tracks: whether the layer uses tracked objects.
         needs_detections: whether the layer uses detections in pictures.
     """
 
     Parameters: ClassVar[type] = NoParameters
     inflated: ClassVar[bool] = True
+    needs: ClassVar[tuple[str, ...]] = ()
     needs_tracks: ClassVar[bool] = False
     needs_detections: ClassVar[bool] = False
 
@@ -195,6 +197,11 @@ class Layer(ABC):
 
         They are compiled before the first step; others are when the run first calls them.
         """
+        return ()
+
+    @staticmethod
+    def lidars(parameters: Any) -> tuple[str, ...]:
+        """Return the names of the lidars whose scans a layer with these parameters reads."""
         return ()
 
     @abstractmethod

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
+from missions.execution.fit.components import Marks
+from missions.execution.fit.costmaps import inflation_findings, layer_findings
 from missions.execution.fit.goals import goal_findings, start_problem
+from missions.execution.fit.needs import component_needs
 from missions.execution.fit.speeds import setting_findings, speed_findings
 from missions.language.model import Mission
+from stack.components import Choice
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
-__all__ = ["fit_findings", "setting_findings", "start_problem"]
+__all__ = ["component_findings", "fit_findings", "setting_findings", "start_problem"]
 
 
 def fit_findings(
@@ -21,3 +27,12 @@ def fit_findings(
     if mission.map != "none":  # else poses are relative to the start, not to the world
         found += goal_findings(mission, world, robot, start)
     return found
+
+
+def component_findings(
+    choices: Mapping[str, Choice], marks: Marks, robot: RobotDescription
+) -> Iterator[Finding]:
+    """Yield errors and warnings about components and costmaps that do not fit the robot."""
+    yield from component_needs(choices, marks, robot)
+    yield from layer_findings(choices["costmap"], marks, robot)
+    yield from inflation_findings(choices["costmap"], marks, robot)

@@ -27,6 +27,8 @@ class DepthLayer(Layer):
     also serve safety and controllers; the layer only draws them. It never frees a cell.
     """
 
+    needs = ("depth_camera",)
+
     def __init__(self, parameters: NoParameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
         self._points: FloatArray = np.empty((0, 2))

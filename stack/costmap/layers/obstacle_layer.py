@@ -43,6 +43,8 @@ class ObstacleLayer(Layer):
     different planes, so the beams of one must not clear the marks of another.
     """
 
+    needs = ("lidar",)
+
     @dataclass(frozen=True)
     class Parameters(ObstacleParameters):
         """Ranges and lifetime of the lidar's marks."""
@@ -57,6 +59,11 @@ class ObstacleLayer(Layer):
         from stack.costmap import kernels
 
         return kernels.OBSTACLES
+
+    @staticmethod
+    def lidars(parameters: Parameters) -> tuple[str, ...]:
+        """Return the one lidar."""
+        return (parameters.source,)
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)

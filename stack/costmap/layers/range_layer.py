@@ -53,6 +53,8 @@ class RangeLayer(Layer):
     reaches farther (`fading`). `rim: 0, fading: 1.2 m` is Nav2's model.
     """
 
+    needs = ("sonar",)
+
     @dataclass(frozen=True)
     class Parameters:
         """Sensor model, thresholds and lifetime of readings."""

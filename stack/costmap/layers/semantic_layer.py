@@ -142,6 +142,7 @@ class SemanticLayer(Layer):
     never seen to move.
     """
 
+    needs = ("camera or depth_camera",)
     Parameters = SemanticParameters
     inflated: ClassVar[bool] = False
     needs_tracks: ClassVar[bool] = True

@@ -35,6 +35,8 @@ class SocialLayer(Layer):
     prediction as in Schöller et al., "What the constant velocity model can teach us", RA-L 2020.
     """
 
+    needs = ("lidar or camera or depth_camera",)
+
     @dataclass(frozen=True)
     class Parameters:
         """Shape and height of the cost around people."""

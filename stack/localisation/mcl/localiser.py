@@ -74,6 +74,7 @@ class Localiser(Estimator):
     """
 
     Parameters = LocaliserParameters
+    needs = ("lidar",)
     needs_map = True
     uses_markers = True
     parameters: LocaliserParameters

@@ -53,6 +53,7 @@ class SlamEstimator(Estimator):
 
     Parameters = SlamParameters
     packages = (GTSAM,)
+    needs = ("lidar",)
     loads_saved_maps = True
     maps_markers = True
     starts_mapping: ClassVar[bool] = True
