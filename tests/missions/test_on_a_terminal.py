@@ -23,7 +23,14 @@ import pytest
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle, live_runs
-from tests.missions.execution.test_engine import PATIENCE, ROOT, order, state_becomes, until
+from tests.missions.execution.test_engine import (
+    PATIENCE,
+    ROOT,
+    on_hangup,
+    order,
+    state_becomes,
+    until,
+)
 from tests.tui.terminal_screen import TerminalScreen
 
 pytestmark = pytest.mark.slow
@@ -44,6 +51,7 @@ class Terminal:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "missions.cli.app", *words, "--out", str(folder)],
             stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True, cwd=ROOT,
+            preexec_fn=on_hangup(),
             env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "", "LINES": ""},
         )  # fmt: skip
         os.close(theirs)

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time  # watching other processes takes wall time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -56,6 +56,14 @@ def until(look):
             return result
         time.sleep(0.02)  # noqa: TID251
     raise AssertionError(f"nothing within {PATIENCE} s")
+
+
+def on_hangup(handler: signal.Handlers = signal.SIG_DFL) -> Callable[[], object]:
+    """What a child process does before it begins: SIGHUP as a shell has it, or as nohup does.
+
+    It would inherit the choice of whoever runs the tests.
+    """
+    return lambda: signal.signal(signal.SIGHUP, handler)
 
 
 def order(client: TelemetryClient, kind: str, **arguments: object) -> Ack:

@@ -17,7 +17,14 @@ import pytest
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle, live_runs
-from tests.missions.execution.test_engine import PATIENCE, ROOT, order, state_becomes, until
+from tests.missions.execution.test_engine import (
+    PATIENCE,
+    ROOT,
+    on_hangup,
+    order,
+    state_becomes,
+    until,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -32,13 +39,14 @@ run: {sequence: [{wait: 1000 s}]}
 class Started:
     """A headless run at real time: its command, its engine and its folder."""
 
-    def __init__(self, folder: Path, *words: str) -> None:
+    def __init__(self, folder: Path, *words: str, hangup: signal.Handlers = signal.SIG_DFL) -> None:
         self.folder = folder / f"run-{uuid4().hex}"
         (folder / "waiting.yaml").write_text(MISSION)
         self.command = subprocess.Popen(
             [sys.executable, "-m", "missions.cli.app", "run", str(folder / "waiting.yaml"),
              "--headless", "--no-rerun", "--speed", "1", "--out", str(self.folder), *words],
             cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            preexec_fn=on_hangup(hangup),
         )  # fmt: skip
         self.handle = until(self._announced)
         self.client = TelemetryClient(self.handle)
@@ -69,8 +77,8 @@ class Started:
 def start(tmp_path) -> Iterator[object]:
     runs = []
 
-    def begin(*words: str) -> Started:
-        runs.append(Started(tmp_path, *words))
+    def begin(*words: str, **more: signal.Handlers) -> Started:
+        runs.append(Started(tmp_path, *words, **more))
         return runs[-1]
 
     yield begin
@@ -105,6 +113,18 @@ def test_a_closed_terminal_may_abort_the_mission(start):
         "interrupted",
         "the terminal was closed",
     )
+
+
+@pytest.mark.parametrize("words", [(), ("--on-hangup", "abort")], ids=["default", "abort"])
+def test_a_run_under_nohup_survives_a_closed_terminal(start, words):
+    """SIGHUP goes to the command; the engine has a session of its own."""
+    run = start(*words, hangup=signal.SIG_IGN)
+    for process in (run.command.pid, run.handle.pid):
+        os.kill(process, signal.SIGHUP)
+    assert order(run.client, "pause").done  # it would fail if the mission had ended
+    assert run.command.poll() is None
+    assert order(run.client, "abort").done
+    assert run.ends_with()[0] == 1
 
 
 def test_an_engine_whose_supervisor_was_killed_does_as_after_a_closed_terminal(start):
