@@ -129,7 +129,6 @@ UNUSED = ("W102", "W103", "W129")
 USAGE_ERROR = typer.BadParameter.__mro__[1]
 
 
-@dataclass(frozen=True)
 def length_of(value):
     """Metres of a length in cm, or of a bare number."""
     text = f"{value}"
@@ -142,6 +141,7 @@ def _add_mass(link):
     ElementTree.SubElement(inertial, "inertia", ixx="0.1", iyy="0.1", izz="0.1")
 
 
+@dataclass(frozen=True)
 class Block:
     """One fenced block: where it stands, its language and the file that it is."""
 
