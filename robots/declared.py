@@ -9,6 +9,8 @@ from stack.parameters import Declaration
 SHAPE = "E301"
 URDF = "E302"
 FOOTPRINT = "E303"
+LEFT_OUT = "W302"
+DIFFERS = "W303"
 
 FARTHEST = 10.0
 """Largest coordinate or length on a robot, metres."""
@@ -30,4 +32,9 @@ RADIUS = length("radius", "radius of the circle or wheel")
 
 BODY = Declaration(
     "body", str, "what drives the robot", default="simulated", one_of=("simulated", "scripted")
+)
+
+URDF_FILE = Declaration("file", str, "URDF or xacro file, relative to the robot file")
+PACKAGES = Declaration(
+    "packages", list[str], "folders with the packages that the file names", default=[]
 )

@@ -1,17 +1,30 @@
 """Reader of robot.yaml and the URDF next to it; reports all findings at once.
 
 robots.wheels reads the section `wheels`.
-Codes: E301 shape and values · E302 the URDF · E303 the footprint.
+Codes: E301 shape and values · E302, W302 the URDF · E303 the footprint · W303 differences.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from robots.declared import BODY, FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
+from robots.agreement import compare_body, place_on_wheels
+from robots.declared import (
+    BODY,
+    FOOTPRINT,
+    PACKAGES,
+    RADIUS,
+    SHAPE,
+    URDF,
+    URDF_FILE,
+    X,
+    Y,
+    length,
+)
 from robots.sensors import (
     check_scan_names,
     parameters_of,
@@ -21,7 +34,9 @@ from robots.sensors import (
     read_lidars,
     read_sonars,
 )
-from robots.urdf import read_urdf
+from robots.urdf.model import RobotModel
+from robots.urdf.physics import physics_urdf
+from robots.urdf.reading import UrdfSource, read_urdf
 from robots.wheels import check_joints, check_lateral_speed, read_skid, read_wheels
 from stack.documents import Finding, Findings, Node, Section, read_document
 from stack.drivetrain.description import (
@@ -30,7 +45,6 @@ from stack.drivetrain.description import (
     OdometryNoise,
     RobotDescription,
 )
-from stack.drivetrain.drivetrain import WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.errors import InputError
 from stack.parameters import Declaration, suggestion
@@ -90,7 +104,8 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     footprint = _footprint(top)
     height = top.value(length("height", "height of the whole robot"))
     wheels = read_wheels(top)
-    urdf = _urdf(top, path, wheels)
+    source = _source(top, path)
+    model = None if source is None else _model(top, source)
     limits = parameters_of(top.section("limits"), Limits)
     check_lateral_speed(top, wheels, limits)
     skid = read_skid(top, wheels)
@@ -103,12 +118,20 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     battery = parameters_of(top.section("battery"), BatteryDescription)
     components = _components(top)
     top.done()
+    placement = None
+    if model is not None and wheels is not None and check_joints(top, model, wheels):
+        placement = place_on_wheels(top, model, wheels)
     findings.raise_errors()
-    assert footprint is not None and wheels is not None and urdf is not None
-    return RobotDescription(
-        name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
-        components, path, lidars, sonars, body, skid, depth_cameras,
+    assert footprint is not None and wheels is not None and source is not None
+    assert model is not None and placement is not None
+    text = physics_urdf(model, placement.base, placement.turned, findings)
+    findings.raise_errors()
+    robot = RobotDescription(
+        name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
+        battery, components, path, lidars, sonars, body, skid, depth_cameras, text,
     )  # fmt: skip
+    compare_body(top, model, placement.base, robot)
+    return replace(robot, warnings=tuple(findings.items))
 
 
 def _footprint(top: Section) -> Footprint | None:
@@ -167,24 +190,46 @@ def _holds_origin(points: FloatArray) -> bool:
     return bool(np.count_nonzero(crossings > 0) % 2)
 
 
-def _urdf(top: Section, path: Path, wheels: WheelGeometry | None) -> Path | None:
-    """The URDF's path, if it parses; its wheel joints are checked."""
+def _source(top: Section, path: Path) -> UrdfSource | None:
+    """Read `urdf`: a file name, or a mapping with the file, packages and arguments of xacro."""
     node = top.node_of("urdf", required=True)
     if node is None:
         return None
-    if not isinstance(node.value, str):
+    if not node.is_mapping:
+        if isinstance(node.value, str):
+            return UrdfSource(path.parent / node.value)
         top.findings.error(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
         return None
-    urdf = path.parent / node.value
-    near = [file.name for file in path.parent.glob("*.urdf")]
-    try:
-        root = read_urdf(urdf)
-    except InputError as error:
-        top.findings.items += _at(node, error, suggestion(node.value, near))
+    section = Section(node, top.findings, "`urdf`", SHAPE)
+    file, packages = section.value(URDF_FILE), section.value(PACKAGES)
+    arguments = section.section("arguments")
+    entries = arguments.node.entries if arguments is not None else ()
+    section.done()
+    if file is None or packages is None:
         return None
-    if wheels is not None:
-        check_joints(top, root, wheels)
-    return urdf
+    given = {f"{key.value}": _argument(value.value) for key, value in entries}
+    folders = tuple(path.parent / Path(folder).expanduser() for folder in packages)
+    return UrdfSource(path.parent / file, folders, given)
+
+
+def _argument(value: object) -> str:
+    """An argument as xacro has it: true and false in lower case."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _model(top: Section, source: UrdfSource) -> RobotModel | None:
+    """The links and joints of the URDF; its findings are added to those of the robot file."""
+    node = top.node_of("urdf")
+    assert node is not None
+    node = node.get(URDF_FILE.name) or node
+    try:
+        urdf = read_urdf(source)
+        top.findings.items += urdf.findings.items
+        return RobotModel(urdf.root)
+    except InputError as error:
+        near = [file.name for file in source.path.parent.glob("*.urdf")]
+        top.findings.items += _at(node, error, suggestion(source.path.name, near))
+        return None
 
 
 def _at(node: Node, error: InputError, hint: str) -> list[Finding]:

@@ -61,7 +61,7 @@ class SimulatedBody(Body, SimulatedWorld):
                 self._simulation.close()
             raise
         self._cameras = {
-            name: Camera(RenderSetup(world, description.urdf, camera, seed, name))
+            name: Camera(RenderSetup(world, description.model, camera, seed, name))
             for name, camera in _cameras(description).items()
         }
         self._named: set[str] = set()

@@ -11,6 +11,7 @@ import numpy as np
 
 from robots.declared import FARTHEST, HEADING, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import parameters_of
+from robots.urdf.model import RobotModel
 from stack.documents import Node, Section
 from stack.documents.xml_file import Element
 from stack.drivetrain.ackermann import Ackermann, SteeredWheels
@@ -112,21 +113,28 @@ def read_skid(top: Section, wheels: WheelGeometry | None) -> Skid:
     return parameters_of(section, Skid)
 
 
-def check_joints(top: Section, root: Element, wheels: WheelGeometry) -> None:
-    """Check that wheels are continuous joints of the URDF and steering joints revolute ones."""
-    joints = {joint.name: joint for joint in root.within() if joint.tag == "joint"}
+def check_joints(top: Section, model: RobotModel, wheels: WheelGeometry) -> bool:
+    """Check that wheels are continuous joints of the URDF and steering joints revolute ones.
+
+    Returns:
+        Whether the URDF has all of them.
+    """
+    before = len(top.findings.errors)
     listed = top.node.get("wheels")
     for named in _named_joints(listed) if listed is not None else ():
-        joint = joints.get(named.name)
+        joint = model.joints.get(named.name)
         if joint is None:
             sentence = f"wheels: the URDF has no joint {named.name!r}"
-            top.findings.error(URDF, named.node.mark, sentence, suggestion(named.name, joints))
-        elif joint.attributes.get("type") != named.wanted:
-            sentence = f"wheels: the URDF's joint {named.name!r} is {joint.attributes.get('type')}"
+            hint = suggestion(named.name, model.joints)
+            top.findings.error(URDF, named.node.mark, sentence, hint)
+        elif joint.kind != named.wanted:
+            sentence = f"wheels: the URDF's joint {named.name!r} is {joint.kind}"
             hint = f"a {named.role} joint must be {named.wanted}"
             top.findings.error(URDF, named.node.mark, sentence, hint)
         elif named.wanted == "revolute":
-            _check_joint_limit(top, named, joint, wheels.drivetrain(Limits()).steering_limit)
+            limit = wheels.drivetrain(Limits()).steering_limit
+            _check_joint_limit(top, named, joint.element, limit)
+    return len(top.findings.errors) == before
 
 
 def _differential(section: Section) -> Wheels | None:
@@ -159,7 +167,7 @@ def _sides(section: Section) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
             sentence = f"wheels: {side} has no joint"
             hint = f"add one, e.g. {side}: [{side}_wheel]"
             section.findings.error(SHAPE, section.node.mark, sentence, hint)
-    return None if left is None or right is None else (tuple(left), tuple(right))
+    return (tuple(left), tuple(right)) if left and right else None
 
 
 def _omni(section: Section) -> OmniWheels | None:

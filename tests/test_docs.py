@@ -27,6 +27,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from math import radians
 from pathlib import Path
 from pkgutil import resolve_name
 from shutil import copytree
@@ -128,6 +129,18 @@ UNUSED = ("W102", "W103", "W129")
 USAGE_ERROR = typer.BadParameter.__mro__[1]
 
 
+def length_of(value):
+    """Metres of a length in cm, or of a bare number."""
+    text = f"{value}"
+    return float(text.removesuffix(" cm")) / 100 if text.endswith(" cm") else float(text)
+
+
+def _add_mass(link):
+    inertial = ElementTree.SubElement(link, "inertial")
+    ElementTree.SubElement(inertial, "mass", value="1")
+    ElementTree.SubElement(inertial, "inertia", ixx="0.1", iyy="0.1", izz="0.1")
+
+
 @dataclass(frozen=True)
 class Block:
     """One fenced block: where it stands, its language and the file that it is."""
@@ -214,12 +227,24 @@ class Follower:
         """The robot file beside a URDF with the joints that it names."""
         robot = plain(block.text)
         tree = ElementTree.Element("robot", name=robot["robot"])
-        ElementTree.SubElement(tree, "link", name="base")
+        base = ElementTree.SubElement(tree, "link", name="base")
+        _add_mass(base)
+        radius = length_of(robot["wheels"]["radius"])
         for mount in robot["wheels"]["mounts"]:
-            ElementTree.SubElement(tree, "link", name=f"{mount['joint']}_wheel")
+            wheel = ElementTree.SubElement(tree, "link", name=f"{mount['joint']}_wheel")
+            _add_mass(wheel)
+            geometry = ElementTree.SubElement(
+                ElementTree.SubElement(wheel, "collision"), "geometry"
+            )
+            ElementTree.SubElement(geometry, "sphere", radius=f"{radius}")
             joint = ElementTree.SubElement(tree, "joint", name=mount["joint"], type="continuous")
             ElementTree.SubElement(joint, "parent", link="base")
             ElementTree.SubElement(joint, "child", link=f"{mount['joint']}_wheel")
+            x, y, heading = mount["at"]
+            yaw = radians(float(f"{heading}".removesuffix(" deg")))
+            at = f"{length_of(x)} {length_of(y)} {radius}"
+            ElementTree.SubElement(joint, "origin", xyz=at, rpy=f"0 0 {yaw}")
+            ElementTree.SubElement(joint, "axis", xyz="0 1 0")
         ElementTree.ElementTree(tree).write(self.folder / robot["urdf"])
         (self.folder / "robot.yaml").write_text(block.text, "utf-8")
         assert read_robot(self.folder / "robot.yaml").name == robot["robot"]

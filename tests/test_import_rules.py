@@ -48,7 +48,7 @@ MAY_IMPORT = {
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},
     "stack.frames": {"stack.types", "stack.errors"},
-    "stack.drivetrain": {"stack.types", "stack.parameters"},
+    "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
     "stack.component_bases": {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
 from missions.execution.component_choices import NAVIGATION_KINDS
-from robots.declared import BODY, RADIUS, X, Y, Z, length
+from robots.declared import BODY, PACKAGES, RADIUS, URDF_FILE, X, Y, Z, length
 from robots.sensors import CENTRE, COEFFICIENTS, FIELD_OF_VIEW, FOCAL, PITCH, PIXELS, YAW
 from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
 from stack.drivetrain.description import (
@@ -52,7 +52,7 @@ def robot_schema() -> Schema:
         "footprint": documented(_footprint(), "Outline in the base frame."),
         "height": _of(HEIGHT),
         "body": _of(BODY),
-        "urdf": documented({"type": "string"}, "URDF file, relative to this file."),
+        "urdf": documented(_urdf(), "URDF or xacro file, relative to this file."),
         "wheels": documented(_wheels(), "Wheels and drive, which define the possible motions."),
         "limits": _part(Limits),
         "skid": _part(Skid),
@@ -73,6 +73,15 @@ def robot_schema() -> Schema:
 
 def _named(fields: dict[str, Schema], required: list[str] | None = None) -> Schema:
     return {"type": "object", "additionalProperties": section(fields, required or [])}
+
+
+def _urdf() -> Schema:
+    keys = {
+        "file": _of(URDF_FILE),
+        "packages": _of(PACKAGES),
+        "arguments": documented({"type": "object"}, "Values of the arguments of a xacro file."),
+    }
+    return {"anyOf": [{"type": "string"}, section(keys, ["file"])]}
 
 
 def _footprint() -> Schema:

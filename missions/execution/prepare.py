@@ -120,7 +120,9 @@ def diagnose(
         if not errors:
             raise
         return Diagnosis(errors, None)
-    warnings = (*plan.mission.warnings, *plan.world.warnings, *plan.warnings)
+    warnings = (
+        *plan.mission.warnings, *plan.world.warnings, *plan.robot.warnings, *plan.warnings
+    )  # fmt: skip
     return Diagnosis(warnings, plan)
 
 

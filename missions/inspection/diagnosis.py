@@ -69,8 +69,7 @@ def findings_of(
         if kind is FileKind.WORLD:
             return tuple(read_world(path, text).warnings)
         if kind is FileKind.ROBOT:
-            read_robot(path, text)
-            return ()
+            return read_robot(path, text).warnings
         if kind is FileKind.TREES:
             return read_trees(path, catalogue_of([], path.parent, Findings()), draft)
         return diagnose(path, RunOptions(arguments=dict(arguments or {})), draft).findings

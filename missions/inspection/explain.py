@@ -51,9 +51,16 @@ FILE_CODES: dict[str, Code] = {
     "E301": Code("robot: key or value", "a key is unknown or missing, or its value has a wrong "
                  "type, unit or range", "limits: {linear_speed: fast}",
                  "use the suggested key or value"),
-    "E302": Code("robot: URDF", "the URDF cannot be read, a link or joint is missing in it, or "
-                 "a mass or size is not possible",
-                 "urdf: nowhere.urdf", "name a URDF with all links and joints"),
+    "E302": Code("robot: URDF", "the URDF cannot be read, its links are no tree, a mass or size "
+                 "is not possible, or its wheels are not those of `wheels`",
+                 "urdf: nowhere.urdf", "correct the URDF or the robot file as the finding says"),
+    "W302": Code("robot: part of the URDF", "a mesh to draw is missing, or an inertia is not that "
+                 "of a rigid body; the simulation leaves it out or corrects it",
+                 '<mesh filename="package://elsewhere/body.stl"/>',
+                 "name the folder of the package, or correct the inertia"),
+    "W303": Code("robot: file and URDF differ", "shapes of the URDF are outside `footprint` or "
+                 "above `height`, or a sensor is not where its link is",
+                 "lidar: {position: [1 m, 0]}", "use the numbers of the URDF"),
     "E303": Code("robot: footprint", "the footprint does not fit the robot",
                  "footprint: {radius: 0}", "write the outline of the robot"),
     "E401": Code("map: key or value", "a key of map.yaml is missing or has a wrong value",

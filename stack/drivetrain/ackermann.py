@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import atan, copysign, tan
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
+from stack.drivetrain.differential import mean_of, places_on_sides
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand
 from stack.drivetrain.limits import Limits
 from stack.types import STANDSTILL, Pose2D, Twist
 
@@ -45,6 +46,23 @@ class SteeredWheels:
     def turning_radius(self) -> float:
         """Radius of the tightest circle of the base frame's origin, metres."""
         return self.wheelbase / tan(self.steering_angle)
+
+    @property
+    def places(self) -> Mapping[str, Pose2D]:
+        """Centres of the rear wheels, base frame."""
+        left, right = self.rear
+        return places_on_sides([left], [right], Pose2D(0.0, 0.0), self.track)
+
+    def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
+        """Compare the track and the wheelbase with the URDF's."""
+        (left, right), (front_left, front_right) = self.rear, self.steering
+        base = mean_of(at, self.steering)[0] - mean_of(at, self.rear)[0]
+        front = at[front_left][1] - at[front_right][1]
+        return [
+            Length("track", "track of the rear wheels", self.track, at[left][1] - at[right][1]),
+            Length("track", "track of the steered wheels", self.track, front),
+            Length("wheelbase", "wheelbase", self.wheelbase, base),
+        ]
 
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""

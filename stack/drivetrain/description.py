@@ -12,6 +12,7 @@ from typing import Any
 from stack.drivetrain.drivetrain import Drivetrain, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.drivetrain.skid_steered import Skid
+from stack.errors import Finding
 from stack.parameters import parameter
 from stack.types import CameraModel, Footprint, Pose2D
 
@@ -173,7 +174,7 @@ class RobotDescription:
         name: e.g. scout.
         footprint: outline in the base frame.
         height: metres; obstacles above it do not block the robot.
-        urdf: file with shapes and masses.
+        urdf: file with shapes and masses, from which `model` was made.
         wheels: geometry and URDF joints of the wheels.
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
@@ -187,6 +188,9 @@ class RobotDescription:
         sonars: by name.
         depth_cameras: by name. One with a `scan` is a lidar as well, called NAME_scan.
         body: which body drives it unless the command line says otherwise: simulated | scripted.
+        model: the URDF that the simulation loads: its root is the base frame, its meshes are named
+            by absolute paths.
+        warnings: about the robot file and the URDF.
     """
 
     name: str
@@ -207,6 +211,8 @@ class RobotDescription:
     body: str = "simulated"
     skid: Skid = field(default_factory=Skid)
     depth_cameras: Mapping[str, DepthCameraDescription] = field(default_factory=dict)
+    model: str = ""
+    warnings: tuple[Finding, ...] = ()
 
     def drawn_by(self, renderer: str) -> RobotDescription:
         """Return the robot with this renderer for all simulated cameras: tiny, gl or auto."""

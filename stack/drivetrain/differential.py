@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand
 from stack.drivetrain.limits import Limits
 from stack.types import Pose2D
 
@@ -26,9 +26,35 @@ class Wheels:
     radius: float
     separation: float
 
+    @property
+    def places(self) -> Mapping[str, Pose2D]:
+        """Centres of the wheels, base frame; those of one side may be anywhere along it."""
+        return places_on_sides(self.left, self.right, Pose2D(0.0, 0.0), self.separation)
+
+    def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
+        """Compare the separation with the URDF's."""
+        apart = mean_of(at, self.left)[1] - mean_of(at, self.right)[1]
+        return [Length("separation", "separation", self.separation, apart)]
+
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""
         return Differential(self, limits)
+
+
+def places_on_sides(
+    left: Sequence[str], right: Sequence[str], middle: Pose2D, separation: float
+) -> dict[str, Pose2D]:
+    """Return the centres of wheels on two sides of a point, driving along x."""
+    sides = ((left, separation / 2.0), (right, -separation / 2.0))
+    return {
+        joint: Pose2D(middle.x, middle.y + aside) for joints, aside in sides for joint in joints
+    }
+
+
+def mean_of(at: Mapping[str, tuple[float, float]], joints: Sequence[str]) -> tuple[float, float]:
+    """Return the mean position of some wheels."""
+    x, y = (sum(at[joint][axis] for joint in joints) / len(joints) for axis in (0, 1))
+    return x, y
 
 
 class Differential(Drivetrain):

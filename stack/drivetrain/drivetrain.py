@@ -7,7 +7,7 @@ Code outside this package asks a drivetrain what it can do and never which kind 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -42,12 +42,46 @@ class WheelCommand:
     steering: tuple[float, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Length:
+    """A length that robot.yaml describes and the URDF has as well.
+
+    Attributes:
+        key: of `wheels` in robot.yaml.
+        what: words for it in messages.
+        described: metres, as described.
+        modelled: metres, in the URDF.
+    """
+
+    key: str
+    what: str
+    described: float
+    modelled: float
+
+
 class WheelGeometry(Protocol):
     """Geometry and URDF joints of the wheels of one kind of drive."""
 
     @property
     def radius(self) -> float:
         """Radius of the driven wheels, metres."""
+        ...
+
+    @property
+    def places(self) -> Mapping[str, Pose2D]:
+        """Centre and driving direction of each driven wheel by joint, base frame.
+
+        The mean of the positions is exact; single ones may be nominal, as those of several wheels
+        on one side are.
+        """
+        ...
+
+    def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
+        """Compare the description with the URDF.
+
+        Args:
+            at: x and y of driven and steered wheels by joint, base frame, metres.
+        """
         ...
 
     def drivetrain(self, limits: Limits) -> Drivetrain:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, hypot, sin
 
 import numpy as np
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand
 from stack.drivetrain.limits import Limits
 from stack.types import FloatArray, Pose2D, Twist
 
@@ -35,6 +35,19 @@ class OmniWheels:
             [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
             for m in self.mounts
         ])  # fmt: skip
+
+    @property
+    def places(self) -> Mapping[str, Pose2D]:
+        """Contact points and driving directions of the wheels, base frame."""
+        return dict(zip(self.joints, self.mounts, strict=True))
+
+    def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
+        """Compare the coordinates of each mount with the URDF's."""
+        return [
+            Length("mounts", f"{axis} of the wheel {joint!r}", described, modelled)
+            for joint, mount in self.places.items()
+            for axis, described, modelled in zip("xy", (mount.x, mount.y), at[joint], strict=True)
+        ]
 
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""

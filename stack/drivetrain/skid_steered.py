@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stack.drivetrain.differential import Differential, Wheels
-from stack.drivetrain.drivetrain import Drivetrain
+from stack.drivetrain.differential import Differential, Wheels, places_on_sides
+from stack.drivetrain.drivetrain import Drivetrain, Length
 from stack.drivetrain.limits import Limits
 from stack.parameters import parameter
 from stack.types import Pose2D
@@ -32,6 +32,15 @@ class SkidWheels:
     track: float
     effective_track: float
     icr_offset: float = 0.0
+
+    @property
+    def places(self) -> Mapping[str, Pose2D]:
+        """Centres of the wheels, base frame, which stand on the axle of the centres of rotation."""
+        return places_on_sides(self.left, self.right, Pose2D(self.icr_offset, 0.0), self.track)
+
+    def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
+        """Compare nothing: the URDF's wheels may be closer together than the track."""
+        return []
 
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""

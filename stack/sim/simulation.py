@@ -128,7 +128,7 @@ class Simulation:
         position, orientation = robot.physics.base_pose()
         state = robot.physics.base_state()
         others = tuple(
-            (other.description.urdf, *other.physics.base_pose())
+            (other.description.model, *other.physics.base_pose())
             for other in self._robots
             if other is not robot
         )

@@ -10,16 +10,23 @@ from robots.load import find_robot, read_robot, robot_names
 from stack.errors import InputError
 
 URDF = """\
-<robot name="r"><link name="base"/><link name="w"/><link name="v"/>
-<joint name="left_wheel" type="continuous"><parent link="base"/><child link="w"/></joint>
+<robot name="r"><link name="base">INERTIAL</link><link name="w">INERTIAL SHAPE</link>
+<link name="x">INERTIAL SHAPE</link><link name="v"/>
+<joint name="left_wheel" type="continuous"><parent link="base"/><child link="w"/>
+<origin xyz="0 0.15 0.05"/><axis xyz="0 1 0"/></joint>
+<joint name="other_wheel" type="continuous"><parent link="base"/><child link="x"/>
+<origin xyz="0 -0.15 0.05"/><axis xyz="0 1 0"/></joint>
 <joint name="right_wheel" type="fixed"><parent link="base"/><child link="v"/></joint></robot>
 """
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+SHAPE = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
+URDF = URDF.replace("INERTIAL", INERTIAL).replace("SHAPE", SHAPE)
 ROBOT = """\
 robot: r
 footprint: {radius: 20 cm}
 height: 0.4
 urdf: r.urdf
-wheels: {left: [left_wheel], right: [left_wheel], radius: 5 cm, separation: 0.3}
+wheels: {left: [left_wheel], right: [other_wheel], radius: 5 cm, separation: 0.3}
 """
 
 
@@ -79,9 +86,9 @@ WRONG = [
     ("{radius: 20 cm}", "round", "2:12 E303 footprint: expected {radius: 22 cm} or corners, got"),
     ("r.urdf", "q.urdf", "4:7 E302 urdf: 'q.urdf': there is no such URDF; did you mean"),
     ("r.urdf", "robot.yaml", "1:1 E302 not XML: syntax error"),
-    ("right: [left_wheel]", "right: [r_wheel]", "5:38 E302 wheels: the URDF has no joint 'r_"),
-    ("right: [left_wheel]", "right: [right_wheel]", "5:38 E302 wheels: the URDF's joint 'right_wh"),
-    ("right: [left_wheel]", "right: []", "5:9 E301 wheels: right has no joint; add one, e.g. r"),
+    ("right: [other_wheel]", "right: [r_wheel]", "5:38 E302 wheels: the URDF has no joint 'r_"),
+    ("right: [other_wheel]", "right: [right_wheel]", "5:38 E302 wheels: the URDF's joint 'right_"),
+    ("right: [other_wheel]", "right: []", "5:9 E301 wheels: right has no joint; add one, e.g. r"),
     ("robot: r", "robot: r\nlimits: {linear_sped: 1}", "2:10 E301 `limits` has no key 'linear_sp"),
     ("robot: r", "robot: r\nlidar: {beams: 2}", "2:16 E301 beams: 2 must be at least 3"),
     ("robot: r", "robot: r\nlidar: {range_max: 1 cm}", "2:8 E301 range_min: 0.08 must be below 0"),

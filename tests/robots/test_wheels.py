@@ -27,11 +27,31 @@ JOINTS = [
     ("short", "revolute", '<limit lower="-0.5" upper="0.8"/>'),
     ("still", "fixed", ""),
 ]
-URDF = (
-    '<robot name="r"><link name="base"/>'
-    + "".join(f'<joint name="{n}" type="{kind}">{limit}</joint>' for n, kind, limit in JOINTS)
-    + "</robot>"
-)
+INERTIAL = '<inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
+
+
+def urdf_of(places, radius):
+    """A URDF with the joints of JOINTS: at x, y, yaw where that is given, else at the origin."""
+    parts = [f'<robot name="r"><link name="base">{INERTIAL}</link>']
+    for name, kind, limit in JOINTS:
+        x, y, yaw = places.get(name, (0.0, 0.0, 0.0))
+        axis = "0 0 1" if kind == "revolute" else "0 1 0"
+        parts.append(
+            f'<link name="{name}_link">{INERTIAL}<collision><geometry><sphere radius="{radius}"/>'
+            f'</geometry></collision></link><joint name="{name}" type="{kind}">{limit}'
+            f'<parent link="base"/><child link="{name}_link"/><axis xyz="{axis}"/>'
+            f'<origin xyz="{x} {y} {radius}" rpy="0 0 {yaw}"/></joint>'
+        )
+    return "".join([*parts, "</robot>"])
+
+
+ON_SIDES = {"a": (0.0, 0.15, 0.0), "b": (0.0, -0.15, 0.0)}
+ON_CORNERS = {**ON_SIDES, "s": (0.4, 0.15, 0.0), "t": (0.4, -0.15, 0.0), "short": (0.4, -0.15, 0.0)}
+AROUND = {"a": (0.1, 0.0, pi / 2), "b": (-0.05, 0.09, 7 * pi / 6), "c": (-0.05, -0.09, -pi / 6)}
+URDFS = {
+    "differential": urdf_of(ON_SIDES, 0.05), "skid_steered": urdf_of(ON_SIDES, 0.1),
+    "omni": urdf_of(AROUND, 0.05), "ackermann": urdf_of(ON_CORNERS, 0.08),
+}  # fmt: skip
 HEAD = "robot: r\nfootprint: {radius: 20 cm}\nheight: 0.4\nurdf: r.urdf\n"
 OMNI = f"""{HEAD}wheels:
   drive: omni
@@ -67,7 +87,8 @@ SIDES = f"{HEAD}wheels: {{left: [a], right: [b], radius: 5 cm, separation: 0.3}}
 @pytest.fixture
 def read(tmp_path):
     def read_text(text):
-        (tmp_path / "r.urdf").write_text(URDF)
+        kind = next((kind for kind in URDFS if f"drive: {kind}" in text), "differential")
+        (tmp_path / "r.urdf").write_text(URDFS[kind])
         (tmp_path / "robot.yaml").write_text(text)
         return read_robot(tmp_path / "robot.yaml")
 
@@ -219,16 +240,16 @@ def test_the_urdf_s_car_is_the_odometry_s(placed):
     assert inner == pytest.approx(38.96, abs=0.01)
 
 
-def test_an_axle_across_its_link_is_refused(tmp_path):
+def test_an_axle_across_its_link_is_refused():
     from stack.errors import BodyError
 
     robot = read_robot(find_robot("glide", Path()))
-    askew = robot.urdf.read_text("utf-8").replace('<axis xyz="0 1 0"/>', '<axis xyz="0.6 0.8 0"/>')
-    (tmp_path / "askew.urdf").write_text(askew)
+    askew = robot.model.replace('<axis xyz="0.0 1.0 0.0"/>', '<axis xyz="0.6 0.8 0"/>')
+    assert askew != robot.model
     with pytest.raises(
         BodyError, match=r"axle of the wheel joint 'left_wheel' is .* use the axis 0 1"
     ):
         PhysicsRobot(
             PhysicsWorld(World("empty", (-2.0, -2.0, 2.0, 2.0)), SimulationSettings()),
-            replace(robot, urdf=tmp_path / "askew.urdf"), Pose2D(0.0, 0.0),
+            replace(robot, model=askew), Pose2D(0.0, 0.0),
         )  # fmt: skip

@@ -22,7 +22,6 @@ from stack.components import Estimator, OdometryFusion
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
-from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.facade.parts import FacadeParts
@@ -89,7 +88,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         seed=seed,
         footprint=plan.robot.footprint,
         markers=plan.markers,
-        urdf=decoded(read_input(plan.robot.urdf, "URDF", URDF_BYTES), plan.robot.urdf),
+        urdf=plan.robot.model,
         versions=versions(),
         places=dict(plan.mission.places),
         identity=identity or new_identity(),

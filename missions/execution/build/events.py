@@ -14,7 +14,7 @@ from stack.telemetry.hub import Telemetry
 
 def announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
     """Emit the warnings about files, and that the robot does not see if it has no range sensor."""
-    for warning in (*plan.world.warnings, *plan.warnings):
+    for warning in (*plan.world.warnings, *plan.robot.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
     if plan.recording is not None:

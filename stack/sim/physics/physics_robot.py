@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import acos, atan2, cos, hypot, sin, sqrt
 from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from stack.errors import BodyError
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.contacts import Touch
 from stack.sim.physics.drive_joints import STEERING_TORQUE, DriveJoints, find_drive_joints
+from stack.sim.physics.meshes import file_name
 from stack.sim.physics.physics_world import GRAVITY, PhysicsWorld
 from stack.types import FloatArray, Pose2D, Twist
 
@@ -51,7 +53,7 @@ class PhysicsRobot:
 
     Args:
         physics: the world to load it into.
-        description: the robot; the root frame of its URDF is the base frame, on the floor.
+        description: the robot; the root frame of its model is the base frame, on the floor.
         start: pose of the base frame, world frame.
 
     Raises:
@@ -69,7 +71,7 @@ class PhysicsRobot:
         self._state: BaseState | None = None
         self._truth: GroundTruth | None = None
         self._state_step, self._slides = 0, False
-        self.robot = load_robot(self._bullet, self.client, description.urdf)
+        self.robot = load_robot(self._bullet, self.client, description.model)
         self._prepare_robot(description, physics.friction)
         self.place_robot(start)
         physics.add_robot(self.robot, description.name)
@@ -338,21 +340,27 @@ class PhysicsRobot:
         return np.array(places)
 
 
-def load_robot(bullet: Any, client: int, urdf: FilePath) -> int:
+def load_robot(bullet: Any, client: int, model: str) -> int:
     """Load a robot with its base frame at the world's origin and return its body number.
 
+    Args:
+        bullet: the pybullet module.
+        client: number of the physics client.
+        model: text of the URDF.
+
     Raises:
-        BodyError: the file does not exist, or PyBullet cannot read it.
+        BodyError: PyBullet cannot read it.
     """
-    if not urdf.is_file():
-        raise BodyError(f"the robot's URDF {urdf.name} does not exist in {urdf.parent.name}/")
-    try:
-        with loader.stdout_as_stderr():  # PyBullet prints warnings about the file to stdout
-            robot: int = bullet.loadURDF(
-                str(urdf), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
-            )
-    except bullet.error as error:
-        raise BodyError(f"{urdf.name} cannot be read as a URDF: {error}") from error
+    with TemporaryDirectory(prefix="treepilot-") as folder:
+        file = FilePath(folder) / file_name(model, "urdf")
+        file.write_text(model, "utf-8")
+        try:
+            with loader.stdout_as_stderr():  # PyBullet prints warnings about the file to stdout
+                robot: int = bullet.loadURDF(
+                    str(file), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
+                )
+        except bullet.error as error:
+            raise BodyError(f"the robot's URDF cannot be loaded by PyBullet: {error}") from error
     return robot
 
 

@@ -52,7 +52,7 @@ class RenderClient:
             self._scene = Scene.with_visual_shapes(
                 bullet, self._client, setup.world, FilePath(folder), mirror
             )
-            self._robot = self._load(setup.urdf)
+            self._robot = self._load(setup.model)
             self._others: list[tuple[int, Any]] = []
             self._drawing = drawing_of(
                 setup.camera.renderer, bullet, self._client, model, self._matrix,
@@ -92,7 +92,7 @@ class RenderClient:
     def _place_bodies(self, request: RenderRequest) -> None:
         self._place_robot(self._robot, request.position, request.orientation)
         if len(self._others) < len(request.robots):
-            self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
+            self._others += [self._load(model) for model, *_ in request.robots[len(self._others) :]]
             self._draw_new_bodies()
         for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
             self._place_robot(robot, position, orientation)
@@ -107,9 +107,9 @@ class RenderClient:
             tiny = TinyDrawing(self._bullet, self._client, self._model, self._matrix)
             self._drawing = instead(self._setup.camera.renderer, tiny, error)
 
-    def _load(self, urdf: FilePath) -> tuple[int, Any]:
+    def _load(self, model: str) -> tuple[int, Any]:
         """Load a robot; return its body number and the pose of its centre of mass."""
-        robot = load_robot(self._bullet, self._client, urdf)
+        robot = load_robot(self._bullet, self._client, model)
         dynamics = self._bullet.getDynamicsInfo(robot, -1, physicsClientId=self._client)
         return robot, dynamics[3:5]
 

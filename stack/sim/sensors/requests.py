@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path as FilePath
 
 from stack.drivetrain.description import CameraDescription, DepthCameraDescription
 from stack.sim.worlds.world import World
@@ -15,10 +14,13 @@ Quaternion = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class RenderSetup:
-    """The constant inputs of a renderer: world, robot, camera, seed and the camera's name."""
+    """The constant inputs of a renderer: world, robot, camera, seed and the camera's name.
+
+    `model` is the text of the robot's URDF.
+    """
 
     world: World
-    urdf: FilePath
+    model: str
     camera: CameraDescription | DepthCameraDescription
     seed: int
     name: str = "camera"
@@ -34,7 +36,7 @@ class RenderRequest:
         orientation: quaternion x, y, z, w of the base frame.
         people: (n, 3) x, y, radius, world frame, metres; nan: not there.
         doors: name -> closed.
-        robots: (URDF, position, orientation) of the other robots, always in the same order.
+        robots: (model, position, orientation) of the other robots, always in the same order.
         velocity: of the base frame's origin, world frame, m/s.
         spin: angular velocity of the base frame, world frame, rad/s.
     """
@@ -44,6 +46,6 @@ class RenderRequest:
     orientation: Quaternion
     people: FloatArray
     doors: dict[str, bool]
-    robots: tuple[tuple[FilePath, Position, Quaternion], ...] = ()
+    robots: tuple[tuple[str, Position, Quaternion], ...] = ()
     velocity: Position = (0.0, 0.0, 0.0)
     spin: Position = (0.0, 0.0, 0.0)

@@ -35,7 +35,8 @@ NOTHING = np.empty((0, 2))
 
 
 def rendered(camera, base=Pose2D(0.0, 0.0), **parts):
-    renderer = CameraRenderer(RenderSetup(replace(EMPTY, **parts), SCOUT.urdf, camera, 1, "camera"))
+    setup = RenderSetup(replace(EMPTY, **parts), SCOUT.model, camera, 1, "camera")
+    renderer = CameraRenderer(setup)
     try:
         turn = (0.0, 0.0, sin(base.heading / 2), cos(base.heading / 2))
         return renderer.render(RenderRequest(0, (base.x, base.y, 0.0), turn, np.empty((0, 3)), {}))

@@ -28,6 +28,7 @@ ROVER = RobotDescription(
     0.25,
     URDF,
     Wheels(("left_wheel_joint",), ("right_wheel_joint",), 0.08, 0.32),
+    model=URDF.read_text("utf-8"),
 )
 
 EQUIPPED = replace(

@@ -38,7 +38,7 @@ SHOT = RenderRequest(
 
 
 def setup(camera=CAMERA, world=WORLD, seed=1):
-    return RenderSetup(world, ROVER.urdf, camera, seed)
+    return RenderSetup(world, ROVER.model, camera, seed)
 
 
 def picture(request=SHOT, **choices):

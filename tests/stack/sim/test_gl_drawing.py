@@ -45,7 +45,7 @@ needs_gl = pytest.mark.skipif("reason()", reason="OpenGL on EGL cannot be used h
 
 def request(x, y, heading):
     turn = (0.0, 0.0, sin(heading / 2), cos(heading / 2))
-    other = ((ROVER.urdf, (1.6, -0.9, 0.0), (0.0, 0.0, 0.38, 0.925)),)
+    other = ((ROVER.model, (1.6, -0.9, 0.0), (0.0, 0.0, 0.38, 0.925)),)
     return RenderRequest(
         0, (x, y, 0.0), turn, np.array([[3.0, 2.0, 0.2]]), {"gate": True}, other
     )  # fmt: skip
@@ -57,7 +57,7 @@ VIEWS = [request(0.0, 0.0, 0.0), request(0.3, -1.0, 0.5), request(1.0, 1.5, -0.7
 
 @cache
 def pictures(renderer, camera=CAMERA):
-    drawn = CameraRenderer(RenderSetup(WORLD, ROVER.urdf, replace(camera, renderer=renderer), 1))
+    drawn = CameraRenderer(RenderSetup(WORLD, ROVER.model, replace(camera, renderer=renderer), 1))
     try:
         return [drawn.render(view) for view in VIEWS]
     finally:
@@ -121,9 +121,9 @@ SHAPES = """\
 def shapes(folder, renderer, file="pyramid.obj"):
     (folder / "pyramid.obj").write_text(PYRAMID)
     (folder / file).write_text(PYRAMID)
-    (folder / "r.urdf").write_text(SHAPES.replace("FILE", file))
-    setup = RenderSetup(EMPTY, ROVER.urdf, replace(CAMERA, renderer=renderer), 1)
-    other = ((folder / "r.urdf", (0.5, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),)
+    setup = RenderSetup(EMPTY, ROVER.model, replace(CAMERA, renderer=renderer), 1)
+    shapes_text = SHAPES.replace("FILE", str(folder / file))
+    other = ((shapes_text, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),)
     drawn = CameraRenderer(setup)
     try:
         view = replace(request(0.0, 0.0, 0.0), people=np.zeros((0, 3)), doors={}, robots=other)
@@ -167,7 +167,7 @@ def test_a_lens_and_glass_look_alike():
 
 @needs_gl
 def test_the_process_names_the_driver_with_its_first_picture():
-    camera = Camera(RenderSetup(WORLD, ROVER.urdf, replace(CAMERA, renderer="auto"), 1))
+    camera = Camera(RenderSetup(WORLD, ROVER.model, replace(CAMERA, renderer="auto"), 1))
     try:
         camera.expose(0.0, VIEWS[0])
         assert camera.driver == ""

@@ -115,15 +115,14 @@ def test_the_same_seed_gives_the_same_run():
     assert runs[0] == runs[1] != runs[2]
 
 
-def test_the_axle_of_the_urdf_is_the_line_of_the_centres(tmp_path):
+def test_the_axle_of_the_urdf_is_the_line_of_the_centres():
     """With the axle 5 cm ahead the base's origin moves by -0.05 w sideways, as the model says."""
-    urdf = JACKAL.urdf.read_text("utf-8")
+    urdf = JACKAL.model
     for side in ("0 0.117 0.098", "0 -0.117 0.098"):
         assert side in urdf
         urdf = urdf.replace(f'"{side}"', f'"0.05{side[1:]}"')
-    (tmp_path / "ahead.urdf").write_text(urdf)
     wheels = replace(JACKAL.wheels, icr_offset=0.05)
-    robot = replace(JACKAL, urdf=tmp_path / "ahead.urdf", wheels=wheels, skid=EXACT)
+    robot = replace(JACKAL, model=urdf, wheels=wheels, skid=EXACT)
     body = SimulatedBody(robot, EMPTY, start=Pose2D(0.0, 0.0), seed=1)
     seen = drive(body, Twist(0.0, 1.0), 0.5 * pi)[-1]
     truth, odometry = body.truth.pose, seen.wheels.pose

@@ -1,0 +1,79 @@
+"""Where the shapes of a URDF are: points on their surfaces, in the base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robots.urdf.model import RobotModel, origin_of
+from stack.documents.xml_file import Element
+from stack.types import FloatArray
+
+SIDES = 24
+"""Points on a circle."""
+
+
+def points_of(model: RobotModel, link: str, tag: str, *, meshes: bool) -> FloatArray:
+    """Points (n, 3) on the shapes of a link, in the root's frame.
+
+    Args:
+        model: of the robot.
+        link: its name.
+        tag: collision or visual.
+        meshes: whether mesh files are read, which takes time; their shapes are skipped otherwise.
+    """
+    found = []
+    for part in model.links[link].all(tag):
+        geometry = part.first("geometry")
+        shape = None if geometry is None or not geometry.children else geometry.children[0]
+        points = None if shape is None else _points(shape, meshes)
+        if points is not None and len(points):
+            pose = model.poses[link] @ origin_of(part)
+            found.append(points @ pose[:3, :3].T + pose[:3, 3])
+    return np.concatenate(found) if found else np.empty((0, 3))
+
+
+def radii_of(link: Element) -> Iterator[tuple[str, float]]:
+    """The round collision shapes of a link: (sphere or cylinder, radius)."""
+    for part in link.all("collision"):
+        for kind in ("sphere", "cylinder"):
+            shape = part.first("geometry", kind)
+            if shape is not None:
+                yield kind, float(shape.attributes["radius"])
+
+
+def _points(shape: Element, meshes: bool) -> FloatArray | None:
+    if shape.tag == "mesh":
+        return _mesh(shape) if meshes else None
+    if shape.tag == "box":
+        half = [float(word) / 2 for word in shape.attributes["size"].split()]
+        return np.array(list(product((-1.0, 1.0), repeat=3))) * half
+    radius = float(shape.attributes["radius"])
+    angles = np.linspace(0.0, 2.0 * pi, SIDES, endpoint=False)
+    circle = radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(SIDES)])
+    if shape.tag == "sphere":
+        return np.concatenate([circle, circle[:, [2, 0, 1]], circle[:, [1, 2, 0]]])
+    half_length = float(shape.attributes["length"]) / 2
+    if shape.tag == "capsule":
+        half_length += radius
+    return np.concatenate(
+        [circle + np.array([0.0, 0.0, end]) for end in (-half_length, half_length)]
+    )
+
+
+def _mesh(shape: Element) -> FloatArray | None:
+    """The corners of a mesh's bounding box; None if it cannot be read."""
+    import trimesh
+
+    try:
+        mesh: Any = trimesh.load(Path(shape.attributes["filename"]), force="mesh", process=False)
+        low, high = np.asarray(mesh.bounds, dtype=np.float64)
+    except Exception:  # a reader for each format raises its own
+        return None
+    scale = [float(word) for word in shape.attributes.get("scale", "1 1 1").split()]
+    return np.array(list(product(*zip(low, high, strict=True)))) * scale
