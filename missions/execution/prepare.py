@@ -165,6 +165,8 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     if options.renderer:
         robot = robot.drawn_by(options.renderer)
     start = _start_pose(options.start, mission, world)
+    if named and start != world.start:
+        world = load_world(named, _base_folder(options.world, folder), start)
     _gather(found, lambda: _check_start(start, options, marks, world, robot))
     misfits = behaviour_needs(mission, described)
     misfits += [] if recording else fit_findings(mission, world, robot, start)
@@ -225,7 +227,7 @@ def _goal_errors(mission: Mission, options: RunOptions) -> list[Finding]:
         return []
     try:
         robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
-        world = load_world(named, _base_folder(options.world, folder))
+        world = load_world(named, _base_folder(options.world, folder), mission.start)
     except InputError:
         return []  # among the mission's own errors
     found = fit_findings(mission, world, robot, mission.start or world.start)

@@ -25,7 +25,7 @@ from stack.sim.import_world import read_any_world
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import find_world
 from stack.telemetry.sensor_log import is_sensor_log, read_about, read_observations
-from stack.types import Marker, OccupancyGrid
+from stack.types import Marker, OccupancyGrid, Pose2D
 
 MISSIONS = Path(__file__).parents[1]
 WORLDS = MISSIONS / "worlds"
@@ -83,9 +83,12 @@ def _near(path: Path, shipped: Mapping[str, Path]) -> str:
 
 
 @lru_cache(maxsize=64)
-def load_world(name_or_path: str, folder: Path) -> World:
-    """Load a world by name or path; a path is relative to the mission's folder."""
-    return read_any_world(find_world(name_or_path, folder, WORLDS))
+def load_world(name_or_path: str, folder: Path, start: Pose2D | None = None) -> World:
+    """Load a world by name or path; a path is relative to the mission's folder.
+
+    start: of the robot, as of `read_any_world`.
+    """
+    return read_any_world(find_world(name_or_path, folder, WORLDS), start)
 
 
 @lru_cache(maxsize=64)

@@ -7,14 +7,20 @@ from pathlib import Path
 from stack.documents import read_file
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import read_world
+from stack.types import Pose2D
 
 GAZEBO = (".world", ".sdf")
 
 
-def read_any_world(path: Path) -> World:
+def read_any_world(path: Path, start: Pose2D | None = None) -> World:
     """Read a world file and choose the format from its ending and content.
 
     `.world` and `.sdf` are Gazebo files; a YAML file with the key `image` is a ROS map.
+
+    Args:
+        path: of the file.
+        start: of the robot, which decides what the ground of a Gazebo world is; None: the
+            origin, or the nearest free place.
 
     Raises:
         InputError: all findings, each with its position.
@@ -22,7 +28,7 @@ def read_any_world(path: Path) -> World:
     if path.suffix in GAZEBO:
         from stack.sim.sdf.world import read_sdf_world
 
-        return read_sdf_world(path)
+        return read_sdf_world(path, start)
     if is_ros_map(path):
         from stack.sim.worlds.map_world import read_map_world
 

@@ -13,7 +13,7 @@ from stack.sim.sdf import shapes
 from stack.sim.worlds.values import SHAPE
 from stack.types import FloatArray
 
-FRAMES = ("frame", "link", "model")
+FRAMES = ("frame", "link", "model", "include")
 """Elements that define a frame of their name."""
 
 
@@ -65,8 +65,9 @@ class Frames:
         self._findings = findings
         self._named: dict[str, Element] = {}
         for element in inside:
-            if element.tag in FRAMES and element.name:
-                self._named.setdefault(element.name, element)
+            name = element.text_of("name") if element.tag == "include" else element.name
+            if element.tag in FRAMES and name:
+                self._named.setdefault(name, element)
 
     def pose(
         self, element: Element, default: FloatArray, seen: tuple[str, ...] = ()
@@ -90,13 +91,18 @@ class Frames:
             frame = pose.attributes.get("frame", "")  # before version 1.7
         if not frame and element.tag == "frame":
             frame = element.attributes.get("attached_to", "")
-        origin = default if not frame else self._of(frame, seen)
+        origin = default if not frame else self.of(frame, seen)
         if pose is None or origin is None:
             return origin
         own = read_pose(self._findings, pose)
         return None if own is None else origin @ own
 
-    def _of(self, name: str, seen: tuple[str, ...]) -> FloatArray | None:
+    def of(self, name: str, seen: tuple[str, ...] = ()) -> FloatArray | None:
+        """Pose (4, 4) of a named frame; None if its <pose> is wrong, which is reported.
+
+        Raises:
+            UnknownFrame: there is no such frame, or it refers to itself.
+        """
         if name in ("world", "__model__"):
             return np.eye(4)
         if name not in self._named or name in seen:

@@ -8,7 +8,7 @@ from math import atan2, hypot
 
 import numpy as np
 
-from stack.sim.worlds.world import Wall, World
+from stack.sim.worlds.world import Box, Cylinder, Wall, World
 from stack.types import FloatArray, Pose2D
 
 
@@ -89,13 +89,19 @@ def outlines(world: World, *, mapped_only: bool = False) -> list[Outline]:
             found.extend(wall_slabs(wall))
     for box in world.boxes:
         if box.on_map or not mapped_only:
-            found.append(Rectangle(box.pose, box.size[0] / 2, box.size[1] / 2, box.name or "a box"))
+            found.append(outline_of(box))
     for cylinder in world.cylinders:
         if cylinder.on_map or not mapped_only:
-            found.append(
-                Disc(cylinder.x, cylinder.y, cylinder.radius, cylinder.name or "a cylinder")
-            )
+            found.append(outline_of(cylinder))
     return found
+
+
+def outline_of(solid: Box | Cylinder) -> Outline:
+    """Return the outline of a box or cylinder."""
+    if isinstance(solid, Box):
+        half_length, half_width = solid.size[0] / 2, solid.size[1] / 2
+        return Rectangle(solid.pose, half_length, half_width, solid.name or "a box")
+    return Disc(solid.x, solid.y, solid.radius, solid.name or "a cylinder")
 
 
 def wall_slabs(wall: Wall) -> list[Rectangle]:

@@ -123,17 +123,19 @@ def test_includes_of_the_same_file_are_read_and_others_reported(tmp_path):
     world = read(tmp_path, text)
     assert [box.pose.x for box in world.boxes] == [1.0, 2.0]
     assert sentences(world) == [
-        "<include> of a model that this file does not define is ignored: model://cafe_table"
+        "<include> of models that are not found is ignored: model://cafe_table"
     ]
     assert world.warnings[0].mark.line == 8
 
 
-def test_a_model_that_includes_itself_ends(tmp_path):
+def test_a_model_that_includes_itself_is_an_error(tmp_path):
     loop = "<model name='a'><static>1</static><include><uri>model://a</uri></include></model>"
     text = gazebo_world(
         "<include><uri>model://a</uri></include>" + collision_model(BOX), beside=loop
     )
-    assert len(read(tmp_path, text).boxes) == 1
+    (finding,) = refusals(tmp_path, text)
+    assert finding.code == "E201" and finding.mark.line > 2
+    assert finding.sentence == "the model 'a' includes itself: a -> a"
 
 
 def test_unsupported_elements_are_reported_once_per_kind(tmp_path):
@@ -151,7 +153,7 @@ def test_unsupported_elements_are_reported_once_per_kind(tmp_path):
     world = read(tmp_path, text)
     assert [box.name for box in world.boxes] == ["trolley"]
     assert sentences(world) == [
-        "<mesh> shapes are ignored: file not found in the world's folder: "
+        "<mesh> shapes whose files are not found are ignored: "
         "house_0 (model://house/0.dae), "
         "house_1 (model://house/1.dae), house_2 (model://house/2.dae), "
         "house_3 (model://house/3.dae), house_4 (model://house/4.dae) and 2 more",
