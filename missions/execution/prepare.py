@@ -164,7 +164,9 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     misfits = [] if recording else fit_findings(mission, world, robot, start)
     found.items += [item for item in misfits if item.severity == "error"]
     belief = _belief(mission, start)
-    choices = choices_of(mission, robot, options.parameters or {})
+    dropped = Findings()
+    choices = choices_of(mission, robot, options.parameters or {}, dropped)
+    misfits += dropped.items
     misfits += setting_findings(mission, robot, choices)
     _gather(found, lambda: check_robot_fits(choices, marks, robot))
     _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
