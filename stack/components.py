@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 from abc import ABCMeta
+from collections.abc import Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
@@ -37,10 +38,10 @@ from stack.component_bases import (
 )
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.needs import needs_problem
-from stack.errors import InputError
+from stack.errors import InputError, ParameterError
 from stack.frames.buffer import TransformBuffer
 from stack.geometry.path_segment import PathSegment
-from stack.parameters import build, suggestion
+from stack.parameters import build, declarations, suggestion
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -236,10 +237,31 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
     return Choice(kind, name, cls, build(cls.Parameters, values))  # type: ignore[attr-defined]
 
 
+def accepted(kind: str, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters, set for another component, that this one has and accepts too.
+
+    Raises:
+        InputError: there is no such component.
+    """
+    parameters: Any = component(kind, name).Parameters  # type: ignore[attr-defined]
+    known = declarations(parameters)
+    kept = {key: value for key, value in values.items() if key in known}
+    while kept:
+        try:
+            build(parameters, kept)
+        except ParameterError as error:
+            if error.name not in kept:
+                return {}
+            del kept[error.name]
+        else:
+            break
+    return kept
+
+
 __all__ = [
     "DEFAULTS", "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState",
     "Controller", "DriveState", "Estimator", "GoalChecker", "Match", "OdometryFusion",
     "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
-    "TransformBuffer", "available",
+    "TransformBuffer", "accepted", "available",
     "choose", "component", "noun", "with_article",
 ]  # fmt: skip

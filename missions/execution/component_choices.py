@@ -12,14 +12,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from missions.language.model import Mission
+from missions.language.model import Component, Mission
 from missions.language.reading.header import TOP_COMPONENTS
-from stack.components import DEFAULTS, Choice, Estimator, choose
+from missions.language.replacing import layered
+from stack.components import DEFAULTS, Choice, Estimator, accepted, choose
 from stack.control.evasion.parameters import EvasionParameters
 from stack.costmap.choosing import read_layers, sensing_layers, usual_layers, with_sensors
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
-from stack.documents import value_of
+from stack.documents import Findings, Mark, value_of
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
@@ -113,8 +114,7 @@ def all_chosen(
 ) -> dict[str, Choice]:
     """Return the choice of every kind. The mission overrides the robot, the robot the defaults.
 
-    A source that names another component drops the parameters set before: they belong to the
-    component it replaces.
+    A source that names another component keeps the parameters set before that this one has too.
 
     Args:
         robot: its settings apply where the mission sets nothing.
@@ -129,8 +129,9 @@ def all_chosen(
         sources = (robot.components.get(kind) or {}, {**values, **({"use": use} if use else {})})
         for source in sources:
             before = wanted.get("use", default_of(kind, mapped=mapped))
-            if source.get("use", before) != before:
-                wanted = {}
+            use = source.get("use", before)
+            if use != before:
+                wanted = accepted(kind, use, wanted)
             wanted.update(source)
         choices[kind] = chosen(kind, wanted, mapped=mapped)
         found[kind] = wanted
@@ -148,7 +149,7 @@ def all_chosen(
 
 
 def choices_of(
-    mission: Mission, robot: RobotDescription, given: Mapping[str, str]
+    mission: Mission, robot: RobotDescription, given: Mapping[str, str], findings: Findings
 ) -> dict[str, Choice]:
     """Return the components of a mission with the parameters of the command line.
 
@@ -156,12 +157,12 @@ def choices_of(
         mission: as read.
         robot: its settings apply where neither sets anything.
         given: KIND.NAME -> value as text; KIND.use names a component.
+        findings: receives warnings about parameters that a named component does not have.
 
     Raises:
         InputError: a name or a value of `given` or of the robot is wrong.
     """
-    wanted = {kind: (part.use, part.values) for kind, part in mission.components.items()}
-    wanted = _with_parameters(wanted, given)
+    wanted = _with_parameters(mission, given, findings)
     try:
         return all_chosen(robot, wanted, mapped=mission.map != "none")
     except ParameterError as error:  # not from the mission: its values were checked on reading
@@ -171,24 +172,29 @@ def choices_of(
         raise InputError(f"{source}: {error.sentence}{hint}") from None
 
 
-def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
+def _with_parameters(mission: Mission, given: Mapping[str, str], findings: Findings) -> Wanted:
     """Return the choices with the command line's parameters; `controller.use` names a component."""
-    wanted = dict(wanted)
-    for name, text in given.items():
-        kind, dot, parameter = name.partition(".")
-        if not dot or not parameter:
+    parts = dict(mission.components)
+    split = [(*name.partition("."), text) for name, text in given.items()]
+    for kind, _, parameter, text in split:
+        if not parameter:
             raise InputError(
-                f"--parameter {name}: expected KIND.NAME=VALUE, e.g. controller.cruise_speed=0.4"
+                f"--parameter {kind}: expected KIND.NAME=VALUE, e.g. controller.cruise_speed=0.4"
             )
-        use, values = wanted.get(kind, (None, {}))
-        if parameter == "use":
-            wanted[kind] = (text, values if text == use else {})
-        else:
-            wanted[kind] = (use, {**values, parameter: value_of(text)})
-    for kind in {name.partition(".")[0]: None for name in given}:
         if kind not in (*DEFAULTS, *SETTINGS):
             hint = suggestion(kind, [*DEFAULTS, *SETTINGS])
             raise InputError(f"--parameter: navigation has no {kind!r}; {hint}")
+        if parameter == "use" and kind in DEFAULTS:
+            named = Component(kind, text, Mark(str(mission.source)))
+            parts[kind], dropped = layered(parts.get(kind), named, accepted)
+            findings.items += [dropped] if dropped else []
+    wanted: Wanted = {kind: (part.use, part.values) for kind, part in parts.items()}
+    for kind, _, parameter, text in split:
+        use, values = wanted.get(kind, (None, {}))
+        if parameter != "use":
+            wanted[kind] = use, {**values, parameter: value_of(text)}
+        elif kind not in DEFAULTS:
+            wanted[kind] = text, values
     return wanted
 
 

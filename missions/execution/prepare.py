@@ -171,7 +171,9 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     misfits = behaviour_needs(mission, described)
     misfits += [] if recording else fit_findings(mission, world, robot, start)
     belief = _belief(mission, start)
-    choices = choices_of(mission, robot, options.parameters or {})
+    dropped = Findings()
+    choices = choices_of(mission, robot, options.parameters or {}, dropped)
+    misfits += dropped.items
     misfits += setting_findings(mission, robot, choices)
     misfits += component_findings(choices, marks, described)
     found.items += [item for item in misfits if item.severity == "error"]

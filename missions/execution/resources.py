@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import NAVIGATION_KINDS, chosen
@@ -15,6 +16,7 @@ from robots.load import find_robot, read_robot
 from robots.logs.opening import MCAP, beginning, open_log
 from robots.logs.recording import SENSOR_LOG, Recording
 from robots.logs.rosbag import Topics
+from stack.components import accepted
 from stack.documents import Finding, Findings, Mark, Node
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -155,6 +157,7 @@ def resources(world: str | None = None) -> Resources:
         ),
         plugged_components=plugged_components,
         nav2_components=_nav2_components,
+        accepted_parameters=_accepted_parameters,
     )
 
 
@@ -213,6 +216,14 @@ def _nav2_components(
 
     settings = read_nav2(folder / name, namespace=namespace)
     return components_of(settings), warnings_of(settings)
+
+
+def _accepted_parameters(kind: str, name: str, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the parameters that a component has too; none of one that does not exist."""
+    try:
+        return accepted(kind, name, values)
+    except InputError:
+        return {}  # `check_component` reports it
 
 
 def _ignore(_: object) -> None:

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from missions.execution.component_choices import MAPLESS_DEFAULTS
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
-from stack.components import Choice
+from stack.components import Choice, accepted
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, nearest, values_of
 
@@ -86,13 +86,12 @@ def lines_of(origins: list[Origin]) -> list[str]:
 
 def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
     named = plan.mission.components.get(kind)
-    if named is not None and (named.use or choice.name) != choice.name:
-        named = None  # the mission's parameters belong to another component
     robot: Mapping[str, Any] = plan.robot.components.get(kind) or {}
     if choice.name != kind:
         yield Origin(f"{kind}.use", choice.name, _source_of_use(plan, kind), "chosen component")
-    # The robot's parameters belong to the robot's choice; another component drops them.
-    kept = robot if choice.name == robot.get("use", choice.name) else {}
+    kept = {key: value for key, value in robot.items() if key != "use"}
+    if choice.name != robot.get("use", choice.name):
+        kept = accepted(kind, choice.name, kept)
     values = values_of(choice.parameters)
     for name, declared in declarations(cast("type", type(choice.parameters))).items():
         value = _shown(declared, values[name])

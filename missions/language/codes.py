@@ -202,6 +202,10 @@ CODES: dict[str, Code] = {
     "W113": Code("Nav2 plugin or zone", "it has no equivalent; the sentence says what is used",
                  "navigation: {nav2_params: nav2_params.yaml}",
                  "choose the component or write the zone under `navigation`"),
+    "W114": Code("parameter of another component",
+                 "`--parameter KIND.use`, or a later file or key, chooses a component without it",
+                 "parameters: [careful.yaml]   # planner: {use: astar, cost_weight: 6}\n"
+                 "navigation: {planner: route}", "remove it, or choose its component"),
     "W120": Code("waits for an argument", "the condition is false, and arguments do not change",
                  "arguments: {n: {type: int, default: 3}}\nrun: {wait_until: $n > 5}",
                  "wait for something that changes, or use `check`"),

@@ -53,6 +53,7 @@ class Resources:
             -> name -> location, which the other callables accept in place of a name.
         nav2_components: (Nav2 parameter file as written, namespace of the robot in it or None,
             mission's folder) -> its components by kind, and warnings.
+        accepted_parameters: (kind, name, raw parameters) -> those that the component has too.
         navigation_kinds: the keys under `navigation`.
     """
 
@@ -67,6 +68,9 @@ class Resources:
     nav2_components: Callable[
         [str, str | None, Path], tuple[Mapping[str, Component], Sequence[Finding]]
     ] = lambda file, namespace, folder: ({}, ())
+    accepted_parameters: Callable[[str, str, Mapping[str, Any]], Mapping[str, Any]] = (
+        lambda kind, name, values: values
+    )
     navigation_kinds: Sequence[str] = ()
 
 

@@ -35,8 +35,8 @@ class SafetyZone:
     )
     points: int = parameter(4, at_least=1, help="scan points inside that count as an obstacle")
     ratio: float = parameter(0.5, at_least=0.0, at_most=1.0, help="slow_down: factor for the speed")
-    linear: float = parameter(0.5, "m/s", above=0.0, help="limit: top speed")
-    angular: float = parameter(0.5, "rad/s", above=0.0, help="limit: top turning speed")
+    linear: float = parameter(0.5, "m/s", at_least=0.0, help="limit: top speed")
+    angular: float = parameter(0.5, "rad/s", at_least=0.0, help="limit: top turning speed")
     time: float = parameter(2.0, "s", above=0.0, at_most=10.0, help="approach: time to contact")
     speed_from: float = parameter(
         -inf, "m/s", help="active only at or above this forward speed; backward is negative"

@@ -10,7 +10,8 @@ from missions.language.model import Constant, Leaf, Mission, Step, Value
 from stack.components import Choice
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
-from stack.parameters import declarations
+from stack.errors import ParameterError
+from stack.parameters import Declaration, declarations
 
 
 def speed_findings(mission: Mission, robot: RobotDescription) -> list[Finding]:
@@ -27,22 +28,29 @@ def setting_findings(
     """
     for kind, choice in choices.items():
         named = mission.components.get(kind)
-        if named is None or (named.use or choice.name) != choice.name:
-            continue  # the mission's parameters belong to another component
+        if named is None:
+            continue
         parameters: type = type(choice.parameters)
         for name, declared in declarations(parameters).items():
             if not declared.robot_limit or name not in named.values:
                 continue
             speed = getattr(choice.parameters, name)
             most = getattr(robot.limits, declared.robot_limit)
-            # The command line can replace the mission's value.
-            if speed <= most + 1e-9 or declared.read(named.values[name]) != speed:
+            if speed <= most + 1e-9 or not _is_set_to(speed, declared, named.values[name]):
                 continue
             unit = declared.unit
             sentence = f"{kind}.{name}: {speed:g} {unit} is limited to {most:g} {unit} by the robot"
             hint = f"use at most {most:g} {unit}"
             mark = named.marks.get(name, named.mark)
             yield Finding(mark, "W141", f"{sentence} {robot.name}", hint, "warning")
+
+
+def _is_set_to(speed: float, declared: Declaration, raw: object) -> bool:
+    """Return whether the speed is the mission's, not one of the command line."""
+    try:
+        return bool(declared.read(raw) == speed)
+    except ParameterError:
+        return False  # another component accepted it
 
 
 def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:

@@ -13,6 +13,7 @@ from missions.language.model import Component, Replay, Resources
 from missions.language.reading.port_expressions import reference_name
 from missions.language.reading.robot import HeaderValues, RobotReader
 from missions.language.reading.words import WordRole, Words
+from missions.language.replacing import layered
 from stack.documents import Findings, Mark, Node, Section, read_file, require_kind
 from stack.documents.file_kinds import PARAMETERS
 from stack.errors import InputError, ParameterError
@@ -162,7 +163,7 @@ class HeaderReader:
             files: the names of the parameter files.
             mapped: whether the mission has a map.
         """
-        merged: dict[str, Component] = {}
+        accepted = self.resources.accepted_parameters
         located: dict[str, Component] = {}
         plugged: Mapping[str, Mapping[str, str]] | None = None
         nodes = [self._parameter_file(item) for item in files]
@@ -171,10 +172,12 @@ class HeaderReader:
         sources += [self._from_nav2(own), self._navigation(own), self._top_components()]
         for found in sources:
             for kind, component in found.items():
-                merged[kind] = _merge(merged.get(kind), component)
                 if plugged is None:
                     plugged = self._plugged_components()
-                located[kind] = _located(merged[kind], plugged)
+                before = located.get(kind)
+                located[kind], dropped = layered(before, _located(component, plugged), accepted)
+                if dropped is not None:
+                    self.findings.items.append(dropped)
                 # Each file separately: a later one may hide its errors.
                 self._check(located[kind], mapped=mapped)
         return located
@@ -341,13 +344,3 @@ def _located_layer(item: Any, layers: Mapping[str, str]) -> Any:
         name = str(item.get("use"))
         return {"name": name, **item, "use": layers[name]} if name in layers else item
     return {"name": item, "use": layers[item]} if item in layers else item
-
-
-def _merge(first: Component | None, then: Component) -> Component:
-    if first is None or (then.use and first.use and then.use != first.use):
-        return then
-    return replace(
-        then, use=then.use or first.use, mark=then.mark if then.use else first.mark,
-        values={**first.values, **then.values},
-        marks={**first.marks, **then.marks},
-    )  # fmt: skip

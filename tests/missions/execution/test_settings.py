@@ -81,8 +81,8 @@ def test_only_what_the_mission_sets_is_compared_with_the_robot(tmp_path):
     path.write_text(f"{HEAD}navigation: {{controller: {{cruise_speed: 2}}}}\n{RUN}", "utf-8")
     given = RunOptions(parameters={"controller.cruise_speed": "0.5"})
     assert diagnose(path, given).findings == ()
-    given = RunOptions(parameters={"controller.use": "dwb"})
-    assert diagnose(path, given).findings == ()
+    given = RunOptions(parameters={"controller.use": "dwb"})  # keeps the speed
+    assert [item.code for item in diagnose(path, given).findings] == ["W141"]
     assert diagnose(path, RunOptions(robot="jackal")).findings == ()  # 2 m/s
 
 

@@ -42,7 +42,9 @@ def test_the_command_line_has_the_print_result() -> None:
     assert found["controller.cruise_speed"].value == "0.3 m/s"
     assert found["controller.cruise_speed"].source == "--parameter"
     assert found["planner.use"].value == "theta_star"
-    assert found["planner.tolerance"].source == "default"  # the file's is for another planner
+    # Both planners have a tolerance; the file sets it for astar.
+    assert found["planner.tolerance"].value == "0.125 m"
+    assert found["planner.tolerance"].source.startswith("parameters/nav2_params.yaml:")
 
 
 @pytest.mark.pain("n4049", "n5189")

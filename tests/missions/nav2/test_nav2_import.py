@@ -11,27 +11,17 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from missions.cli.app import app
-from missions.execution.prepare import Diagnosis, RunOptions, diagnose, prepare
-from missions.execution.resources import MISSIONS
+from missions.execution.prepare import RunOptions, prepare
 from missions.nav2.reading import Nav2Settings, read_nav2
 from missions.nav2.reporting import lines_of, parameter_file, warnings_of
 from stack.errors import InputError
-
-SHIPPED = MISSIONS / "parameters" / "nav2_params.yaml"
-
-
-def read(text: str) -> Nav2Settings:
-    return read_nav2(Path("nav2_params.yaml"), text)
+from tests.missions.nav2.nav2_texts import SHIPPED, check, read, values
 
 
 def controller(plugin: str, **parameters: object) -> Nav2Settings:
     """The settings of a controller server with one controller."""
     server = {"controller_plugins": ["FollowPath"], "FollowPath": {"plugin": plugin, **parameters}}
     return read(yaml.safe_dump({"controller_server": {"ros__parameters": server}}))
-
-
-def values(found: Nav2Settings, kind: str) -> dict[str, object]:
-    return dict(found.kinds[kind].values)
 
 
 def test_the_shipped_file_chooses_what_it_says() -> None:
@@ -150,15 +140,6 @@ def test_the_missions_own_settings_win() -> None:
     assert (mppi.cruise_speed, mppi.batch) == (0.5, 1500)
     assert [zone.action for zone in plan.choices["safety"].parts] == ["stop", "approach"]
     assert {finding.code for finding in plan.mission.warnings} == {"W110"}
-
-
-def check(tmp_path: Path, nav2: str, more: str = "") -> Diagnosis:
-    """The diagnosis of a mission with these Nav2 parameters."""
-    (tmp_path / "nav2.yaml").write_text(nav2, "utf-8")
-    mission = "mission: a\nrobot: scout\nworld: office\nnavigation: {nav2_params: nav2.yaml"
-    text = f"{mission}{more}}}\nrun: {{wait: 1 s}}\n"
-    (tmp_path / "a.yaml").write_text(text, "utf-8")
-    return diagnose(tmp_path / "a.yaml")
 
 
 def test_a_value_out_of_our_range_is_a_warning_in_their_file(tmp_path: Path) -> None:

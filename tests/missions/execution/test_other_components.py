@@ -1,0 +1,97 @@
+"""Another component keeps the parameters that it has too, wherever it is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from missions.execution.prepare import Diagnosis, RunOptions, diagnose
+from stack.components import BUILT_IN, accepted, component
+from stack.parameters import declarations, values_of
+
+KINDS = ("planner", "controller", "goal_checker", "progress_checker")
+PAIRS = [
+    (kind, first, then) for kind in KINDS for first in BUILT_IN[kind] for then in BUILT_IN[kind]
+    if first != then and "route" not in (first, then)
+]  # fmt: skip
+
+
+def diagnosis(tmp_path: Path, top: str, **options: Any) -> Diagnosis:
+    text = f"mission: a\nrobot: scout\nworld: office\n{top}\nrun: {{wait: 1 s}}\n"
+    (tmp_path / "a.yaml").write_text(text, "utf-8")
+    return diagnose(tmp_path / "a.yaml", RunOptions(**options))
+
+
+def written(kind: str, name: str) -> dict[str, Any]:
+    """Every number of a component, changed by a little where its range allows it."""
+    cls = cast("Any", component(kind, name)).Parameters
+    defaults = values_of(cls())
+    numbers = {k: v for k, v in defaults.items() if isinstance(v, float)}
+    changed = {key: round(value * 1.01, 6) for key, value in numbers.items()}
+    return {key: value for key, value in changed.items() if accepted(kind, name, {key: value})}
+
+
+@pytest.mark.parametrize(("kind", "first", "then"), PAIRS)
+def test_the_other_component_has_the_values_of_the_shared_parameters(
+    kind: str, first: str, then: str
+) -> None:
+    values = written(kind, first)
+    shared = set(values) & set(declarations(cast("Any", component(kind, then)).Parameters))
+    kept = accepted(kind, then, values)
+    assert kept.items() <= values.items()
+    assert set(kept) <= shared
+    refused = {key for key in shared if not accepted(kind, then, {key: values[key]})}
+    assert shared - set(kept) == refused
+
+
+SETTINGS = "navigation: {planner: {use: astar, tolerance: 1.5, cost_weight: 6.0}}"
+
+
+@pytest.mark.parametrize("after", [False, True])
+def test_the_command_line_names_a_planner(tmp_path: Path, after: bool) -> None:
+    given = {"planner.use": "theta_star", "planner.traversal_weight": "1.5"}
+    given = dict(reversed(given.items())) if after else given
+    found = diagnosis(tmp_path, SETTINGS, parameters=given)
+    assert found.plan is not None
+    planner = found.plan.choices["planner"]
+    assert (planner.name, planner.parameters.tolerance) == ("theta_star", 1.5)
+    assert planner.parameters.traversal_weight == 1.5
+    (warning,) = (item for item in found.findings if item.code == "W114")
+    assert warning.sentence == "planner: no effect on theta_star: cost_weight"
+    assert warning.mark.line == 4
+
+
+@pytest.mark.parametrize("source", ["file", "nav2"])
+def test_a_mission_names_another_component_than_its_files(tmp_path: Path, source: str) -> None:
+    (tmp_path / "p.yaml").write_text(
+        "controller: {use: mppi, cruise_speed: 0.3, batch: 500}\n", "utf-8"
+    )
+    (tmp_path / "n.yaml").write_text(
+        "controller_server:\n  ros__parameters:\n    controller_plugins: [F]\n"
+        "    F: {plugin: 'a::MPPIController', vx_max: 0.3, batch_size: 500}\n",
+        "utf-8",
+    )
+    top = "navigation: {controller: graceful}\nparameters: [p.yaml]"
+    if source == "nav2":
+        top = "navigation: {nav2_params: n.yaml, controller: graceful}"
+    found = diagnosis(tmp_path, top)
+    assert found.plan is not None
+    assert found.plan.choices["controller"].name == "graceful"
+    assert found.plan.choices["controller"].parameters.cruise_speed == 0.3
+    (warning,) = (item for item in found.findings if item.code == "W114")
+    assert warning.sentence == "controller: no effect on graceful: batch"
+    assert Path(warning.mark.file).name == ("n.yaml" if source == "nav2" else "p.yaml")
+
+
+def test_the_same_component_again_keeps_everything(tmp_path: Path) -> None:
+    found = diagnosis(tmp_path, SETTINGS, parameters={"planner.use": "astar"})
+    assert found.plan is not None
+    assert found.plan.choices["planner"].parameters.cost_weight == 6.0
+    assert not found.findings
+
+
+def test_an_unknown_component_is_named(tmp_path: Path) -> None:
+    with pytest.raises(Exception, match="there is no planner 'theta'"):
+        diagnosis(tmp_path, SETTINGS, parameters={"planner.use": "theta"})
