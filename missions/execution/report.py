@@ -37,6 +37,8 @@ class Report:
         records_lost: the files of the folder that could not be written: record, time from which
             on it is missing, reason, and for events.jsonl the number of the first missing event.
         links_lost: links to other programs that failed: link, time and reason.
+        scans_dropped: by lidar, scans that could not be used: the odometry did not cover them, or a
+            newer one was there; empty if all were used.
         people: measures of the drive among people (docs/worlds.md); empty without any.
     """
 
@@ -74,6 +76,7 @@ class Report:
     doubt: dict[str, float] = field(default_factory=dict)
     links_lost: list[dict[str, Any]] = field(default_factory=list)
     people: dict[str, Any] = field(default_factory=dict)
+    scans_dropped: dict[str, int] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:
@@ -113,6 +116,9 @@ class Report:
                 f"  lost for {self.doubt['lost_seconds']:.1f} s, "
                 f"{self.doubt['obscured_metres']:.1f} m by odometry past unmapped things"
             )
+        if self.scans_dropped:
+            counts = ", ".join(f"{count} of {name}" for name, count in self.scans_dropped.items())
+            lines.append(f"  scans that could not be used: {counts}")
         if self.relocalised_by:
             lines.append(f"  relocalised by {self.relocalised_by}")
         lines.append(f"  event log {self.log_sha256[:16]}")

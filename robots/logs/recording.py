@@ -35,7 +35,10 @@ SHORTEST_STEP = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A measurement of a log: its sensor and its stamp in the log's time, seconds."""
+    """A measurement of a log, its sensor, and when it was complete in the log's time, seconds.
+
+    The scan of a lidar that turns is complete with its last beam, after its own stamp.
+    """
 
     stamp: float
     sensor: str
@@ -155,19 +158,19 @@ def _between(
     """Yield the observations of the measurements between two odometry poses, and of the second."""
     measured: dict[str, Measurement] = {}
     samples: list[Imu] = []
+    now = before.stamp
     for event in waiting:
         measurement = _moved(event.measurement, epoch)
         if isinstance(measurement, Imu):
             samples.append(measurement)
             continue
         if event.sensor in measured:
-            now = max(item.stamp for item in measured.values())
             wheels = _interpolated(before, after, now)
             inertial = [item for item in samples if item.stamp <= now]
             samples = samples[len(inertial) :]
             yield Observation(now, {WHEELS: wheels, **_joined(inertial), **measured})
             measured = {}
-        measured[event.sensor] = measurement
+        measured[event.sensor], now = measurement, event.stamp - epoch
     yield Observation(after.stamp, {WHEELS: after, **_joined(samples), **measured})
 
 

@@ -326,10 +326,13 @@ def _events(path: Path, layout: _Layout) -> Iterator[Event]:
                 stamp = _stamp(message.header, logged)
                 if topic in names:
                     scan = _scan(message, stamp, layout.mounts[names[topic]])
-                    yield Event(scan.stamp, names[topic], scan)
-                    if not layout.odometry and not has_tf:
-                        still = Odometry(scan.stamp, Pose2D(0.0, 0.0), Twist())
-                        yield Event(scan.stamp, WHEELS, still)
+                    first, last = scan.interval
+                    stands = not layout.odometry and not has_tf
+                    if stands and first < last:
+                        yield _standing(first)
+                    yield Event(last, names[topic], scan)
+                    if stands:
+                        yield _standing(last)
                 elif topic == layout.odometry:
                     yield Event(stamp, WHEELS, _odometry(message, stamp))
                 elif topic == layout.imu:
@@ -339,6 +342,11 @@ def _events(path: Path, layout: _Layout) -> Iterator[Event]:
     except Exception as error:
         sentence = f"the bag is damaged after {count} messages: {_words(error)}"
         raise refuse(path, DAMAGED_LOG, sentence) from error
+
+
+def _standing(stamp: float) -> Event:
+    """Return the odometry of a robot that stands."""
+    return Event(stamp, WHEELS, Odometry(stamp, Pose2D(0.0, 0.0), Twist()))
 
 
 def _has_odometry(reader: AnyReader, layout: _Layout) -> bool:

@@ -10,26 +10,67 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.errors import FrameError
 from stack.frames.buffer import TransformBuffer
 from stack.types import Observation, Scan
 
 
-def deskew_observation(observation: Observation, frames: TransformBuffer) -> Observation:
-    """Return the observation with its scans deskewed.
+MOST_WAITING = 20
+"""Scans of a sensor that wait for odometry; of more, the oldest is dropped."""
 
-    A scan that began before the first odometry is dropped: its motion is not known.
+
+class Deskewer:
+    """Deskews the scans of turning lidars. A scan waits until odometry covers its last beam.
+
+    Attributes:
+        dropped: by sensor, the number of scans that were not used: they began before the oldest
+            odometry, or a newer one was ready in the same step.
     """
-    scans = observation.of(Scan)
-    if not any(scan.time_increment for scan in scans.values()):
-        return observation
-    measurements = dict(observation.measurements)
-    for name, scan in scans.items():
-        try:
-            measurements[name] = deskew(scan, frames)
-        except FrameError:
-            del measurements[name]
-    return Observation(observation.time, measurements)
+
+    def __init__(self) -> None:
+        self.dropped: dict[str, int] = {}
+        self._waiting: dict[str, list[Scan]] = {}
+
+    def update(self, observation: Observation, frames: TransformBuffer) -> Observation:
+        """Return the observation with deskewed scans: those for which there is odometry now.
+
+        Args:
+            observation: the new measurements.
+            frames: with the odometry up to the observation's time.
+        """
+        turning = {n: scan for n, scan in observation.of(Scan).items() if scan.time_increment}
+        if not turning and not self._waiting:
+            return observation
+        waiting, self._waiting = self._waiting, {}
+        measurements = dict(observation.measurements)
+        for name in {**waiting, **turning}:
+            scans = [*waiting.get(name, ()), *([turning[name]] if name in turning else ())]
+            ready = self._ready(name, scans, frames)
+            if ready is not None:
+                measurements[name] = ready
+            elif name in turning:
+                del measurements[name]
+        return Observation(observation.time, measurements)
+
+    def _ready(self, name: str, scans: list[Scan], frames: TransformBuffer) -> Scan | None:
+        """Return the newest scan that odometry covers, deskewed; keep those that are too new."""
+        ready, late = None, []
+        for scan in scans:
+            first, last = scan.interval
+            if last > frames.newest and not frames.covers(last):
+                late.append(scan)
+                continue
+            if ready is not None or not frames.covers(first):
+                self._drop(name)
+            if frames.covers(first):
+                ready = scan
+        for _ in late[:-MOST_WAITING]:
+            self._drop(name)
+        if late:
+            self._waiting[name] = late[-MOST_WAITING:]
+        return None if ready is None else deskew(ready, frames)
+
+    def _drop(self, name: str) -> None:
+        self.dropped[name] = self.dropped.get(name, 0) + 1
 
 
 def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
@@ -45,10 +86,9 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
     from stack.frames.kernels import deskewed  # imports numba
 
     base, mount = frames.pose_at("odom", scan.stamp), scan.mount
-    half = abs(scan.time_increment) * 0.5 * (scan.ranges.size - 1)
     ranges, bearings = deskewed(
         scan.ranges.astype(np.float64), scan.angles, scan.stamp, scan.time_increment,
-        *frames.odometry_between(scan.stamp - half, scan.stamp + half),
+        *frames.odometry_between(*scan.interval),
         (base.x, base.y, base.heading), (mount.x, mount.y, mount.heading),
     )  # fmt: skip
     return Scan(

@@ -11,10 +11,11 @@ from collections.abc import Callable
 from math import hypot
 
 from stack.body import HEALTHY, BodyCommand, BodyHealth, SimulatedWorld
-from stack.frames.deskew import deskew_observation
+from stack.frames.deskew import Deskewer
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
 from stack.perception.cameras.watch import COLOUR_CAMERA
+from stack.perception.sensor_watch import SensorWatch
 from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
@@ -64,6 +65,7 @@ class Runtime:
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance = 0.0
+        self.deskewer, self._sensors = Deskewer(), SensorWatch(parts.body.description)
         self._pace = PaceMeter()
         self._image: Image | None = None
         self._depth_image: DepthImage | None = None
@@ -113,7 +115,8 @@ class Runtime:
         with measure("estimate"):
             motion = p.odometry.update(observation)
             p.frames.add(motion)
-            observation = deskew_observation(observation, p.frames)
+            observation = self.deskewer.update(observation, p.frames)
+            self._watch_sensors(observation)
             before = p.estimator.estimate
             estimate = p.estimator.update(observation, p.frames)
             fix = p.markers.update(observation, p.frames)
@@ -325,6 +328,17 @@ class Runtime:
                 camera=event.camera, fault=event.fault,
             )  # fmt: skip
         return usable
+
+    def _watch_sensors(self, observation: Observation) -> None:
+        """Report sensors that deliver nothing; after a recording none does."""
+        if self.parts.body.recording_over:
+            return
+        for event in self._sensors.update(observation, self.deskewer.dropped):
+            self.parts.telemetry.emit(
+                "sensor", event.text, source="perception",
+                level="warning" if event.fault else "info",
+                sensor=event.sensor, fault=event.fault,
+            )  # fmt: skip
 
     def _record(self, observation: Observation) -> None:
         """Append to the sensor log; a full disk ends the log, not the mission."""

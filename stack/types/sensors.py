@@ -47,6 +47,12 @@ class Scan:
         return self.stamp + self.time_increment * (beams - 0.5 * (beams.size - 1))
 
     @property
+    def interval(self) -> tuple[float, float]:
+        """Times of the earliest and the latest beam, seconds."""
+        half = abs(self.time_increment) * 0.5 * (self.ranges.size - 1)
+        return self.stamp - half, self.stamp + half
+
+    @property
     def angles(self) -> FloatArray:
         """(n,) beam directions in the sensor frame, radians."""
         if self.bearings is not None:

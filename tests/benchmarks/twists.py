@@ -20,7 +20,7 @@ from robots.simulated import SimulatedBody
 from stack.body import BodyCommand
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
-from stack.frames.deskew import deskew_observation
+from stack.frames.deskew import Deskewer
 from stack.localisation.fusion.ekf import EkfOdometry
 from stack.localisation.fusion.parameters import EkfParameters
 from stack.perception.obstacle_memory import ObstacleMemory
@@ -224,7 +224,7 @@ class SafetyLoop:
         self, body: SimulatedBody, robot: RobotDescription,
         parameters: SafetyParameters | None = None,
     ) -> None:  # fmt: skip
-        self._body, self._frames = body, TransformBuffer()
+        self._body, self._frames, self._deskewer = body, TransformBuffer(), Deskewer()
         self._odometry = EkfOdometry(EkfParameters(), robot)
         self._memory = ObstacleMemory(robot)
         self._safety = Safety(robot, parameters or SafetyParameters(), PERIOD)
@@ -239,7 +239,7 @@ class SafetyLoop:
         observation = body.sense()
         motion = self._odometry.update(observation)
         self._frames.add(motion)
-        observation = smooth_observation(deskew_observation(observation, self._frames))
+        observation = smooth_observation(self._deskewer.update(observation, self._frames))
         obstacles = self._memory.update(observation, self._frames)
         moving = moving_discs(self._tracked(observation), motion.pose)
         command = self._safety.limit(wanted, motion, obstacles, moving=moving)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from stack.drivetrain.description import LidarDescription
 from stack.frames.buffer import TransformBuffer
-from stack.frames.deskew import deskew, deskew_observation
+from stack.frames.deskew import Deskewer, deskew
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.lidar import Lidar
 from stack.types import STANDSTILL, Observation, Odometry, Pose2D, Scan
@@ -72,12 +72,49 @@ def test_a_moving_cast_of_a_standing_lidar_is_the_cast_of_one_instant():
     assert (turned.time_increment, instant.time_increment) == (pytest.approx(0.1 / 360), 0.0)
 
 
-def test_a_scan_of_one_instant_is_not_copied_and_one_before_odometry_is_dropped():
-    frames = TransformBuffer()
+def turning_scan(stamp, turn=0.1):
+    return Scan(
+        stamp, np.ones(4, np.float32), 0.0, pi / 2, 0.1, 9.0, time_increment=turn / 3,
+    )  # fmt: skip
+
+
+def test_a_scan_of_one_instant_is_not_copied_and_one_before_odometry_is_dropped_and_counted():
+    frames, deskewer = TransformBuffer(), Deskewer()
     frames.add(Odometry(1.0, Pose2D(0.0, 0.0), STANDSTILL))
     instant = Scan(1.0, np.ones(4, np.float32), 0.0, pi / 2, 0.1, 9.0)
     observation = Observation(1.0, {"lidar": instant})
-    assert deskew_observation(observation, frames) is observation
-    early = Scan(1.0, np.ones(4, np.float32), 0.0, pi / 2, 0.1, 9.0, time_increment=0.025)
-    both = Observation(1.0, {"lidar": instant, "rear": early})
-    assert deskew_observation(both, frames).measurements == {"lidar": instant}
+    assert deskewer.update(observation, frames) is observation
+    both = Observation(1.0, {"lidar": instant, "rear": turning_scan(0.95)})
+    assert deskewer.update(both, frames).measurements == {"lidar": instant}
+    assert deskewer.dropped == {"rear": 1}
+
+
+def test_a_scan_waits_for_the_odometry_at_its_last_beam():
+    frames, deskewer, used = TransformBuffer(), Deskewer(), []
+    for n in range(11):
+        frames.add(Odometry(0.05 * n, Pose2D(0.0, 0.0), STANDSTILL))
+        fresh = {"lidar": turning_scan(0.07 + 0.05 * n)} if n % 3 == 0 else {}
+        seen = deskewer.update(Observation(0.05 * n, fresh), frames)
+        used += [(n, scan.stamp) for scan in seen.of(Scan).values()]
+    # ends at 0.12, 0.27 and 0.42 s; the last one at 0.57 s still waits
+    assert used == [(3, 0.07), (6, pytest.approx(0.22)), (9, pytest.approx(0.37))]
+    assert deskewer.dropped == {}
+
+
+def test_of_two_scans_that_become_ready_at_once_the_newer_is_used():
+    frames, deskewer = TransformBuffer(), Deskewer()
+    frames.add(Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL))
+    for stamp in (0.1, 0.2):
+        fresh = Observation(0.0, {"lidar": turning_scan(stamp)})
+        assert not deskewer.update(fresh, frames).measurements
+    frames.add(Odometry(0.5, Pose2D(0.0, 0.0), STANDSTILL))
+    assert deskewer.update(Observation(0.5, {}), frames).measurements["lidar"].stamp == 0.2
+    assert deskewer.dropped == {"lidar": 1}
+
+
+def test_scans_do_not_pile_up_without_odometry():
+    frames, deskewer = TransformBuffer(), Deskewer()
+    frames.add(Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL))
+    for n in range(25):
+        deskewer.update(Observation(0.0, {"lidar": turning_scan(1.0 + n)}), frames)
+    assert deskewer.dropped == {"lidar": 5}  # 20 wait
