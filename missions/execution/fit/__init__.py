@@ -1,4 +1,4 @@
-"""Whether a mission fits its world and robot: start, goals, speeds, components."""
+"""Whether a mission fits its world and robot: start, goals, zones, speeds, components."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from missions.execution.fit.costmaps import inflation_findings, layer_findings
 from missions.execution.fit.goals import goal_findings, start_problem
 from missions.execution.fit.needs import component_needs
 from missions.execution.fit.speeds import setting_findings, speed_findings
+from missions.execution.fit.zones import keepout_areas, zone_findings
 from missions.language.model import Mission
 from stack.components import Choice
 from stack.documents import Finding
@@ -16,7 +17,14 @@ from stack.drivetrain.description import RobotDescription
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
-__all__ = ["component_findings", "fit_findings", "setting_findings", "start_problem"]
+__all__ = [
+    "component_findings",
+    "fit_findings",
+    "keepout_areas",
+    "setting_findings",
+    "start_problem",
+    "zone_findings",
+]
 
 
 def fit_findings(
