@@ -17,7 +17,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.needs import lacking, noun_of, sensors_of
 from stack.parameters import values_of
 
-MISSING = "E182"
+MISSING = "E183"
 SWITCHES = {("depth", "obstacles"): "depth_camera", ("place_recognition", "record"): "camera"}
 """Settings that switch on what needs a sensor. `markers` has its own check."""
 

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import hypot
 
-from missions.execution.fit.steps import every_step
+from missions.execution.fit.steps import every_condition, every_step
 from missions.language.analysis.claims import is_literal, mark_of, number_of
+from missions.language.analysis.intervals import Interval, truth_values
+from missions.language.analysis.ranges import comparisons, text_of_comparison
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.robot_values import ROBOT_VALUES
+from missions.language.expressions.terms import Named
 from missions.language.model import Constant, Leaf, Mission, Step, Value
 from stack.components import Choice
-from stack.documents import Finding
+from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.parameters import Declaration, declarations
 
+MEASURED = 1.25
+"""Measured speeds stay below this multiple of the robot's limit: slip, noise and overshoot."""
+
 
 def speed_findings(mission: Mission, robot: RobotDescription) -> list[Finding]:
-    """Return warnings about speeds that the robot cannot reach."""
-    return [item for step in every_step(mission) for item in _speeds(step, robot)]
+    """Return warnings about speeds that the robot cannot reach, in ports and comparisons."""
+    found = [item for step in every_step(mission) for item in _speeds(step, robot)]
+    for condition, mark in every_condition(mission):
+        found += _compared(condition, mark, robot)
+    return found
 
 
 def setting_findings(
@@ -51,6 +63,29 @@ def _is_set_to(speed: float, declared: Declaration, raw: object) -> bool:
         return bool(declared.read(raw) == speed)
     except ParameterError:
         return False  # another component accepted it
+
+
+def _compared(
+    condition: CheckedExpression, mark: Mark, robot: RobotDescription
+) -> Iterator[Finding]:
+    """Report comparisons of the measured speed with one above the robot's limit."""
+    limits = robot.limits
+    forward = max(limits.linear_speed, limits.reverse_speed)
+    limit = {"robot.speed": hypot(forward, limits.lateral_speed),
+             "robot.turning": limits.angular_speed}  # fmt: skip
+    known = {name: Interval(0.0, most * MEASURED) for name, most in limit.items()}
+    for part in comparisons(condition.term):
+        named = next((t.name for t in (part.left, part.right) if isinstance(t, Named)), "")
+        truth = truth_values(part, known)
+        if named not in limit or len(truth) != 1 or len(truth_values(part)) == 1:
+            continue
+        word, unit = "always" if True in truth else "never", ROBOT_VALUES[named].type.unit
+        sentence = f"{text_of_comparison(part) or condition.source} is {word} true: {robot.name} "
+        does = "drives" if named == "robot.speed" else "turns"
+        sentence += f"{does} at most at {limit[named]:g} {unit}"
+        yield Finding(
+            mark, "W141", sentence, "compare it with a speed that it can reach", "warning"
+        )
 
 
 def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:

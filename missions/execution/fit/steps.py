@@ -1,11 +1,13 @@
-"""Every node of a mission."""
+"""Every node and every condition of a mission."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from missions.language.analysis.claims import steps_of
-from missions.language.model import Mission, Step
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.model import ExpressionValue, Leaf, Mission, Step
+from stack.documents import Mark
 
 
 def every_step(mission: Mission) -> Iterator[Step]:
@@ -14,3 +16,19 @@ def every_step(mission: Mission) -> Iterator[Step]:
     roots += [tree.root for tree in mission.trees.values() if tree.root]
     for root in roots:
         yield from steps_of(root)
+
+
+def every_condition(mission: Mission) -> Iterator[tuple[CheckedExpression, Mark]]:
+    """Yield the conditions of nodes and events with their positions."""
+    trees = mission.trees.values()
+    for event in (*mission.events, *(event for tree in trees for event in tree.events)):
+        yield event.when, event.when.mark or event.mark
+    for step in every_step(mission):
+        by, recover = step.modifiers, step.modifiers.recover
+        found = [by.when, by.while_, by.until, recover.unless if recover else None]
+        if isinstance(step, Leaf):
+            ports = step.ports.values()
+            found += [item.expression for item in ports if isinstance(item, ExpressionValue)]
+        for condition in found:
+            if condition is not None:
+                yield condition, condition.mark or step.mark

@@ -14,33 +14,16 @@ from missions.language.analysis.intervals import (
     EITHER,
     Interval,
     TruthValues,
-    conjuncts,
     truth_values,
 )
+from missions.language.analysis.ranges import constant_comparisons, range_hint, text_of_comparison
 from missions.language.expressions.expression import CheckedExpression
-from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import UNSET, NotSet, Role, Symbol
-from missions.language.expressions.terms import Binary, Literal, Named, Term
-from missions.language.expressions.value_types import INT, SHARE
 from missions.language.model import Constant, Reference, Value
 from stack.documents import Findings, Mark
 from stack.errors import EvaluationError
 
 Evaluate = Callable[[], Any]
-
-
-def share_hint(term: Term) -> str:
-    """Return a hint for a share that is compared with a number of per cent: `> 90`."""
-    for part in conjuncts(term):
-        if not isinstance(part, Binary):
-            continue
-        for named, side in ((part.left, part.right), (part.right, part.left)):
-            if not isinstance(named, Named) or not isinstance(side, Literal) or side.type != INT:
-                continue
-            known = ROBOT_VALUES.get(named.name)
-            if known is not None and known.type == SHARE and 1 < side.value <= 100:
-                return f"{named.name} is between 0 and 1: write {side.value} %"
-    return ""
 
 
 class _Unknown(Exception):
@@ -176,47 +159,61 @@ class Verdicts:
         }
 
     def report(self) -> None:
-        """Report every condition that has one value only."""
+        """Report every condition that has one value only, and every comparison in the others."""
         for item in self.found.values():
-            if len(item.truth) == 1:
-                self._report(item, True in item.truth)
+            if len(item.truth) != 1 or not self._report(item, True in item.truth):
+                self._comparisons(item)
 
-    def _report(self, item: _Verdict, value: bool) -> None:
+    def _comparisons(self, item: _Verdict) -> None:
+        """Report a comparison that is constant by the ranges of its sides."""
+        for part, value in constant_comparisons(item.condition):
+            text = text_of_comparison(part) or f"a comparison in {item.condition.source}"
+            whole = part is item.condition.term
+            effect = _EFFECTS.get((item.word, value), "") if whole else ""
+            sentence = f"{item.condition.source if whole else text} is always "
+            sentence += f"{'true' if value else 'false'}{effect}"
+            hint = range_hint(item.condition) or "correct or remove the comparison"
+            self.findings.warning("W107", item.mark, sentence, hint)
+            return
+
+    def _report(self, item: _Verdict, value: bool) -> bool:
+        """Report a condition with one value; return whether it is worth a finding."""
         source, mark, word = item.condition.source, item.mark, item.word
-        names = [f"${name}" for name in item.condition.read]
+        names = [f"${name}" for name, it in item.condition.read.items() if not it.is_constant]
         if word in ("wait_until", "event") and not value:
             what = "this waits for ever" if word == "wait_until" else f"{item.owner} never fires"
             if item.of_argument:
                 sentence = f"{what}: {source} is false, and arguments do not change"
                 hint = "wait for something that changes, or use `check`"
                 self.findings.warning("W120", mark, sentence, hint)
-                return
+                return True
             why = f"{source} is always false"
-            hint = share_hint(item.condition.term) or "correct the condition"
+            hint = range_hint(item.condition) or "correct the condition"
             if names:
                 why = f"{source} is false, and nothing that runs before or beside it writes "
                 why += " or ".join(names)
                 hint = f"write {names[0]} with `set` or `out`, or wait for another value"
             code = "E163" if word == "wait_until" else "E161"
             self.findings.error(code, mark, f"{what}: {why}", hint)
-            return
+            return True
         if item.of_argument:
-            return
+            return False
         if word == "while" and not value:
             sentence = f"{item.owner} fails as soon as it starts: {source} is false there"
             hint = f"write {names[0]} before it" if names else "correct the condition"
             self.findings.error("E164", mark, sentence, hint)
-            return
+            return True
         state = "true" if value else "false"
         effect = _EFFECTS.get((word, value), "")
         if not names:
-            hint = share_hint(item.condition.term) or "correct or remove the condition"
+            hint = range_hint(item.condition) or "correct or remove the condition"
             self.findings.warning("W107", mark, f"{source} is always {state}{effect}", hint)
-            return
+            return True
         who = " or ".join(names)
         sentence = f"{source} is always {state} here{effect}; nothing has written {who}"
         hint = f"write {names[0]} before with `set` or `out`, or remove the condition"
         self.findings.warning("W107", mark, sentence, hint)
+        return True
 
 
 _EFFECTS = {

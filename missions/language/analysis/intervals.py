@@ -6,12 +6,13 @@ An argument or a blackboard key can have any value of its type; a robot value is
 from __future__ import annotations
 
 import re
-import typing
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, isnan
+from operator import mul, truediv
 from typing import Any
 
+from missions.language.expressions.compound_terms import Call
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.terms import (
     Binary,
@@ -60,7 +61,8 @@ def truth_values(term: Term, known: Known = NOTHING) -> TruthValues:
 
     Args:
         term: the condition.
-        known: `$name` -> its value, and name of a robot value -> its interval, where known.
+        known: `$name` -> its value, interval or set of texts, and name of a robot value -> its
+            interval, where known.
     """
     if isinstance(term, Literal):
         return frozenset((bool(term.value),))
@@ -81,26 +83,58 @@ def numbers(term: Term, known: Known = NOTHING) -> Interval:
     if isinstance(term, Literal) and isinstance(term.value, int | float):
         return Interval(term.value, term.value)
     if isinstance(term, Reference):
-        value = known.get(f"${term.name}")
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            return Interval(value, value)
-        return Interval()
-    if isinstance(term, Named) and isinstance(known.get(term.name), Interval):
-        return typing.cast("Interval", known[term.name])
+        return _interval(known.get(f"${term.name}"))
     if isinstance(term, Named) and term.name in ROBOT_VALUES:
         of_robot = ROBOT_VALUES[term.name]
-        return Interval(of_robot.least, of_robot.most)
+        found = known.get(term.name)
+        return Interval(of_robot.least, of_robot.most) if found is None else _interval(found)
     if isinstance(term, Distance):
         return Interval(0.0, inf)
     if isinstance(term, Unary):
         inner = numbers(term.operand, known)
         return Interval(-inner.most, -inner.least)
-    if isinstance(term, Binary) and term.word in ("+", "-"):
-        left, right = numbers(term.left, known), numbers(term.right, known)
-        if term.word == "+":
-            return Interval(left.least + right.least, left.most + right.most)
-        return Interval(left.least - right.most, left.most - right.least)
+    if isinstance(term, Call):
+        return _called(term, known)
+    if isinstance(term, Binary) and term.word in ("+", "-", "*", "/"):
+        return _computed(term.word, numbers(term.left, known), numbers(term.right, known))
     return Interval()
+
+
+def _interval(value: Any) -> Interval:
+    """Return the interval of a known number, or a known interval."""
+    if isinstance(value, Interval):
+        return value
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return Interval(value, value) if is_number else Interval()
+
+
+def _computed(word: str, left: Interval, right: Interval) -> Interval:
+    if word == "+":
+        return Interval(left.least + right.least, left.most + right.most)
+    if word == "-":
+        return Interval(left.least - right.most, left.most - right.least)
+    if word == "/" and right.least <= 0.0 <= right.most:
+        return Interval()
+    combine = mul if word == "*" else truediv
+    pairs = [(one, other) for one in (left.least, left.most) for other in (right.least, right.most)]
+    ends = [combine(one, other) for one, other in pairs]
+    ends = [0.0 if isnan(end) else end for end in ends]  # 0 * inf, inf / inf: 0 is among the values
+    return Interval(min(ends), max(ends))
+
+
+def _called(term: Call, known: Known) -> Interval:
+    """Return the possible values of a function of numbers."""
+    if term.name in ("length", "distance"):
+        return Interval(0.0, inf)
+    if term.name == "abs":
+        inner = numbers(term.arguments[0], known)
+        least = max(inner.least, -inner.most, 0.0)
+        return Interval(least, max(-inner.least, inner.most))
+    if term.name not in ("min", "max") or len(term.arguments) < 2:
+        return Interval()
+    extreme = min if term.name == "min" else max
+    parts = [numbers(item, known) for item in term.arguments]
+    return Interval(extreme(p.least for p in parts), extreme(p.most for p in parts))
 
 
 def _logical(term: Binary, known: Known) -> TruthValues:
@@ -117,6 +151,8 @@ def _comparison(term: Binary, known: Known) -> TruthValues:
         return frozenset(("=" in term.word and term.word != "!=",))
     if isinstance(term.left, Literal) and isinstance(term.right, Literal):
         return _of_literals(term.word, term.left, term.right)
+    if term.word in ("==", "!=") and _cannot_equal(term, known):
+        return frozenset((term.word == "!=",))
     left, right = numbers(term.left, known), numbers(term.right, known)
     if term.word in (">", ">="):
         left, right = right, left
@@ -128,6 +164,15 @@ def _comparison(term: Binary, known: Known) -> TruthValues:
     else:
         can, cannot = left.least < right.most, left.most >= right.least
     return frozenset(([True] if can else []) + ([False] if cannot else []))
+
+
+def _cannot_equal(term: Binary, known: Known) -> bool:
+    """Return whether a name is compared with a text that it never has."""
+    for one, other in ((term.left, term.right), (term.right, term.left)):
+        texts = known.get(f"${one.name}") if isinstance(one, Reference) else None
+        if isinstance(texts, frozenset) and isinstance(other, Literal):
+            return other.value not in texts
+    return False
 
 
 def _of_literals(word: str, left: Literal, right: Literal) -> TruthValues:

@@ -13,6 +13,7 @@ from py_trees import behaviours as py_trees_behaviours
 
 from missions.language.analysis.data_flow import children_of, once_per_step
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
+from missions.language.analysis.ranges import range_hint
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.kinds import CONDITIONS, NODES
@@ -171,7 +172,9 @@ class OutcomeCheck:
                 if not ends.success and not ends.failure:
                     word = "ends"
                 sentence = f"never reached: {_name(before)} (line {before.mark.line}) never {word}"
-                hint = self._ways_to_end(before) or "change the order, or remove it"
+                why, hint = _constant_condition(before)
+                hint = hint or self._ways_to_end(before) or "change the order, or remove it"
+                sentence += why
                 self.findings.error("E160", after.mark, sentence, hint)
                 return
 
@@ -285,6 +288,18 @@ def _both(first: Step, second: Step) -> bool:
     if any(one.read[name] is not other.read[name] for name in shared):
         return True
     return not exclude_each_other([*conjuncts(one.term), *conjuncts(other.term)])
+
+
+def _constant_condition(step: Step) -> tuple[str, str]:
+    """Return why the condition of a check or wait is constant, and a hint; "" if it is not."""
+    for value in step.ports.values() if isinstance(step, Leaf) else ():
+        if isinstance(value, ExpressionValue) and value.expression.type.of is bool:
+            found = truth_values(value.expression.term)
+            if len(found) == 1:
+                word = "true" if True in found else "false"
+                why = f": {value.expression.source} is always {word}"
+                return why, range_hint(value.expression)
+    return "", ""
 
 
 def leaf_outcomes(step: Leaf) -> Outcomes:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from missions.language.analysis.claims import Claims, steps_of, warning
-from missions.language.analysis.intervals import conjuncts, exclude_each_other
+from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.analysis.key_flow import own_writes
 from missions.language.analysis.order import name_of
 from missions.language.expressions.expression import CheckedExpression
@@ -115,7 +115,7 @@ class StructureCheck:
     def _equality(self, condition: CheckedExpression) -> None:
         """Report `==` of a measured number, which is almost never exactly equal."""
         for part in conjuncts(condition.term):
-            if not isinstance(part, Binary) or part.word != "==":
+            if not isinstance(part, Binary) or part.word != "==" or len(truth_values(part)) == 1:
                 continue
             for one, other in ((part.left, part.right), (part.right, part.left)):
                 if isinstance(one, Named) and one.name in _MEASURED and isinstance(other, Literal):

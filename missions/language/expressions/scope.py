@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from math import inf
 from typing import Any
 
 from missions.language.expressions.value_types import ValueType
@@ -50,6 +51,7 @@ class Symbol:
     Attributes:
         value: value of a place or argument; initial value of a key, or UNSET.
         one_of: the only texts that an argument may have; empty if any.
+        limits: least and greatest value of an argument.
         doc: what a key is for; "" without `doc`.
         keep: whether the next run begins with the value of the last one; only of a key.
     """
@@ -62,6 +64,7 @@ class Symbol:
     doc: str = ""
     one_of: tuple[str, ...] = ()
     keep: bool = False
+    limits: tuple[float, float] = (-inf, inf)
 
     @property
     def is_constant(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 from missions.language.expressions.expression import NameContext
@@ -125,7 +126,10 @@ class DeclarationReader:
                 hint = f"use --set {name}=… or add a default"
                 self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)
             kind = ANYTHING if value is UNSET else type_of(declared)
-            layer[name] = Symbol(name, Role.ARGUMENT, kind, key.mark, value, one_of=declared.one_of)
+            layer[name] = Symbol(
+                name, Role.ARGUMENT, kind, key.mark, value, one_of=declared.one_of,
+                limits=_limits(declared, kind),
+            )  # fmt: skip
         for name in overrides:
             if name not in layer:
                 sentence = f"the mission has no argument {name!r}"
@@ -318,6 +322,13 @@ class DeclarationReader:
                 hint = "use letters, digits and _; start with a letter"
                 self.findings.error("E144", key.mark, sentence, hint)
         return good
+
+
+def _limits(declared: Declaration, kind: ValueType) -> tuple[float, float]:
+    """Return the range of a number; those of a list are of its items."""
+    least = -inf if declared.at_least is None else declared.at_least
+    most = inf if declared.at_most is None else declared.at_most
+    return (least, most) if kind.is_number else (-inf, inf)
 
 
 def declared_item(kind: ValueType, name: str) -> Declaration:

@@ -83,7 +83,7 @@ def test_a_behaviour_without_its_sensor_is_refused_where_it_is_used(tmp_path, ki
     text = f"places: {{lobby: [1, 2]}}\nrun:\n  sequence:\n    - say: a\n    - {kind}: {ports}\n"
     mission = read_text(tmp_path, text)
     [finding] = behaviour_needs(mission, BLIND)
-    assert (finding.code, finding.mark.line, finding.severity) == ("E182", 5, "error")
+    assert (finding.code, finding.mark.line, finding.severity) == ("E183", 5, "error")
     assert finding.sentence.startswith(f"{kind} needs a ")
     assert "scout" in finding.hint  # a robot that has it
     assert behaviour_needs(mission, ALL) == []
@@ -91,12 +91,12 @@ def test_a_behaviour_without_its_sensor_is_refused_where_it_is_used(tmp_path, ki
 
 def test_a_behaviour_that_is_used_often_is_one_finding(tmp_path):
     text = "run: {sequence: [take_photo, {use: again}]}\ntrees: {again: {do: take_photo}}"
-    assert codes(behaviour_needs(read_text(tmp_path, text), BLIND)) == ["E182 1"]
+    assert codes(behaviour_needs(read_text(tmp_path, text), BLIND)) == ["E183 1"]
 
 
 def test_a_robot_without_a_lidar_is_not_localised_by_a_lidar(tmp_path):
     [finding] = found(tmp_path, "run: {wait: 3 s}\n", "camera")
-    assert (finding.code, finding.mark.line) == ("E182", 4)  # the default: at `robot`
+    assert (finding.code, finding.mark.line) == ("E183", 4)  # the default: at `robot`
     assert finding.sentence == (
         "the estimator 'mcl' needs a lidar, and mine has none; it has camera (camera)"
     )
@@ -108,7 +108,7 @@ def test_a_robot_without_a_lidar_is_not_localised_by_a_lidar(tmp_path):
 
 def test_an_estimator_that_is_named_is_refused_at_its_name(tmp_path):
     text = "map: none\nlocalisation: slam\nrun: {wait: 3 s}\n"
-    assert codes(found(tmp_path, text)) == ["E182 6"]
+    assert codes(found(tmp_path, text)) == ["E183 6"]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_what_works_without_a_lidar_is_not_reported(tmp_path, text):
 def test_a_layer_without_its_sensor_is_refused(tmp_path):
     text = "navigation: {costmap: {layers: [static, obstacle, range, depth]}}\nrun: {wait: 3 s}\n"
     items = found(tmp_path, text, "lidar")
-    assert codes(items) == ["E182 5"] * 2
+    assert codes(items) == ["E183 5"] * 2
     assert [item.sentence.split(", and")[0] for item in items] == [
         "the layer 'range' needs a sonar", "the layer 'depth' needs a depth camera",
     ]  # fmt: skip
@@ -140,7 +140,7 @@ def test_a_lidar_in_no_layer_is_reported_and_a_layer_of_no_lidar(tmp_path):
     wrong = text.replace("obstacle]", "{use: obstacle, source: rare}]")
     (tmp_path / "wrong").mkdir()
     [finding] = found(tmp_path / "wrong", wrong, "lidar", "rear lidar")
-    assert finding.code == "E182" and "available: lidar, rear" in finding.hint
+    assert finding.code == "E183" and "available: lidar, rear" in finding.hint
 
 
 def test_lists_that_read_every_lidar_and_the_default_are_fine(tmp_path):
@@ -172,7 +172,7 @@ def test_an_inflation_within_the_robot_is_reported(tmp_path, settings, radius, e
 )
 def test_a_setting_that_switches_on_a_missing_sensor_is_refused(tmp_path, switch):
     text = f"navigation: {{{switch}}}\nrun: {{wait: 3 s}}\n"
-    assert codes(found(tmp_path, text, "lidar")) == ["E182 5"]
+    assert codes(found(tmp_path, text, "lidar")) == ["E183 5"]
 
 
 @pytest.mark.parametrize(
