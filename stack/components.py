@@ -28,6 +28,7 @@ from stack.component_bases import (
     DriveState,
     Estimator,
     GoalChecker,
+    GoalTolerance,
     Match,
     OdometryFusion,
     Planner,
@@ -225,7 +226,7 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 __all__ = [
     "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState", "Controller",
-    "DriveState", "Estimator", "GoalChecker", "Match", "OdometryFusion", "PathSegment",
-    "PlanOptions", "Planner", "ProgressChecker", "StopCriterion", "TransformBuffer", "available",
+    "DriveState", "Estimator", "GoalChecker", "GoalTolerance", "Match", "OdometryFusion",
+    "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion", "TransformBuffer", "available",
     "choose", "component", "noun", "with_article",
 ]  # fmt: skip
