@@ -29,6 +29,7 @@ from stack.component_bases import (
     DriveState,
     Estimator,
     GoalChecker,
+    GoalTolerance,
     Match,
     OdometryFusion,
     Planner,
@@ -260,8 +261,8 @@ def accepted(kind: str, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 __all__ = [
     "DEFAULTS", "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState",
-    "Controller", "DriveState", "Estimator", "GoalChecker", "Match", "OdometryFusion",
-    "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
+    "Controller", "DriveState", "Estimator", "GoalChecker", "GoalTolerance", "Match",
+    "OdometryFusion", "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
     "TransformBuffer", "accepted", "available",
     "choose", "component", "noun", "with_article",
 ]  # fmt: skip

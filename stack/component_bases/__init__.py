@@ -8,6 +8,7 @@ from stack.component_bases.driving import (
     ControlState,
     DriveState,
     GoalChecker,
+    GoalTolerance,
     ProgressChecker,
     StopCriterion,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "DriveState",
     "Estimator",
     "GoalChecker",
+    "GoalTolerance",
     "Match",
     "OdometryFusion",
     "PlanOptions",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from math import inf
 from typing import Any, ClassVar
 
 from stack.component_bases.component import Component
@@ -12,6 +13,19 @@ from stack.errors import NavigationError
 from stack.geometry.path_segment import PathSegment
 from stack.lifecycle import Lifecycle
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D, TrackedObject, Twist
+
+
+@dataclass(frozen=True, slots=True)
+class GoalTolerance:
+    """How near to a goal is enough.
+
+    Attributes:
+        position: metres.
+        heading: radians.
+    """
+
+    position: float = inf
+    heading: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +169,14 @@ class GoalChecker(Component, Lifecycle, ABC):
     def at_position(self) -> bool:
         """Whether at most the heading was missing at the last check."""
         return False
+
+    @property
+    def tolerance(self) -> GoalTolerance:
+        """Tolerances at the current goal: controllers stop within them, as far as they are known.
+
+        A given path is not over where it only passes within the tolerance of its end.
+        """
+        return GoalTolerance()
 
 
 class ProgressChecker(Component, Lifecycle, ABC):

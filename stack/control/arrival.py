@@ -43,7 +43,9 @@ class Arrival:
             return False
         distance = pose.distance_to(self._goal)
         if not criterion.along_path:
-            self._arrived = distance <= criterion.distance * (2.0 if self._arrived else 1.0)
+            limit = criterion.distance * (2.0 if self._arrived else 1.0)
+            ends = self._arrived or segment.ends_within(criterion.distance)
+            self._arrived = distance <= limit and ends
             return self._arrived
         if self._fresh:
             short = segment.length <= 2.0 * SAME_POSITION

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, pi
 
-from stack.components import DriveState, GoalChecker, ProgressChecker
+from stack.components import DriveState, GoalChecker, GoalTolerance, ProgressChecker
 from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
 from stack.parameters import parameter
@@ -42,6 +42,13 @@ class SimpleGoalChecker(GoalChecker):
         """Whether the position was within its tolerance at the last check."""
         return self._at_position
 
+    @property
+    def tolerance(self) -> GoalTolerance:
+        """Tolerances of the parameters, with the position tolerance of the task if it has one."""
+        p = self.parameters
+        position = p.position if self._tolerance is None else self._tolerance
+        return GoalTolerance(position, p.heading)
+
     def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
         """Set the end of a new path, map frame, and the position tolerance of the task (m)."""
         self._goal, self._tolerance, self._at_position = goal, tolerance, False
@@ -50,11 +57,10 @@ class SimpleGoalChecker(GoalChecker):
         """Whether position and heading are within their tolerances."""
         if self._goal is None:
             return False
-        p, pose = self.parameters, state.pose
-        limit = p.position if self._tolerance is None else self._tolerance
+        limit, pose = self.tolerance, state.pose
         distance = pose.distance_to(self._goal)
-        self._at_position = distance <= limit * (2.0 if self._at_position else 1.0)
-        turned = abs(wrap_angle(self._goal.heading - pose.heading)) <= p.heading
+        self._at_position = distance <= limit.position * (2.0 if self._at_position else 1.0)
+        turned = abs(wrap_angle(self._goal.heading - pose.heading)) <= limit.heading
         return self._at_position and turned
 
 

@@ -1,4 +1,4 @@
-"""Follows a path segment by segment with a controller, forward or backward, and stops at cusps.
+"""Follows a path segment by segment with a controller, forward or backward, and stops between them.
 
 In a base frame whose x axis points backward, reversing is driving forward with the footprint
 rotated by 180 degrees; the arcs and their radii are the same. Any controller for forward driving
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from math import inf, pi
+from math import hypot, inf, pi
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ from stack.types import (
 )
 
 SEGMENT_END, STEERED_END = 0.05, 0.01
-"""Remaining length in metres at which a segment before a cusp is complete; for a car.
+"""Remaining length in metres at which a segment before another is complete; for a car.
 
 A car cannot make up for a turn that it has cut short.
 """
@@ -50,7 +50,7 @@ class PathFollower(Lifecycle):
     """Drives the segments of a path in turn with a controller.
 
     The drive owns the progress on its path; the follower only begins the next segment when the
-    robot stands at a cusp. So another drive can use the follower in between.
+    robot stands at the end of one. So another drive can use the follower in between.
 
     Args:
         create: creates the controller from parameters, robot and period; its class, for example.
@@ -145,7 +145,8 @@ class PathFollower(Lifecycle):
             return STANDSTILL
         segment = progress.segment
         if not segment.is_last and segment.remaining <= self._segment_end:
-            if abs(state.twist.linear) >= STANDING or self._last != STANDSTILL:
+            moves = hypot(state.twist.linear, state.twist.lateral) >= STANDING
+            if moves or self._last != STANDSTILL:
                 last = self._ramp.rebased(self._last, state.twist)  # ignores an earlier drive's
                 self._last = self._ramp.stopped(last)
                 return self._last
@@ -192,7 +193,7 @@ class PathFollower(Lifecycle):
 
     @property
     def _segment_end(self) -> float:
-        """Remaining metres at which a segment before a cusp is complete."""
+        """Remaining metres at which a segment before another is complete."""
         return SEGMENT_END if self._robot.drivetrain.turns_in_place else STEERED_END
 
     def _steer(self, segment: PathSegment, state: ControlState) -> Twist:

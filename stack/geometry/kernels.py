@@ -12,9 +12,9 @@ from stack.types import FloatArray
 
 @njit(cache=True, nogil=True)
 def project(
-    points: FloatArray, lengths: FloatArray, x: float, y: float, first: int, reach: float
+    points: FloatArray, lengths: FloatArray, x: float, y: float, first: int, until: float
 ) -> tuple[int, float, float]:
-    """Project a point onto a polyline, within `reach` metres of length after vertex `first`.
+    """Project a point onto a polyline, from vertex `first` up to a length along it.
 
     Args:
         points: (n, 2) vertices, metres, n >= 2.
@@ -22,14 +22,14 @@ def project(
         x: of the point to project, in the frame of the polyline, metres.
         y: of the same point, metres.
         first: vertex to begin at.
-        reach: metres beyond that vertex to search.
+        until: length to search, metres; not below that of the first vertex.
 
     Returns:
         First vertex of the nearest segment, length up to the projection, distance to it (m).
     """
     best, best_segment, best_length = inf, first, lengths[first]
     for i in range(first, points.shape[0] - 1):
-        if lengths[i] > lengths[first] + reach:
+        if lengths[i] > until:
             break
         dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
         square = dx * dx + dy * dy
@@ -37,6 +37,8 @@ def project(
         if square > 0.0:
             share = ((x - points[i, 0]) * dx + (y - points[i, 1]) * dy) / square
             share = min(1.0, max(0.0, share))
+            if lengths[i] + share * sqrt(square) > until:
+                share = (until - lengths[i]) / sqrt(square)
         distance = hypot(points[i, 0] + share * dx - x, points[i, 1] + share * dy - y)
         if distance < best:
             best, best_segment = distance, i
@@ -106,7 +108,7 @@ def point_at(points: FloatArray, lengths: FloatArray, length: float) -> tuple[fl
 
 @njit(cache=True, nogil=True)
 def feet(
-    points: FloatArray, lengths: FloatArray, positions: FloatArray, first: int, reach: float,
+    points: FloatArray, lengths: FloatArray, positions: FloatArray, first: int, until: float,
     span: float,
 ) -> FloatArray:  # fmt: skip
     """Project positions onto a polyline, as `project`.
@@ -116,7 +118,7 @@ def feet(
         lengths: (n,) length of the polyline up to each vertex, metres.
         positions: (k, 2) to project, in the frame of the polyline, metres.
         first: vertex to begin at.
-        reach: metres beyond that vertex to search.
+        until: length to search, metres; not below that of the first vertex.
         span: metres before and after a foot over which the heading is measured.
 
     Returns:
@@ -124,7 +126,7 @@ def feet(
     """
     found = np.empty((positions.shape[0], 3))
     for i in range(positions.shape[0]):
-        _, length, offset = project(points, lengths, positions[i, 0], positions[i, 1], first, reach)
+        _, length, offset = project(points, lengths, positions[i, 0], positions[i, 1], first, until)
         bx, by = point_at(points, lengths, length - span)
         cx, cy = point_at(points, lengths, length + span)
         found[i, 0], found[i, 1], found[i, 2] = length, offset, atan2(cy - by, cx - bx)

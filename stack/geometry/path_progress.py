@@ -1,20 +1,33 @@
-"""Progress along a path that may change its driving direction."""
+"""Progress along a path that may change its driving direction, or turn back."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import accumulate
-from math import pi
+from itertools import accumulate, pairwise
+from math import atan2, cos, pi, radians
 
 import numpy as np
 
 from stack.geometry.path_segment import PathSegment
 from stack.types import FloatArray, Path, Pose2D
 
+SHARP, TIGHT = 0.15, 0.7
+"""Metres before and after a point between which a path may turn back: at a corner, and in a U-turn.
+
+A U-turn between lanes up to 0.5 m apart is tight. Wider ones are driven without a stop.
+"""
+
+TURNS_BACK = cos(radians(110.0))
+"""Cosine of the turn above which the robot stops first; it takes smaller ones while it drives."""
+
+LEAST_PART = 0.1
+"""Metres of path before and after a point at which a path may be cut for a turn."""
+
 
 @dataclass(frozen=True, slots=True)
 class DirectedPath:
-    """Part of a path that is driven in one direction.
+    """Part of a path that is driven in one direction and does not turn back.
 
     Attributes:
         path: poses with the robot's headings.
@@ -28,8 +41,8 @@ class DirectedPath:
 class PathProgress:
     """Where the robot is on its path: the segment, the metres driven and the metres left.
 
-    A path that reverses folds back on itself. It is driven segment by segment, so that points
-    beyond a cusp count only after the cusp has been reached.
+    A path that reverses or turns back passes the same ground twice. It is driven segment by
+    segment, so that points beyond a cusp or turn count only after it has been reached.
 
     Attributes:
         path: the whole path.
@@ -49,8 +62,7 @@ class PathProgress:
             steered: for a car, which arrives with the path's final direction as its heading.
         """
         self.path, self.length = path, path.length
-        whole = (DirectedPath(path, backward=False),)
-        self._parts = split_at_cusps(path) if directional else whole
+        self._parts = tuple(split_at_turns(path, directional=directional))
         self._begins = (0.0, *accumulate(part.path.length for part in self._parts[:-1]))
         steps = np.linalg.norm(np.diff(path.points[:, :2], axis=0), axis=1)
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
@@ -79,7 +91,7 @@ class PathProgress:
         self.segment.advance(pose)
 
     def begin_next(self, pose: Pose2D) -> None:
-        """Begin the next segment; the robot stands at the cusp."""
+        """Begin the next segment; the robot stands at the end of this one."""
         self._begin_next()
         self.segment.advance(pose)
 
@@ -115,7 +127,8 @@ def split_at_cusps(path: Path) -> tuple[DirectedPath, ...]:
     """Split a path at its cusps; each segment begins where the one before ends.
 
     A step is backward when it leads against the headings at both its ends. The first and the last
-    heading of a path may be those of the robot and the goal, so only the inner one counts there.
+    heading of a path may be those of the robot and the goal. The heading there does not count where
+    the neighbouring step also leads against the inner one.
     """
     steps = np.diff(path.points[:, :2], axis=0)
     moves = np.flatnonzero(np.einsum("nk,nk->n", steps, steps) > 1e-12)
@@ -135,14 +148,76 @@ def split_at_cusps(path: Path) -> tuple[DirectedPath, ...]:
 def _leads_backward(steps: FloatArray, headings: FloatArray) -> FloatArray:
     """Return (n - 1,) whether each step leads backward; `headings` (n,) are those of its ends."""
     ahead = np.column_stack([np.cos(headings), np.sin(headings)])
-    before, after = (
-        np.einsum("nk,nk->n", steps, ahead[:-1]),
-        np.einsum("nk,nk->n", steps, ahead[1:]),
-    )
+    against_first = np.einsum("nk,nk->n", steps, ahead[:-1]) < 0.0
+    against_last = np.einsum("nk,nk->n", steps, ahead[1:]) < 0.0
+    found: FloatArray = against_first & against_last
     if len(steps) > 1:
-        before[0], after[-1] = after[0], before[-1]
-    found: FloatArray = (before < 0.0) & (after < 0.0)
+        found[0] = against_last[0] and (against_first[0] or against_first[1])
+        found[-1] = against_first[-1] and (against_last[-1] or against_last[-2])
     return found
+
+
+def split_at_turns(path: Path, *, directional: bool = True) -> Iterator[DirectedPath]:
+    """Split a path at its cusps, and where it turns back without a cusp.
+
+    There the robot stops, and turns in place if it can. Each part ends in its own direction, except
+    the last one, and those of a robot whose heading is free.
+
+    Args:
+        path: to split.
+        directional: whether headings determine the driving direction.
+    """
+    parts = split_at_cusps(path) if directional else (DirectedPath(path, backward=False),)
+    for part in parts:
+        pieces = _pieces(part.path.points)
+        for piece in pieces[:-1]:
+            points = _facing_its_end(piece, part.backward) if directional else piece
+            yield DirectedPath(Path(points), part.backward)
+        yield DirectedPath(Path(pieces[-1]), part.backward) if len(pieces) > 1 else part
+
+
+def _pieces(points: FloatArray) -> list[FloatArray]:
+    """Cut poses (n, 3) where they turn back: first at corners, then in U-turns between them."""
+    corners = _cut(points, _turns(points[:, :2], SHARP))
+    return [piece for part in corners for piece in _cut(part, _turns(part[:, :2], TIGHT))]
+
+
+def _cut(points: FloatArray, places: list[int]) -> list[FloatArray]:
+    return [points[a : b + 1] for a, b in pairwise([0, *places, len(points) - 1])]
+
+
+def _turns(points: FloatArray, span: float) -> list[int]:
+    """Return the indices of the points (n, 2) at which a polyline turns back within a span.
+
+    The directions compared are those of the chords over `span` metres before and after a point:
+    corners that noise makes do not count. Of neighbours the one with the longest chords counts.
+    """
+    lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+    inner = np.flatnonzero((lengths >= LEAST_PART) & (lengths <= lengths[-1] - LEAST_PART))
+    if not len(inner):
+        return []
+    here, at = points[inner], lengths[inner]
+    before, after = (
+        np.column_stack([np.interp(at + shift, lengths, axis) for axis in points.T]) - here
+        for shift in (-span, span)
+    )
+    alike = np.einsum("nk,nk->n", before, after)
+    turns = np.flatnonzero(alike > -TURNS_BACK * np.hypot(*before.T) * np.hypot(*after.T))
+    if not len(turns):
+        return []
+    apart = np.flatnonzero(np.diff(at[turns]) > 0.5 * span) + 1
+    return [
+        int(inner[near[np.argmax(alike[near] > alike[near].max() - 1e-9)]])
+        for near in np.split(turns, apart)
+    ]
+
+
+def _facing_its_end(points: FloatArray, backward: bool) -> FloatArray:
+    """Return poses (n, 3) of which the last one has the heading in which the robot gets there."""
+    steps = np.diff(points[:, :2], axis=0)
+    x, y = steps[np.flatnonzero(np.hypot(*steps.T))[-1]]
+    last = [*points[-1, :2], atan2(y, x) + (pi if backward else 0.0)]
+    return np.vstack([points[:-1], last])
 
 
 def turned(path: Path) -> Path:

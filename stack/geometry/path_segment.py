@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from math import atan2, cos, pi, sin
+from math import atan2, cos, hypot, inf, pi, sin, sqrt
 
 import numpy as np
 
 from stack.types import FloatArray, Path, Pose2D, wrap_angle
 
-FIRST_REACH, REACH = 2.0, 1.0
-"""Metres of path searched for the nearest point: at the first update, and later.
+REACH = 0.5
+"""Metres of path searched for the nearest point, besides the distance moved since the last search.
 
-Short, so that a path that passes near itself (e.g. a patrol loop) is followed in order.
+Short, so that a path that passes near itself (e.g. a patrol loop) is followed in order. A robot
+that cuts a right-angled corner by 0.25 m still gets ahead.
+"""
+
+FEET_REACH = 1.0
+"""Metres of path on which positions near the robot are projected."""
+
+DETOUR = sqrt(2.0)
+"""Length of path up to a point that the robot steers to, divided by the distance to it, at most.
+
+In a right-angled corner it is reached. A longer path turns back before that point.
 """
 
 HEADING_SPAN = 0.1
@@ -78,7 +88,8 @@ class PathSegment:
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
         self._vertices: list[tuple[float, float]] = list(map(tuple, self._points.tolist()))
         self._vertex_lengths: list[float] = self._lengths.tolist()
-        self._vertex, self._reach, self._aimed = 0, FIRST_REACH, 0.0
+        self._vertex, self._aimed = 0, 0.0
+        self._seen_at = self._vertices[0]
         self._steered = steered
         self.travelled, self.offset = 0.0, 0.0
 
@@ -96,12 +107,23 @@ class PathSegment:
         """Remaining length of the path, metres; 0 at or past its end."""
         return max(0.0, self.length - self.travelled)
 
+    def ends_within(self, distance: float) -> bool:
+        """Whether the path ends at the goal within a distance of the robot, and not a lap later.
+
+        A path that ends in a bend may be longer than the straight line: twice as long.
+
+        Args:
+            distance: between robot and goal, metres.
+        """
+        return self.is_last and self.remaining <= 2.0 * distance
+
     def advance(self, pose: Pose2D) -> None:
         """Update the progress to the path point nearest to a pose; the navigator calls it."""
-        vertex, travelled, offset = self._nearest(pose, self._reach)
+        x, y = self._seen_at
+        vertex, travelled, offset = self._nearest(pose, REACH + hypot(pose.x - x, pose.y - y))
         if offset > OFF_PATH:
-            vertex, travelled, offset = self._nearest(pose, np.inf)
-        self._vertex, self._reach = vertex, REACH
+            vertex, travelled, offset = self._nearest(pose, inf)
+        self._vertex, self._seen_at = vertex, (pose.x, pose.y)
         self.travelled, self.offset = max(self.travelled, travelled), offset
 
     def lookahead_point(self, pose: Pose2D, distance: float) -> tuple[float, float]:
@@ -122,7 +144,7 @@ class PathSegment:
         length: float = self._kernels.length_at_distance(
             self._points, self._lengths, pose.x, pose.y, self.travelled, distance
         )
-        return length
+        return min(length, self.travelled + DETOUR * distance + self.offset)
 
     def _point(self, length: float) -> tuple[float, float]:
         lengths, vertices = self._vertex_lengths, self._vertices
@@ -152,7 +174,12 @@ class PathSegment:
             (k, 3) length along the path and offset from it, metres, and heading of the path there.
         """
         found: FloatArray = self._kernels.feet(
-            self._points, self._lengths, positions, self._vertex, REACH, HEADING_SPAN
+            self._points,
+            self._lengths,
+            positions,
+            self._vertex,
+            self.travelled + FEET_REACH,
+            HEADING_SPAN,
         )
         return found
 
@@ -167,7 +194,8 @@ class PathSegment:
         """Return (k, 2) evenly spaced points of the next `distance` metres, map frame, k >= 1.
 
         The first point is the one nearest to the robot. The goal is the last one when it is within
-        `distance`; with `beyond` the path continues straight after the goal.
+        `distance`; with `beyond` the path continues straight after the goal. The points end where
+        the path turns back: a motion to what comes after would leave the path.
         """
         if beyond:
             lengths = self.travelled + spacing * np.arange(int(distance / spacing + 1e-6) + 1)
@@ -177,7 +205,12 @@ class PathSegment:
             lengths = begin + spacing * np.arange(int(span / spacing + 1e-6) + 1)
             if begin + span >= self.length and lengths[-1] < self.length - 0.2 * spacing:
                 lengths = np.append(lengths, self.length)
-        return np.column_stack([np.interp(lengths, self._lengths, axis) for axis in self._points.T])
+        x, y = (np.interp(lengths, self._lengths, axis) for axis in self._points.T)
+        robot_x, robot_y = self._seen_at
+        reached = DETOUR * np.hypot(x - robot_x, y - robot_y) + self.offset + spacing
+        back = lengths - self.travelled > reached
+        end = int(back.argmax()) or len(back)
+        return np.column_stack([x[:end], y[:end]])
 
     def _heading(self, length: float) -> float:
         (bx, by), (cx, cy) = self._point(length - HEADING_SPAN), self._point(length + HEADING_SPAN)
@@ -185,7 +218,7 @@ class PathSegment:
 
     def _nearest(self, pose: Pose2D, reach: float) -> tuple[int, float, float]:
         found: tuple[int, float, float] = self._kernels.project(
-            self._points, self._lengths, pose.x, pose.y, self._vertex, reach
+            self._points, self._lengths, pose.x, pose.y, self._vertex, self.travelled + reach
         )
         return found
 

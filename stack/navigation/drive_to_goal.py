@@ -93,7 +93,7 @@ class GoalDrive(Drive):
         try:
             self._use_plan(state)
             self._pass_goals(state.estimate.pose)
-            if self._follower.reached(state) and self._goals.only_last_left:
+            if self._goals.only_last_left and self._follower.reached(state):
                 self._arrive(state.estimate.pose)
                 return STANDSTILL
             if self._partial_end.reached(self.path, self._follower, state.estimate.pose):

@@ -153,6 +153,12 @@ class Follower:
         """Whether the robot has stood before the goal for IDLE_BEFORE_REPLAN seconds."""
         return self.idle.running and self.idle.elapsed(now) >= IDLE_BEFORE_REPLAN
 
+    @property
+    def ends_here(self) -> bool:
+        """Whether the path ends within the goal tolerance, and does not only pass its end."""
+        limit = self._tools.goal_checker.tolerance.position
+        return self.progress is not None and self.progress.segment.ends_within(limit)
+
     def reached(self, state: NavigationState) -> bool:
         """Whether the end of the path is reached; not while another drive uses the controller."""
         if self.progress is None or not self._steers:
@@ -306,7 +312,7 @@ class PathDrive(Drive):
             if follower.progress is not None:
                 follower.update(state.estimate.pose)
                 task.report(drive_feedback(follower), follower.progress.remaining)
-            if follower.reached(state):
+            if follower.ends_here and follower.reached(state):
                 task.succeed("reached the end of the path")
                 return STANDSTILL
             if off := follower.off_heading(state):

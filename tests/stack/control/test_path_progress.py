@@ -16,17 +16,18 @@ LENGTHS = np.array([0.0, 2.0, 4.0])
 
 
 @pytest.mark.parametrize(
-    ("place", "first", "reach", "expected"),
+    ("place", "first", "until", "expected"),
     [
         ((0.5, 0.3), 0, 9.0, (0, 0.5, 0.3)),
         ((1.9, 1.5), 0, 9.0, (1, 3.5, 0.1)),
-        ((1.9, 1.5), 0, 1.0, (0, 1.9, 1.5)),  # the second side begins beyond the reach
+        ((1.9, 1.5), 0, 1.9, (0, 1.9, 1.5)),  # the second side begins beyond the end of the search
+        ((1.4, 0.3), 0, 1.0, (0, 1.0, 0.5)),  # 3-4-5
         ((1.0, -1.0), 1, 9.0, (1, 2.0, 2.0**0.5)),  # what lies behind does not count
         ((-3.0, 4.0), 0, 1.0, (0, 0.0, 5.0)),
     ],
 )
-def test_the_nearest_place_of_a_polyline(place, first, reach, expected):
-    assert kernels.project(CORNER, LENGTHS, *place, first, reach) == pytest.approx(expected)
+def test_the_nearest_place_of_a_polyline(place, first, until, expected):
+    assert kernels.project(CORNER, LENGTHS, *place, first, until) == pytest.approx(expected)
 
 
 def test_a_point_that_a_path_holds_twice_does_not_hide_the_rest():
