@@ -211,7 +211,7 @@ def mission_description(path: Path) -> str:
 def _arguments(path: Path, mission: Mission) -> list[tuple[str, ...]]:
     """Return name, value and what the file says of each argument."""
     declared = read_file(path, "mission").get("arguments")
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, value in mission.arguments.items():
         node = None if declared is None else declared.get(name)
         kind, doc = (None if node is None else node.get(key) for key in ("type", "doc"))
