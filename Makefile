@@ -4,10 +4,17 @@ VENV := .venv
 PIP := $(VENV)/bin/python -m pip --disable-pip-version-check --quiet
 SOURCES := missions behaviours stack tui robots tests
 
-# Python 3.11 exactly: pybullet ships wheels for 3.10 and 3.11 on x86-64 Linux only.
-IS_311 := -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'
-PYTHON := $(shell for candidate in python3.11 python3 "$$(uv python find 3.11 2>/dev/null)"; do \
-	command -v "$$candidate" >/dev/null 2>&1 && "$$candidate" $(IS_311) 2>/dev/null && { echo "$$candidate"; break; }; done)
+# Python 3.11 if there is one: pybullet has wheels for 3.10 and 3.11 on x86-64 Linux only. For 3.12 and
+# 3.13 pip builds it from source, with the NumPy that is installed: without it, pictures are tuples.
+PYTHON := $(shell for minor in 11 12 13; do \
+	for candidate in python3.$$minor python3 "$$(uv python find 3.$$minor 2>/dev/null)"; do \
+	command -v "$$candidate" >/dev/null 2>&1 && "$$candidate" -c "import sys; \
+	sys.exit(sys.version_info[:2] != (3, $$minor))" 2>/dev/null && { echo "$$candidate"; exit; }; \
+	done; done)
+HAS_WHEEL := -c 'import platform, sys; sys.exit( \
+	(sys.version_info[:2], sys.platform, platform.machine()) != ((3, 11), "linux", "x86_64"))'
+HAS_HEADERS := -c 'import os, sysconfig; \
+	os.stat(os.path.join(sysconfig.get_path("include"), "Python.h"))'
 
 .PHONY: run test check wheel-test bench figures figures-timing figures-driving clean help
 
@@ -23,13 +30,20 @@ help:
 
 $(VENV)/bin/python:
 	@if [ -z "$(PYTHON)" ]; then \
-		echo "treepilot needs Python 3.11 (pybullet has wheels for 3.10 and 3.11 on x86-64 Linux only)."; \
+		echo "treepilot needs Python 3.11, 3.12 or 3.13; 3.11 is the quickest to install."; \
 		echo "One command that provides it:  uv python install 3.11   (or: apt install python3.11-venv)"; \
 		exit 2; fi
+	@$(PYTHON) $(HAS_WHEEL) || { \
+		echo "$$($(PYTHON) --version): pip builds PyBullet from source, about 10 to 20 minutes."; \
+		echo "Python 3.11 on x86-64 Linux has a wheel:  uv python install 3.11"; \
+		command -v g++ >/dev/null && $(PYTHON) $(HAS_HEADERS) 2>/dev/null || { \
+		echo "The build needs g++ and the headers of Python:  apt install g++ python3-dev"; exit 2; }; }
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
 	@echo "installing treepilot into $(VENV) (once)"
+	@$(VENV)/bin/python $(HAS_WHEEL) || { $(PIP) install 'numpy>=2.0' setuptools wheel && \
+		$(PIP) install --no-build-isolation 'pybullet>=3.2.6'; }
 	$(PIP) install --editable .
 	@touch $@
 

@@ -9,7 +9,7 @@ import resource
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from time import perf_counter, sleep  # noqa: TID251 - only before the first step
@@ -20,7 +20,7 @@ from missions.execution.prepare import PreparedMission, RunOptions, as_recorded
 from missions.execution.records.kept_values import KeptValues
 from missions.execution.records.run_folders import default_name
 from missions.execution.report import Report
-from missions.execution.report_builder import Milestones, compose_report
+from missions.execution.report_builder import Milestones, compose_report, unstarted_report
 from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import BodyCommand, SimulatedWorld
@@ -55,7 +55,10 @@ class RunWatch:
     """Follows a run from outside. This one does nothing: a run in the caller's process has none."""
 
     def compiles(self) -> None:
-        """Called before kernels are compiled."""
+        """Called before anything is written, and before kernels are compiled."""
+
+    def prepared(self, draft: Report) -> None:
+        """Called when the run folder was created, with the report of a run that ends now."""
 
     def built(self, run: Run) -> None:
         """Called when the run is ready for its first step."""
@@ -98,27 +101,35 @@ class Run:
         watch: RunWatch | None = None,
     ) -> None:  # fmt: skip
         self._began, self._watch = perf_counter(), watch or RunWatch()
-        self._interrupted = interrupted
+        self._interrupted, self._is_alone = interrupted, watch is None
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
         options = as_recorded(plan, options)
         self._kept = _kept_values(plan, options)
         # Bad addresses are refused before anything is written.
         network_sinks, self._server = network_sinks_of(options)
-        self._folder = folder = (
-            RunFolder.create(options.out, plan.text) if options.out is not None else None
-        )
+        self._watch.compiles()
+        self._folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
         self._plan, self._options = plan, options
+        with self._reports_failure():
+            self._build(sinks, network_sinks, make_body)
+        self._loop_began, self._first_tick = perf_counter(), 0.0
+        self._watch.built(self)
+
+    def _build(
+        self, sinks: Sequence[Sink], network_sinks: Sequence[Sink], make_body: MakeBody | None
+    ) -> None:
+        """Connect the parts of the run."""
+        plan, options, folder = self._plan, self._options, self._folder
         self._log = folder.log if folder is not None else _discard
         self._milestones = Milestones()
         own = [self._milestones] if folder is None else [self._milestones, Recorder(folder)]
         run_id = folder.path.name if folder is not None else default_name(plan.mission.source.stem)
         info = run_info(plan, run_id, options.seed, options.identity)
         self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
-        if watch is None:
+        if self._is_alone:
             self._log("no supervisor: a node that does not return hangs this process")
-        self._watch.compiles()
-        warm_up(plan, options, self._show, interrupted)  # before a dashboard can open the run
+        warm_up(plan, options, self._show, self._interrupted)  # before a dashboard can open the run
         self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log, self._show)
         if folder is not None:
             folder.on_loss = self._telemetry.lose
@@ -137,8 +148,6 @@ class Run:
         self._steps_to_stop = round(STOPPING_TIME / self.engine.runtime.period)
         if options.watch:
             self._reload_on_change()
-        self._loop_began, self._first_tick = perf_counter(), 0.0
-        self._watch.built(self)
 
     @property
     def is_over(self) -> bool:
@@ -312,6 +321,22 @@ class Run:
             self._log(traceback.format_exc())
             self._steps_to_stop = 0 if stopping else self._steps_to_stop
             runtime.end(MissionState.ERROR, exception_sentence(error))
+
+    @contextmanager
+    def _reports_failure(self) -> Iterator[None]:
+        """Write a report when a run whose folder exists cannot begin."""
+        if self._folder is None:
+            yield
+            return
+        draft = unstarted_report(self._plan, self._options, self._folder)
+        self._watch.prepared(draft)
+        try:
+            yield
+        except Exception as error:
+            reason = str(error) if isinstance(error, TreepilotError) else exception_sentence(error)
+            with suppress(OSError):  # the error itself is raised
+                self._folder.write_report(replace(draft, reason=reason).plain())
+            raise
 
     def _refuse_plugin(self, error: BaseException) -> None:
         """Raise InputError for an exception of a plugin before the first step."""

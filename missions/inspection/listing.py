@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import degrees
 from pathlib import Path
 
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import SETTINGS
 from missions.execution.plugin_components import plugged_components
 from missions.execution.resources import (
-    MISSIONS,
     find_mission,
     load_robot,
-    load_world,
     mission_files,
     world_files,
+)
+from missions.inspection.file_descriptions import (
+    CURRENT_FOLDER,
+    doc_of,
+    file_description,
+    is_file_name,
+    mission_description,
+    named_world_description,
+    robot_description,
+    robot_summary,
 )
 from missions.inspection.parameter_descriptions import (
     list_hint,
@@ -29,13 +36,10 @@ from missions.language.kinds import NODES
 from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
-from stack.drivetrain.description import CameraDescription
 from stack.drivetrain.needs import needs_text
 from stack.errors import InputError
-from stack.parameters import Declaration, declarations, suggestion, values_of
-from stack.types import CameraModel
+from stack.parameters import Declaration, declarations, suggestion
 
-CURRENT_FOLDER = Path()
 COMPONENTS = {
     "planners": "planner",
     "controllers": "controller",
@@ -96,7 +100,7 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
     if kind == "modifiers":
         return [(word, key.doc) for word, key in MODIFIERS.items()]
     if kind == "robots":
-        return [(name, _robot_summary(name)) for name in robot_names()]
+        return [(name, robot_summary(name)) for name in robot_names()]
     if kind in COMPONENTS:
         component_kind = COMPONENTS[kind]
         found = known.components[component_kind]
@@ -104,17 +108,20 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
             (name, _first_line(component(component_kind, where))) for name, where in found.items()
         ]
     files = world_files() if kind == "worlds" else mission_files()
-    return [(file.stem, _doc_of(file)) for file in files]
+    return [(file.stem, _file_summary(file)) for file in files]
 
 
 def description_of(name: str, known: Installed) -> str:
     """Return the documentation and settings of a behaviour, node, component, robot or world.
 
-    A name with a dot is that of one parameter; for a kind of component, its components are listed.
+    A name with a slash or a suffix is that of a file of a robot, world, map, mission or trees. One
+    with a dot is that of one parameter; for a kind of component, its components are listed.
 
     Raises:
         InputError: unknown name; the message suggests the most similar one.
     """
+    if is_file_name(name):
+        return file_description(name)
     kind = known.catalogue.get(name)
     if kind is not None:
         parts = [f"{name}: {kind.doc}", needs_text(kind.needs), table("ports", kind.ports.values())]
@@ -127,17 +134,23 @@ def description_of(name: str, known: Installed) -> str:
         doc, fields = SETTINGS[name].__doc__, declarations(SETTINGS[name])
         parts = [f"{name}: {(doc or '').strip()}", table("parameters", fields.values())]
         return "\n".join(filter(None, [*parts, list_hint(name)]))
-    if name in robot_names():
-        return _describe_robot(name)
-    for file in world_files():
-        if file.stem == name:
-            return _describe_world(name)
     if "." in name:
         return parameter_description(name, known.components)
-    listed = _describe_kind(name, known)
+    listed = _describe_shipped(name) or _describe_kind(name, known)
     if listed:
         return listed
     raise _unknown(name, known)
+
+
+def _describe_shipped(name: str) -> str:
+    """Describe a robot, world or mission of treepilot; empty for another name."""
+    if name in robot_names():
+        return robot_description(load_robot(name, CURRENT_FOLDER))
+    worlds = {file.stem: file for file in world_files()}
+    if name in worlds:
+        return named_world_description(name, worlds[name])
+    missions = {file.stem: file for file in mission_files()}
+    return mission_description(missions[name]) if name in missions else ""
 
 
 def _describe_component(name: str, known: Installed) -> str:
@@ -166,14 +179,14 @@ def _unknown(name: str, known: Installed) -> InputError:
         *MODIFIERS,
         *SETTINGS,
         *robot_names(),
-        *(file.stem for file in world_files()),
+        *(file.stem for file in (*world_files(), *mission_files())),
     ]
     parameters = owners_of(name, known.components)
     if parameters:
         many = " or ".join(f"`treepilot describe {item}`" for item in parameters[:3])
         return InputError(f"{name} is a parameter; use {many}")
     return InputError(
-        f"no behaviour, node, component, robot or world is called {name!r}; "
+        f"no behaviour, node, component, robot, world or mission is called {name!r}; "
         f"{suggestion(name, names)}"
     )
 
@@ -204,88 +217,12 @@ def _kind_summary(catalogue: Catalogue, name: str) -> str:
     return str(kind.summary) if kind is not None else ""
 
 
-def _first_line(cls: type) -> str:
-    return (cls.__doc__ or "").strip().partition("\n")[0]
-
-
-def _doc_of(file: Path) -> str:
+def _file_summary(file: Path) -> str:
     try:
-        doc = read_file(file).get("doc")
+        return doc_of(file)
     except InputError as error:
         return f"cannot be read: {error}"
-    return " ".join(str(doc.value).split()) if doc is not None else ""
 
 
-def _robot_summary(name: str) -> str:
-    robot = load_robot(name, CURRENT_FOLDER)
-    limits, kind = robot.limits, robot.drivetrain.kind
-    if robot.turning_radius:
-        kind += f", turning radius {robot.turning_radius:.2f} m"
-    return (
-        f"radius {robot.footprint.circumscribed_radius:.2f} m, {kind}, {limits.linear_speed:g} m/s,"
-        f" {limits.angular_speed:g} rad/s"
-    )
-
-
-def _describe_world(name: str) -> str:
-    world = load_world(name, CURRENT_FOLDER)
-    x_min, y_min, x_max, y_max = world.bounds
-    rows = [
-        ("size", f"{x_max - x_min:g} x {y_max - y_min:g} m"),
-        ("doors", ", ".join(door.name for door in world.doors)),
-        ("people", ", ".join(person.name for person in world.people)),
-        ("markers", ", ".join(str(marker.number) for marker in world.markers)),
-        ("timeline", f"{len(world.timeline)} events" if world.timeline else ""),
-    ]
-    lines = [f"{name}: {_doc_of(MISSIONS / 'worlds' / f'{name}.yaml')}"]
-    lines += [f"  {title:<9} {text}" for title, text in rows if text]
-    lines += ["places:"]
-    lines += [
-        f"  {place:<12} [{pose.x:g}, {pose.y:g}, {degrees(pose.heading):.0f} deg]"
-        for place, pose in world.places.items()
-    ]
-    return "\n".join(lines)
-
-
-def _declared(part: object) -> list[Declaration]:
-    cls: type = type(part)
-    return list(declarations(cls).values())
-
-
-def _value_text(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
-
-
-def _describe_robot(name: str) -> str:
-    robot = load_robot(name, CURRENT_FOLDER)
-    lines = [f"{name}: {_robot_summary(name)}"]
-    for title, part in (
-        ("limits", robot.limits), ("lidar", robot.lidar), ("camera", robot.camera),
-        ("imu", robot.imu), ("odometry", robot.odometry), ("skid", robot.skid),
-        ("battery", robot.battery),
-    ):  # fmt: skip
-        if part is robot.skid and not robot.drivetrain.skids:
-            continue
-        if part is None:
-            lines.append(f"{title}: none")
-            continue
-        values = values_of(part)
-        lines.append(f"{title}:")
-        lines += [
-            f"  {item.name} = {_value_text(values[item.name])} {item.unit}".rstrip()
-            + f"  ({item.help})"
-            for item in _declared(part)
-        ]
-        if isinstance(part, CameraDescription):
-            lines.append(f"  {_lens(part.model)}")
-    return "\n".join(lines)
-
-
-def _lens(model: CameraModel) -> str:
-    """Describe the intrinsics of a camera."""
-    distortion = ", ".join(f"{value:g}" for value in model.distortion)
-    return (
-        f"{model.width} x {model.height} px, fx {model.fx:.2f}, fy {model.fy:.2f}, "
-        f"cx {model.cx:.2f}, cy {model.cy:.2f} px, "
-        + (f"distortion [{distortion}]" if model.is_distorted else "no distortion")
-    )
+def _first_line(cls: type) -> str:
+    return (cls.__doc__ or "").strip().partition("\n")[0]

@@ -8,6 +8,7 @@ instead of misreading them. Received names are never executed or imported.
 from __future__ import annotations
 
 import dataclasses
+import sys
 import types
 import typing
 import zlib
@@ -146,6 +147,7 @@ def _unpacked(encoded: bytes) -> Any:
 @lru_cache(maxsize=256)
 def _codec(kind: Any) -> _Codec:
     """The codec of an annotated type."""
+    kind = _resolved(kind)
     origin, arms = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return _union_codec(arms)
@@ -164,6 +166,16 @@ def _codec(kind: Any) -> _Codec:
     if kind in (str, int, bool, float, bytes):
         return _scalar_codec(kind)
     raise TypeError(f"{kind} has no encoding")
+
+
+def _resolved(kind: Any) -> Any:
+    """Return the type that an alias stands for: NumPy's NDArray is one from Python 3.12 on."""
+    if sys.version_info >= (3, 12):
+        alias = typing.get_origin(kind) or kind
+        if isinstance(alias, typing.TypeAliasType):
+            arguments = typing.get_args(kind)
+            return _resolved(alias.__value__[arguments] if arguments else alias.__value__)
+    return kind
 
 
 def _decode_plain(value: Any, depth: int = MAX_DEPTH) -> Any:
@@ -244,7 +256,7 @@ def _mapping_codec(arms: tuple[Any, ...]) -> _Codec:
 
 def _union_codec(arms: tuple[Any, ...]) -> _Codec:
     """X | None is encoded as nil or X; a union of several types as [index, value]."""
-    kinds = [arm for arm in arms if arm is not type(None)]
+    kinds = [_resolved(arm) for arm in arms if arm is not type(None)]
     codecs = [_codec(kind) for kind in kinds]
     if len(kinds) == 1:
         only = codecs[0]

@@ -51,18 +51,20 @@ def describe(
     name: Annotated[
         str,
         typer.Argument(
-            help="name of a behaviour, node, modifier, component, robot or world, or KIND.PARAMETER"
+            help="name of a behaviour, node, modifier, component, robot, world or mission, or "
+            "KIND.PARAMETER, or a file"
         ),
     ],
     mission: PluginsOf = None,
 ) -> None:
-    """Describe a behaviour, node, component, robot or parameter.
+    """Describe a behaviour, node, component or parameter; a robot, world or mission; or a file.
 
     \b
     treepilot describe navigate_to_pose
     treepilot describe pure_pursuit
     treepilot describe safety
     treepilot describe safety.padding_speed
+    treepilot describe ./my_robot/robot.yaml
     """
     from missions.inspection.listing import description_of, installed
 

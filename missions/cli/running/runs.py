@@ -1,5 +1,6 @@
 """`treepilot runs`: lists, deletes and opens the folders of runs."""
 
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -80,12 +81,18 @@ def keep(
 
 
 @runs_app.command("open")
-def open_(context: typer.Context, name: Name) -> None:
+def open_(
+    context: typer.Context,
+    name: Name,
+    web: Annotated[
+        bool, typer.Option("--web", help="show it in a browser, also over SSH: port 9090")
+    ] = False,
+) -> None:
     """Open the recording of a run in rerun's viewer."""
     import os
     import sysconfig
 
-    from missions.inspection.runs import find_runs
+    from missions.inspection.runs import WEB_ADDRESS, find_runs, without_display
     from stack.parameters import suggestion
 
     known = {run.name: run for run in find_runs(context.obj)}
@@ -94,10 +101,15 @@ def open_(context: typer.Context, name: Name) -> None:
     recording = context.obj / name / "mission.rrd"
     if not known[name].has_recording:
         raise InputError(f"{name} has no recording: it was run with --no-rerun")
+    if not web and (remedy := without_display(recording, os.environ, sys.platform)):
+        raise InputError(remedy)
     viewer = str(Path(sysconfig.get_path("scripts")) / "rerun")
-    typer.echo(f"rerun --bind 127.0.0.1 {recording}")
+    words = [*(["--serve-web"] if web else []), "--bind", "127.0.0.1", str(recording)]
+    typer.echo(shlex.join(["rerun", *words]))
+    if web:
+        typer.echo(f"open {WEB_ADDRESS}")
     try:
-        os.execv(viewer, [viewer, "--bind", "127.0.0.1", str(recording)])
+        os.execv(viewer, [viewer, *words])
     except OSError as error:
         raise InputError(f"cannot start {viewer}: {error.strerror}") from None
 

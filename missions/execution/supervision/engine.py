@@ -58,6 +58,7 @@ class Supervised(RunWatch):
         self._on_hangup, self._supervisor = request["on_hangup"], request["supervisor"]
         self._patience = VIEWER_WITHIN if request["dashboard"] else 0.0
         self._tree, self._cell = heartbeat.add_tree()
+        self._folder = ""
 
     def open(self, info: RunInfo) -> None:
         """Do nothing."""
@@ -69,6 +70,8 @@ class Supervised(RunWatch):
                 f"{name} ({kind}, {where})" for _, _, kind, name, where in event.fields["rows"]
             ]
             self._heartbeat.set_names(self._tree, names)
+        elif event.kind == "mission_ended":
+            self._outbox.send("ended", folder=self._folder, how=event.text)
 
     def wants_snapshot(self, time: float) -> bool:
         """Never."""
@@ -84,6 +87,11 @@ class Supervised(RunWatch):
     def compiles(self) -> None:
         """Tell that kernels are compiled; that takes long and nothing moves."""
         self._heartbeat.phase = Phase.COMPILING
+
+    def prepared(self, draft: Report) -> None:
+        """Tell which folder was created, and the report of a run that does not begin."""
+        self._folder = draft.folder
+        self._outbox.send("prepared", folder=draft.folder, draft=draft.plain())
 
     def built(self, run: Run) -> None:
         """Tell that the run is ready for its first step, and how to reach it."""

@@ -133,11 +133,13 @@ def _print_result(supervisor: Supervisor, options: LaunchOptions) -> int:
             return code
         reason = end_of(supervisor)
         if supervisor.phase in (Phase.STARTING, Phase.COMPILING) and supervisor.stopping:
+            lost_reports(supervisor, f"{reason}; nothing has moved", "interrupted")
             print(f"{reason}; nothing has moved", file=sys.stderr)
             return INTERRUPTED
         reports = lost_reports(supervisor, reason)
-        if not reports:
+        if not supervisor.started:
             supervisor.output.show_all()
+        if not reports:
             print(f"{reason}; nothing has moved", file=sys.stderr)
             return INTERNAL_ERROR
     codes = [report.exit_code for report in reports]

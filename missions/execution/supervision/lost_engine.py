@@ -24,29 +24,37 @@ def end_of(supervisor: Supervisor) -> str:
     return f"the engine process ended by itself with exit code {code}{where}"
 
 
-def lost_reports(supervisor: Supervisor, reason: str) -> list[Report]:
+def lost_reports(supervisor: Supervisor, reason: str, status: str = "error") -> list[Report]:
     """Return a report for each mission of an engine that sent none; write those that are missing.
 
     A mission that had ended before has its report in its folder. The others consist of what the
-    engine told before its first step and of its last beat.
+    engine told before its first step and of its last beat. How a mission had ended, if the engine
+    told that, comes before what became of the engine.
+
+    Args:
+        supervisor: of the engine, which has ended.
+        reason: how it ended.
+        status: of the reports.
     """
     beat = supervisor.progress
     wall = max(0.0, beat.wall - supervisor.began)
     found = []
-    for started in supervisor.started:
-        written = _report_in(started["folder"])
+    for folder, draft in supervisor.drafts.items():
+        written = _report_in(folder)
         if written is not None:
             found.append(written)
             continue
+        ending = supervisor.endings.get(folder, "")
         report = Report(
             **{
-                **started["draft"], "status": "error", "reason": reason,
+                **draft, "status": status,
+                "reason": f"the mission ended: {ending}; then {reason}" if ending else reason,
                 "simulated_seconds": beat.time, "wall_seconds": wall,
                 "real_time_factor": beat.time / max(wall, 1e-9), "distance_m": beat.distance,
-                "log_sha256": _hash_of_events(started["folder"]),
+                "log_sha256": _hash_of_events(folder),
             }
         )  # fmt: skip
-        _write(started["folder"], report)
+        _write(folder, report)
         found.append(report)
     return found
 

@@ -50,6 +50,8 @@ class Supervisor:
 
     Attributes:
         engine: the child process.
+        drafts: of the reports of the missions, by run folder.
+        endings: how missions have ended, state and reason, by run folder.
         started: the messages of the engine that a mission is ready: its folder, the handle of its
             telemetry, and a draft of its report.
         began: when the engine was started, monotonic.
@@ -86,6 +88,8 @@ class Supervisor:
             os.close(descriptor)
         self.output = OutputCopier(self._file, show=show)
         self.output.start()
+        self.drafts: dict[str, dict[str, Any]] = {}
+        self.endings: dict[str, str] = {}
         self.started: list[dict[str, Any]] = []
         self.began = monotonic()
         self.reports: list[dict[str, Any]] = []
@@ -95,7 +99,7 @@ class Supervisor:
         self.slow: dict[str, float] = {}
         self._seen = (NOWHERE, 0.0)
         self._is_silent, self._resumed, self._suspended = False, 0.0, 0.0
-        self._reported = 0.0
+        self._reported = self._closing = 0.0
 
     def poll(self) -> bool:
         """Look at the engine once: signals, messages, watchdogs; return whether it still runs."""
@@ -103,8 +107,12 @@ class Supervisor:
             self._act_on(self._caught.popleft())
         ended = self.engine.poll() is not None
         for message in self._inbox.receive():
+            if message["kind"] in ("prepared", "started"):
+                self.drafts[message["folder"]] = message["draft"]
             if message["kind"] == "started":
                 self.started.append(message)
+            elif message["kind"] == "ended":
+                self.endings[message["folder"]] = message["how"]
             elif message["kind"] == "reports":
                 self.reports, self._reported = message["reports"], monotonic()
         if ended:
@@ -188,6 +196,10 @@ class Supervisor:
     def _watch_progress(self) -> None:
         """Report a node that is slow, and an engine that makes no step; in the end, kill it."""
         beat, now = self._heartbeat.read(), monotonic()
+        if beat.phase is Phase.CLOSING:
+            self._closing = self._closing or now
+            if self._is_hung(now - self._closing, now):
+                self._kill(f"it did not close its records within {self._hang_timeout:g} s")
         if beat.phase is not Phase.RUNNING:
             return
         here = (beat.step, beat.nodes)
@@ -206,8 +218,13 @@ class Supervisor:
         if not self._is_silent:
             self._is_silent = True
             self._tell(f"the engine has made no step for {silent:.0f} s; {self._whereabouts()}")
-        if self._hang_timeout and now - max(now - silent, self._suspended) > self._hang_timeout:
+        if self._is_hung(silent, now):
             self._kill(f"it made no step for {self._hang_timeout:g} s")
+
+    def _is_hung(self, silent: float, now: float) -> bool:
+        """Whether a silence, wall seconds, is longer than allowed; not while it is suspended."""
+        since = max(now - silent, self._resumed, self._suspended)
+        return bool(self._hang_timeout) and now - since > self._hang_timeout
 
     def _watch_end(self) -> None:
         """Kill an engine that does not end in time after a signal, or after its reports."""
@@ -242,9 +259,10 @@ class Supervisor:
         return text.rpartition(")")[2].split()[0] in ("T", "t")
 
     def _kill(self, reason: str) -> None:
-        """Kill the engine; first it writes the stacks of its threads to its standard error."""
+        """Kill the engine; after its first step it first writes the stacks of its threads."""
         self.killed = reason
-        if self.phase is not Phase.STARTING and not self._is_suspended():
+        begins = self.phase in (Phase.STARTING, Phase.COMPILING)
+        if not begins and not self._is_suspended():
             with suppress(ProcessLookupError):
                 self.engine.send_signal(signal.SIGUSR1)
             sleep(STACKS_WITHIN)

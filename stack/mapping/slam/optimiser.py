@@ -92,8 +92,8 @@ def optimise(
         values = gtsam.LevenbergMarquardtOptimizer(graph, values, settings).optimize()
     found = {}
     for number in poses:
-        pose = values.atPose2(number)
-        found[number] = Pose2D(pose.x(), pose.y(), pose.theta())
+        placed = values.atPose2(number)
+        found[number] = Pose2D(placed.x(), placed.y(), placed.theta())
     if not wanted:
         return Optimum(found)
     marginals = gtsam.Marginals(graph, values)

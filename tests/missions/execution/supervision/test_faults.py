@@ -66,6 +66,11 @@ def start(folder: Path, fault: str, *words: str) -> subprocess.Popen[str]:
     (folder / "plugins" / "faulty.py").write_text(
         PLUGIN.format(mark=str(folder / "ticked"), fault=fault)
     )
+    return run_in(folder, *words)
+
+
+def run_in(folder: Path, *words: str) -> subprocess.Popen[str]:
+    """Run the mission with the plugin that is there."""
     (folder / "faulty.yaml").write_text(MISSION)
     return subprocess.Popen(
         [sys.executable, "-m", "missions.cli.app", "run", str(folder / "faulty.yaml"),
@@ -140,6 +145,57 @@ def test_a_thread_of_a_plugin_does_not_keep_the_command(tmp_path):
     output, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert output.startswith("faulty: success")
+
+
+STARTS = {
+    "hangs": ("while True: pass", 130, "interrupted", "did not end within 2 s of the signal"),
+    "dies": ("os._exit(7)", 3, "error", "ended by itself with exit code 7"),
+    "raises": (
+        "raise ValueError('no camera')",
+        2,
+        "error",
+        "faulty cannot be built: ValueError: no camera",
+    ),
+}
+
+
+@pytest.mark.parametrize(("fault", "code", "status", "reason"), STARTS.values(), ids=STARTS)
+def test_a_run_that_ends_while_it_starts_has_a_report(tmp_path, fault, code, status, reason):
+    """The node is made twice: by the check, and when the folder of the run is there."""
+    (tmp_path / "plugins").mkdir()
+    begin_of = f"""
+    def __init__(self, *arguments, **more):
+        super().__init__(*arguments, **more)
+        if os.path.exists({str(tmp_path / "out")!r}):
+            open({str(tmp_path / "ticked")!r}, "w").close()
+            {fault}
+
+    def update("""
+    text = PLUGIN.format(mark="", fault="").replace("\n    def update(", begin_of)
+    (tmp_path / "plugins" / "faulty.py").write_text(text)
+    process = run_in(tmp_path)
+    ticked(tmp_path, process)
+    if code == 130:
+        process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == code, errors
+    report = report_of(tmp_path)
+    assert report["status"] == status and reason in report["reason"]
+    assert (report["mission"], report["simulated_seconds"]) == ("faulty", 0.0)
+
+
+def test_how_the_mission_ended_is_the_first_cause_of_a_run_that_hangs_afterwards(tmp_path):
+    fault = "\n        ".join([
+        "from stack.telemetry.recorder import RunFolder",
+        "RunFolder.write_report = lambda *_: time.sleep(10**6)",
+        "return Status.FAILURE",
+    ])  # fmt: skip
+    process = begin(tmp_path, fault, "--hang-timeout", "1")
+    process.communicate(timeout=PATIENCE)
+    assert process.returncode == 3
+    reason = report_of(tmp_path)["reason"]
+    assert reason.startswith("the mission ended: failure: ") and "culprit" in reason
+    assert "; then the engine was killed: it did not close its records within 1 s" in reason
 
 
 def test_of_several_missions_one_that_hangs_is_found_after_another_has_ended(tmp_path):
