@@ -1,4 +1,4 @@
-"""`treepilot new`: writes a mission, a world, or a plugin with its test, from a template."""
+"""`treepilot new`: writes a mission, a world, a robot, or a plugin with its test."""
 
 from importlib.util import find_spec
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 new_app = typer.Typer(
-    no_args_is_help=True, help="Create a mission, a world or a plugin from a template."
+    no_args_is_help=True, help="Create a mission, a world, a robot or a plugin from a template."
 )
 
 
@@ -42,6 +42,32 @@ def new_world(name: FileName, folder: FileFolder = Path()) -> None:
     path = file if file.is_absolute() else f"./{file}"
     typer.echo(f"wrote {file}\n\nUse it in a mission beside it:  world: ./{file.name}")
     typer.echo(f"See it:  treepilot show world {path} --png {file.stem}.png")
+
+
+@new_app.command("robot")
+def new_robot(
+    urdf: Annotated[Path, typer.Option(help="URDF or xacro file")],
+    name: Annotated[str, typer.Argument(help="name of the robot; default: that of the URDF")] = "",
+    folder: FileFolder = Path(),
+    packages: Annotated[
+        list[str] | None,
+        typer.Option(help="folder with packages that the file names; may be repeated"),
+    ] = None,
+    arguments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="argument of a xacro file; repeatable"),
+    ] = None,
+) -> None:
+    """Create a robot.yaml for a URDF: its drive, outline and sensors."""
+    from missions.cli.arguments import assignments
+    from missions.inspection.file_scaffold import new_robot as write
+
+    given = assignments(arguments or [], example="use_sim=true")
+    file, proposal = write(name, folder, urdf, packages or [], given)
+    typer.echo(f"wrote {file}: drive {proposal.drive}, mass {proposal.mass:.3g} kg\n")
+    typer.echo("Correct `limits`, and what the URDF does not know of the sensors.")
+    path = file if file.is_absolute() else f"./{file}"
+    typer.echo(f"Check it:  treepilot check {path}\nDrive it:  treepilot drive --robot {path}")
 
 
 @new_app.command("behaviour")
@@ -102,4 +128,4 @@ def _report(files: list[Path], folder: Path, setting: str) -> None:
 
 @new_app.callback()
 def _new() -> None:
-    """Create a mission, a world or a plugin from a template."""
+    """Create a mission, a world, a robot or a plugin from a template."""

@@ -1,14 +1,20 @@
-"""`treepilot new mission` and `new world`: commented files that run and have no findings."""
+"""`treepilot new mission`, `new world` and `new robot`: commented files that run."""
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Template
 
+import yaml
+
 from behaviours.scaffold import write_new
 from missions.execution.resources import WORLDS, load_robot, mission_files, world_files
+from robots.load import robot_names
+from robots.proposal.robot_file import RobotProposal, propose_robot
+from robots.urdf.reading import UrdfSource
 from stack.errors import InputError
 from stack.sim.import_world import read_any_world
 from stack.sim.worlds.world import World
@@ -60,6 +66,38 @@ def new_world(name: str, folder: Path) -> Path:
     """
     check_file_name(name, "world", [file.stem for file in world_files()])
     return _write("world", name, folder, {"path": f"./{folder / f'{name}.yaml'}"})
+
+
+def new_robot(
+    name: str, folder: Path, urdf: Path, packages: Sequence[str], arguments: Mapping[str, str]
+) -> tuple[Path, RobotProposal]:
+    """Write `robot.yaml`, a proposal for a URDF.
+
+    Args:
+        name: of the robot; empty: that of the URDF.
+        folder: for the file.
+        urdf: URDF or xacro file, relative to the current folder.
+        packages: folders in which its packages are searched for, relative to the current folder.
+        arguments: of a xacro file.
+
+    Raises:
+        InputError: the URDF has errors, no kind of drive fits it, or there is such a file.
+    """
+    if name:
+        check_file_name(name, "robot", robot_names())
+    listed = [os.path.relpath(package, folder) for package in packages]
+    path = os.path.relpath(urdf, folder)
+    value = yaml.safe_dump(path).split("\n")[0]
+    if listed or arguments:
+        more = {"packages": listed} if listed else {}
+        given = {"arguments": dict(arguments)} if arguments else {}
+        value = yaml.safe_dump(
+            {"file": path, **more, **given}, default_flow_style=True, sort_keys=False, width=10_000
+        ).strip()
+    source = UrdfSource(urdf, tuple(map(Path, packages)), arguments)
+    proposal = propose_robot(source, name, value)
+    (written,) = write_new({folder / "robot.yaml": proposal.text})
+    return written, proposal
 
 
 def check_file_name(name: str, what: str, shipped: list[str]) -> None:

@@ -1,0 +1,170 @@
+"""Writes the text of a robot.yaml for a URDF."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import atan2, ceil, degrees, floor, hypot, pi
+
+import numpy as np
+
+from robots.proposal.drive import propose_drive
+from robots.urdf.extent import points_of
+from robots.urdf.model import RobotModel
+from robots.urdf.reading import UrdfSource, read_urdf
+from robots.urdf.sensors import gazebo_sensors, sensor_links
+from stack.documents.xml_file import Element
+from stack.types import FloatArray
+
+ROUND = 0.9
+"""A robot is round if it reaches this share of its radius to all four sides."""
+
+LEAST_HEIGHT = 0.03
+"""Of a lidar above the floor, metres."""
+
+
+@dataclass(frozen=True)
+class RobotProposal:
+    """A proposed robot file: its text, the kind of drive, and the robot's mass in kg."""
+
+    text: str
+    drive: str
+    mass: float
+
+
+def propose_robot(source: UrdfSource, name: str, urdf: str) -> RobotProposal:
+    """Propose a robot file.
+
+    Args:
+        source: of the URDF.
+        name: of the robot; empty: that of the URDF.
+        urdf: value of the key `urdf`.
+
+    Raises:
+        InputError: the URDF has errors, or no kind of drive fits it.
+    """
+    model = RobotModel(read_urdf(source).root)
+    drive = propose_drive(model)
+    outline, height = _outline(model, drive.base)
+    named = name or re.sub(r"\W+", "_", model.element.name).strip("_").lower() or "robot"
+    lines = [
+        f"# Proposed from {source.path.name}. Lengths in metres, in the base frame: on the floor,",
+        "# midway between the driven wheels. `treepilot check` compares this file with the URDF.",
+        f"robot: {named}",
+        "format: 1",
+        f"footprint: {outline}",
+        f"height: {height:g}",
+        f"urdf: {urdf}",
+        "wheels:",
+        f"  drive: {drive.kind}",
+        *(f"  {line}" for line in drive.lines),
+        *drive.after,
+        "limits:                              # not in the URDF: take them from the data sheet",
+        "  linear_speed: 0.5 m/s",
+        *(f"  {line}" for line in drive.limits),
+        "  angular_speed: 1.5 rad/s",
+        *_sensors(model, drive.base, height),
+    ]
+    return RobotProposal("\n".join(lines) + "\n", drive.kind, model.mass)
+
+
+def _outline(model: RobotModel, base: FloatArray) -> tuple[str, float]:
+    """The footprint and the height, by the collision shapes, or without any by the visual ones."""
+    for tag in ("collision", "visual"):
+        found = [points_of(model, name, tag, meshes=True) for name in model.links]
+        points = np.concatenate(found) - base
+        if len(points):
+            break
+    top = ceil(float(points[:, 2].max(initial=0.05)) * 100) / 100
+    low = np.minimum(points[:, :2].min(axis=0, initial=-0.01), -0.01)
+    high = np.maximum(points[:, :2].max(axis=0, initial=0.01), 0.01)
+    reach = float(np.hypot(points[:, 0], points[:, 1]).max(initial=0.01))
+    if min(-low.max(), high.min()) > ROUND * reach:
+        return f"{{radius: {ceil(reach * 200) / 200:g}}}", top
+    (x0, y0), (x1, y1) = np.floor(low * 200) / 200, np.ceil(high * 200) / 200
+    corners = ((x1, y0), (x1, y1), (x0, y1), (x0, y0))
+    return "[" + ", ".join(f"[{x:g}, {y:g}]" for x, y in corners) + "]", top
+
+
+def _sensors(model: RobotModel, base: FloatArray, height: float) -> Iterable[str]:
+    links = sensor_links(model)
+    found = dict(gazebo_sensors(model))
+    lidars = [name for name in links.get("lidar", []) if _at(model, name, base)[2] > LEAST_HEIGHT]
+    if not lidars:
+        yield "lidar:                               # the URDF has none: correct or remove it"
+        yield f"  {{position: [0, 0], height: {max(height, LEAST_HEIGHT):g}}}"
+    for number, name in enumerate(lidars):
+        indent = "  " if number == 0 else "    "
+        yield from ["lidar:"] if number == 0 else []
+        yield from ["lidars:"] if number == 1 else []
+        yield from [f"  {_word(name)}:"] if number else []
+        for line in _lidar(model, name, base, found.get(name)):
+            yield indent + line
+    for name in (links.get("camera") or links.get("depth") or [])[:1]:
+        yield from ["camera:", *(f"  {line}" for line in _camera(model, name, base, found))]
+    if "imu" in links:
+        yield "imu: {rate: 100 Hz}"
+
+
+def _lidar(model: RobotModel, name: str, base: FloatArray, sensor: Element | None) -> Iterable[str]:
+    x, y, z = _at(model, name, base)
+    yield f"position: [{x:g}, {y:g}]                # the link {name}"
+    yaw = _yaw(model, name)
+    if yaw:
+        yield f"yaw: {yaw:.4g} deg"
+    yield f"height: {z:g}"
+    values = _numbers_of(sensor)
+    if values.get("samples", 0) >= 3:
+        yield f"beams: {min(int(values['samples']), 4096)}"
+    view = values.get("max_angle", pi) - values.get("min_angle", -pi)
+    if 0.1 < view < 2 * pi - 0.02:
+        yield f"field_of_view: {floor(degrees(view) * 10) / 10:g} deg"
+    least, most = values.get("min", 0.1), values.get("max", 12.0)
+    yield f"range_min: {least:g}"
+    yield f"range_max: {max(most, least + 0.1):g}"
+    yield f"rate: {values.get('update_rate', 10.0) or 10.0:g} Hz"
+
+
+def _camera(
+    model: RobotModel, name: str, base: FloatArray, found: Mapping[str, Element]
+) -> Iterable[str]:
+    x, y, z = _at(model, name, base)
+    forward = model.poses[name][:3, 0]
+    yield f"position: [{x:g}, {y:g}, {z:g}]        # the link {name}"
+    yield f"pitch: {degrees(atan2(-forward[2], hypot(forward[0], forward[1]))):.3g} deg"
+    yaw = _yaw(model, name)
+    if yaw:
+        yield f"yaw: {yaw:.4g} deg"
+    values = _numbers_of(found.get(name))
+    if 16 <= values.get("width", 0) <= 4096 and 16 <= values.get("height", 0) <= 4096:
+        yield f"width: {values['width']:g}"
+        yield f"height: {values['height']:g}"
+    if 0 < values.get("horizontal_fov", 0) < 2.8:
+        yield f"field_of_view: {degrees(values['horizontal_fov']):.4g} deg"
+
+
+def _numbers_of(sensor: Element | None) -> dict[str, float]:
+    """The numbers in the elements of a sensor by their tags; of several the first counts."""
+    found: dict[str, float] = {}
+    for element in sensor.within() if sensor is not None else ():
+        try:
+            found.setdefault(element.tag, float(element.text))
+        except ValueError:
+            continue
+    return found
+
+
+def _at(model: RobotModel, name: str, base: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (np.round(model.poses[name][:3, 3] - base, 3) + 0.0).tolist()
+    return x, y, z
+
+
+def _yaw(model: RobotModel, name: str) -> float:
+    """Direction of a link's x axis in the plane, degrees."""
+    forward = model.poses[name][:3, 0]
+    return round(degrees(atan2(forward[1], forward[0])), 2) + 0.0
+
+
+def _word(name: str) -> str:
+    return re.sub(r"\W+", "_", name)
