@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,19 +46,25 @@ class Place:
     start: Pose2D | None
 
 
-def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
+def diagnose(
+    name: str, robot_name: str, picture: Path | None, show: Callable[[str], None] = str
+) -> Diagnosis:
     """Check which passages and places of a world or ROS map a robot can use.
 
     Args:
         name: name or file of a world, or a map.yaml.
         robot_name: name or file of a robot.
         picture: file for a picture of the result, or None.
+        show: receives a line before each part that takes long.
 
     Raises:
         InputError: the world, map or robot cannot be read.
     """
-    place = _read(name)
     robot = load_robot(robot_name, Path.cwd())
+    show(f"reading {name}")
+    place = _read(name)
+    rows, columns = place.grid.cells.shape
+    show(f"passages of {columns} x {rows} cells")
     clearance = clearance_of(place.grid)
     passages = passages_of(place.grid, clearance)
     lines, closed = list(_head(place, robot)), 0
@@ -66,6 +72,8 @@ def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
         sentence, is_closed = _passage_line(passage, robot)
         lines.append(sentence)
         closed += is_closed
+    if place.places:
+        show(f"ways to {counted(len(place.places), 'place')}")
     for sentence, is_closed in _place_lines(place, clearance, robot):
         lines.append(sentence)
         closed += is_closed
@@ -162,7 +170,7 @@ def _passage_line(passage: Passage, robot: RobotDescription) -> tuple[str, bool]
 def _place_lines(
     place: Place, clearance: FloatArray, robot: RobotDescription
 ) -> Iterator[tuple[str, bool]]:
-    if place.start is None:
+    if place.start is None or not place.places:
         return
     widest = widest_paths(place.grid, clearance, (place.start.x, place.start.y))
     needed = _needed(robot)
