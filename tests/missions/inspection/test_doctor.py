@@ -112,8 +112,8 @@ def test_a_gazebo_world_is_diagnosed_drawn_and_its_parts_are_announced(tmp_path)
     said: list[str] = []
     found = diagnose(str(file), "scout", None, said.append)
     assert "0.38 m wide: closed" in found.lines[1]  # cells of 2.5 cm that the walls touch
-    assert said == [f"reading {file}", "passages of 284 x 284 cells"]
-    assert show_world(str(file), tmp_path / "room.png").endswith("default, 7.1 x 7.1 m, 0 places")
+    assert said == [f"reading {file}", "passages of 288 x 288 cells"]
+    assert show_world(str(file), tmp_path / "room.png").endswith("default, 7.2 x 7.2 m, 0 places")
 
 
 def test_a_clean_world_says_so():
