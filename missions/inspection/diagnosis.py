@@ -16,6 +16,7 @@ from robots.load import read_robot
 from stack.documents import Finding, Findings, Mark
 from stack.documents.files import XML_BYTES, read_bytes
 from stack.errors import InputError
+from stack.mapping.pictures import is_image
 from stack.sim.import_world import GAZEBO, read_any_world
 from stack.sim.worlds.world_file import read_world
 
@@ -36,6 +37,8 @@ def file_kind(path: Path, text: str) -> FileKind:
     """Return the kind of a file by its suffix and its top-level keys; editors send any YAML."""
     if path.suffix in GAZEBO:
         return FileKind.GAZEBO
+    if is_image(path):
+        return FileKind.MAP
     keys = set(re.findall(r"^([a-z_]+)[ \t]*:", text, re.MULTILINE))
     if "mission" in keys or {"run", "robot"} <= keys or {"run", "world"} <= keys:
         return FileKind.MISSION

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from math import hypot, radians
 from pathlib import Path
 
 from missions.execution.component_choices import all_chosen
@@ -16,11 +17,18 @@ from stack.mapping.passages import Passage, clearance_of, passages_of, widest_pa
 from stack.mapping.ros_map import read_ros_map
 from stack.sim.import_world import GAZEBO, is_ros_map, read_any_world
 from stack.sim.worlds.rasterise import map_problem, rasterise
+from stack.sim.worlds.world import Dock
 from stack.sim.worlds.world_file import find_world
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
 TIGHT_MARGIN = 0.10
 """Metres of margin below which a passage is reported as tight."""
+
+STAGING = 0.6
+"""Metres from a dock to the front of the robot that begins to dock: the default of `dock`."""
+
+AT_FACE, AT_FACE_HEADING = 0.05, radians(10.0)
+"""Metres and radians from the face of a dock within which a place means the face."""
 
 
 @dataclass(frozen=True)
@@ -44,21 +52,28 @@ class Place:
     grid: OccupancyGrid
     places: dict[str, Pose2D]
     start: Pose2D | None
+    docks: tuple[Dock, ...] = ()
 
 
-def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
+def diagnose(
+    name: str, robot_name: str, picture: Path | None, show: Callable[[str], None] = str
+) -> Diagnosis:
     """Check which passages and places of a world or ROS map a robot can use.
 
     Args:
         name: name or file of a world, or a map.yaml.
         robot_name: name or file of a robot.
         picture: file for a picture of the result, or None.
+        show: receives a line before each part that takes long.
 
     Raises:
         InputError: the world, map or robot cannot be read.
     """
-    place = _read(name)
     robot = load_robot(robot_name, Path.cwd())
+    show(f"reading {name}")
+    place = _read(name)
+    rows, columns = place.grid.cells.shape
+    show(f"passages of {columns} x {rows} cells")
     clearance = clearance_of(place.grid)
     passages = passages_of(place.grid, clearance)
     lines, closed = list(_head(place, robot)), 0
@@ -66,6 +81,8 @@ def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
         sentence, is_closed = _passage_line(passage, robot)
         lines.append(sentence)
         closed += is_closed
+    if place.places:
+        show(f"ways to {counted(len(place.places), 'place')}")
     for sentence, is_closed in _place_lines(place, clearance, robot):
         lines.append(sentence)
         closed += is_closed
@@ -90,7 +107,7 @@ def _read(name: str) -> Place:
         hint = "set closer `bounds` in the world file"
         raise InputError([Finding(Mark(str(file)), "E413", problem, hint)])
     grid = rasterise(world, resolution)
-    return Place(world.name, grid, dict(world.places), world.start)
+    return Place(world.name, grid, dict(world.places), world.start, world.docks)
 
 
 def _result(lines: list[str], passages: int, places: int, robot: RobotDescription) -> str:
@@ -159,15 +176,26 @@ def _passage_line(passage: Passage, robot: RobotDescription) -> tuple[str, bool]
     return f"✔ {where}: open", False
 
 
+def is_face(dock: Dock, pose: Pose2D) -> bool:
+    """Tell whether a place is what the behaviour `dock` is given: the face and its direction."""
+    if dock.facing is None:
+        return False
+    offset = pose.relative_to(Pose2D(dock.x, dock.y, dock.facing))
+    return hypot(offset.x, offset.y) <= AT_FACE and abs(offset.heading) <= AT_FACE_HEADING
+
+
 def _place_lines(
     place: Place, clearance: FloatArray, robot: RobotDescription
 ) -> Iterator[tuple[str, bool]]:
-    if place.start is None:
+    if place.start is None or not place.places:
         return
     widest = widest_paths(place.grid, clearance, (place.start.x, place.start.y))
     needed = _needed(robot)
     for name, pose in place.places.items():
         where = f"place {name} ({pose.x:.2f}, {pose.y:.2f})"
+        if any(is_face(dock, pose) for dock in place.docks):
+            where += f", {STAGING:g} m before the face of the dock"
+            pose = pose.compose(Pose2D(robot.footprint.front + STAGING, 0.0))
         row, column = place.grid.cell_at(pose.x, pose.y)
         inside = place.grid.contains(row, column)
         free = 2.0 * float(clearance[row, column]) if inside else 0.0

@@ -225,11 +225,14 @@ class Section:
         hint = hint or suggestion(str(key.value), keys)
         self.findings.error(self.code, key.mark, sentence, hint)
 
+    def unread(self) -> list[Node]:
+        """The keys that no getter has read."""
+        return [key for key, _ in self.node.entries if key.value not in self._known]
+
     def done(self) -> None:
         """Report every key that no getter has read, with the most similar known one."""
-        for key, _ in self.node.entries:
-            if key.value not in self._known:
-                self._unknown(key, self._known)
+        for key in self.unread():
+            self._unknown(key, self._known)
 
 
 def is_one_line(name: str) -> bool:

@@ -9,12 +9,12 @@ width is twice the largest clearance on their common boundary (watershed: Beuche
 from __future__ import annotations
 
 from dataclasses import dataclass
-from heapq import heappop, heappush
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.geometry.distance_transform import distances_to_zero
+from stack.mapping import kernels
 from stack.types import FloatArray, OccupancyGrid
 
 ROOM_CLEARANCE = 0.55
@@ -91,29 +91,11 @@ def widest_paths(
         (rows, columns) clearance of the point in metres, 0 if unreachable; and (rows, columns) its
         flat cell index.
     """
-    rows, columns = clearance.shape
     widest = np.zeros(clearance.shape)
     narrowest_at = np.zeros(clearance.shape, dtype=np.int64)
     row, column = grid.cell_at(*start)
-    if not grid.contains(row, column) or clearance[row, column] <= 0.0:
-        return widest, narrowest_at
-    widest[row, column] = clearance[row, column]
-    narrowest_at[row, column] = row * columns + column
-    queue = [(-float(clearance[row, column]), row, column)]
-    while queue:
-        negative, row, column = heappop(queue)
-        if -negative < widest[row, column]:
-            continue
-        for down, right in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-            r, c = row + down, column + right
-            if not (0 <= r < rows and 0 <= c < columns):
-                continue
-            through = min(widest[row, column], clearance[r, c])
-            if through > widest[r, c]:
-                widest[r, c] = through
-                narrower = clearance[r, c] < widest[row, column]
-                narrowest_at[r, c] = r * columns + c if narrower else narrowest_at[row, column]
-                heappush(queue, (-float(through), r, c))
+    if grid.contains(row, column) and clearance[row, column] > 0.0:
+        kernels.grow_widest(clearance, row * clearance.shape[1] + column, widest, narrowest_at)
     return widest, narrowest_at
 
 
@@ -128,29 +110,16 @@ def widest_path_to(
     return WidestPath(2.0 * float(paths[0][row, column]), *grid.centre_of(*at))
 
 
-def rooms_of(grid: OccupancyGrid, clearance: FloatArray) -> NDArray[np.int32]:
+def rooms_of(grid: OccupancyGrid, clearance: FloatArray) -> NDArray[np.int64]:
     """Return the room number of each free cell, from 1; 0 for cells of no room."""
     import cv2
 
     cores = (clearance > ROOM_CLEARANCE).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(cores, connectivity=8)
     smallest = SMALLEST_ROOM / grid.resolution**2
-    rows, columns = clearance.shape
-    rooms = np.zeros((rows, columns), dtype=np.int32)
-    queue: list[tuple[float, int, int, int]] = []
-    for label in range(1, count):
-        if stats[label, cv2.CC_STAT_AREA] >= smallest:
-            for at in np.argwhere(labels == label):
-                row, column = int(at[0]), int(at[1])
-                queue.append((-float(clearance[row, column]), row, column, label))
-    queue.sort()
-    while queue:  # grow rooms from the widest cells down, so that they meet in the narrowest ones
-        _, row, column, label = heappop(queue)
-        if rooms[row, column]:
-            continue
-        rooms[row, column] = label
-        for down, right in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-            r, c = row + down, column + right
-            if 0 <= r < rows and 0 <= c < columns and not rooms[r, c] and clearance[r, c] > 0.0:
-                heappush(queue, (-float(clearance[r, c]), r, c, label))
+    large = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] >= smallest)
+    numbers = np.zeros(count, np.int64)
+    numbers[large] = large
+    rooms: NDArray[np.int64] = np.where(cores > 0, numbers[labels], 0)
+    kernels.grow_rooms(clearance, rooms)  # from wide to narrow, so that rooms meet in the narrowest
     return rooms

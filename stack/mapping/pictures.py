@@ -1,4 +1,4 @@
-"""Reader and writer of map images: PGM (plain and binary) and PNG."""
+"""Map images: reads PGM and PPM (plain and binary), PNG, BMP and JPEG; writes PGM and PNG."""
 
 from __future__ import annotations
 
@@ -15,9 +15,12 @@ from stack.errors import ParameterError
 from stack.mapping.limits import MAX_SIDE
 from stack.types import FloatArray
 
+IMAGES = (".pgm", ".ppm", ".pnm", ".png", ".bmp", ".jpg", ".jpeg")
 PNG = b"\x89PNG\r\n\x1a\n"
+BMP = b"BM"
+JPEG = b"\xff\xd8\xff"
 # Magic number, width, height and largest value, with comments between, then one whitespace byte.
-_PGM = re.compile(rb"P([25])" + 3 * rb"(?:\s+(?:#[^\n]*\n\s*)*)(\d{1,9})" + rb"\s")
+_PNM = re.compile(rb"P([2356])" + 3 * rb"(?:\s+(?:#[^\n]*\n\s*)*)(\d{1,9})" + rb"\s")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +37,11 @@ class Picture:
 
 
 def read_picture(path: Path) -> Picture:
-    """Read a PGM or PNG file.
+    """Read an image, whatever its suffix.
 
     Raises:
         OSError: the file cannot be read.
-        ParameterError: not a PGM or PNG image, damaged, or over 8192 pixels wide or high.
+        ParameterError: of another kind, damaged, or over 8192 pixels wide or high.
     """
     try:
         raw = read_bytes(path, IMAGE_BYTES)
@@ -46,10 +49,20 @@ def read_picture(path: Path) -> Picture:
         raise ParameterError("", f"has {error.strerror} of a map image") from None
     if raw.startswith(PNG):
         return _png(raw)
-    header = _PGM.match(raw)
+    if raw.startswith(BMP):
+        return _bmp(raw)
+    if raw.startswith(JPEG):
+        return _jpeg(raw)
+    header = _PNM.match(raw)
     if header is None:
-        raise ParameterError("", "is not a PGM or PNG image" if raw else "is empty")
-    return _pgm(raw[header.end() :], *(int(group) for group in header.groups()))
+        known = "is not a PGM, PPM, PNG, BMP or JPEG image"
+        raise ParameterError("", known if raw else "is empty")
+    return _pnm(raw[header.end() :], *(int(group) for group in header.groups()))
+
+
+def is_image(path: Path) -> bool:
+    """Tell whether a path has the suffix of an image that can be read."""
+    return path.suffix.lower() in IMAGES
 
 
 def encoded(
@@ -89,39 +102,69 @@ def _check_side(width: int, height: int) -> None:
         raise ParameterError("", sentence, "crop or scale it")
 
 
-def _pgm(body: bytes, kind: int, width: int, height: int, brightest: int) -> Picture:
+def _pnm(body: bytes, kind: int, width: int, height: int, brightest: int) -> Picture:
+    """Read a PGM (kinds 2 and 5) or PPM (3 and 6) after its header."""
+    name, colours = ("PGM", 1) if kind in (2, 5) else ("PPM", 3)
     _check_side(width, height)
     if not 1 <= brightest <= 65535:
-        raise ParameterError("", f"is a damaged PGM: its largest value is {brightest}")
-    count = width * height
+        raise ParameterError("", f"is a damaged {name}: its largest value is {brightest}")
+    count = width * height * colours
     values: NDArray[Any]
-    if kind == 5:
+    if kind >= 5:
         values = np.frombuffer(body[: count * (1 + (brightest > 255))], "u1")
         values = values.view(">u2") if brightest > 255 and values.size % 2 == 0 else values
     else:
         words = re.sub(rb"#[^\n]*", b"", body).split(None, count)[:count]
         if not all(word.isdigit() and len(word) <= 9 for word in words):
-            raise ParameterError("", "is a damaged PGM: not all of its values are numbers")
+            raise ParameterError("", f"is a damaged {name}: not all of its values are numbers")
         values = np.array([int(word) for word in words], dtype=np.float64)
     if values.size != count:
-        raise ParameterError("", f"is a damaged PGM: it has {values.size} of {count} pixels")
+        have = values.size // colours
+        raise ParameterError("", f"is a damaged {name}: it has {have} of {width * height} pixels")
     if values.size and values.max() > brightest:
-        sentence = f"is a damaged PGM: pixel {values.max():g} exceeds its maximum {brightest}"
+        sentence = f"is a damaged {name}: pixel {values.max():g} exceeds its maximum {brightest}"
         raise ParameterError("", sentence)
-    return Picture(values.reshape(height, width, 1) / float(brightest))
+    return Picture(values.reshape(height, width, colours) / float(brightest))
+
+
+def _bmp(raw: bytes) -> Picture:
+    if len(raw) < 54 or int.from_bytes(raw[10:14], "little") >= len(raw):
+        raise ParameterError("", "is a damaged BMP: its header is incomplete")
+    width, height = (int.from_bytes(raw[n : n + 4], "little", signed=True) for n in (18, 22))
+    _check_side(width, abs(height))
+    return _decoded(raw, "BMP")
+
+
+def _jpeg(raw: bytes) -> Picture:
+    """Read a JPEG; the size stands in its frame header (ITU-T T.81, B.2.2)."""
+    at = 2
+    while raw[at : at + 1] == b"\xff" and len(raw) >= at + 9:
+        marker = raw[at + 1]
+        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+            height, width = (int.from_bytes(raw[n : n + 2], "big") for n in (at + 5, at + 7))
+            _check_side(width, height)
+            if b"\xff\xd9" not in raw[-64:]:
+                raise ParameterError("", "is a damaged JPEG: its end is missing")
+            return _decoded(raw, "JPEG")
+        at += 1 if marker == 0xFF else 2 + int.from_bytes(raw[at + 2 : at + 4], "big")
+    raise ParameterError("", "is a damaged JPEG: its header is incomplete")
 
 
 def _png(raw: bytes) -> Picture:
-    import cv2
-
     if len(raw) < 33 or raw[12:16] != b"IHDR":
         raise ParameterError("", "is a damaged PNG: its header is incomplete")
     _check_side(int.from_bytes(raw[16:20], "big"), int.from_bytes(raw[20:24], "big"))
     if not raw.rstrip(b"\0").endswith(b"IEND\xaeB`\x82"):
         raise ParameterError("", "is a damaged PNG: its end is missing")
+    return _decoded(raw, "PNG")
+
+
+def _decoded(raw: bytes, kind: str) -> Picture:
+    import cv2
+
     pixels = cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED)
     if pixels is None:
-        raise ParameterError("", "is a damaged PNG")
+        raise ParameterError("", f"is a damaged {kind}")
     brightest = 65535.0 if pixels.dtype == np.uint16 else 255.0
     shares: FloatArray = np.atleast_3d(np.asarray(pixels, dtype=np.float64)) / brightest
     if shares.shape[2] in (2, 4):

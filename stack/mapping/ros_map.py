@@ -6,19 +6,20 @@ Jazzy). Codes: E401 keys and values · E402 image.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import pi
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.documents import Findings, Node, Section, read_file
+from stack.documents import Finding, Findings, Mark, Node, Section, read_file
 from stack.errors import InputError, ParameterError
-from stack.mapping.limits import LEAST_RESOLUTION
-from stack.mapping.pictures import Picture, encoded, read_picture
+from stack.mapping.limits import LEAST_RESOLUTION, MAX_CELLS
+from stack.mapping.pictures import Picture, encoded, is_image, read_picture
 from stack.mapping.whole_files import replace_files
 from stack.parameters import Declaration, suggestion
-from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
+from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid, Pose2D
 
 SHAPE = "E401"
 PICTURE = "E402"
@@ -30,6 +31,9 @@ UNKNOWN_RAW = 255
 UNKNOWN_SCALE = 128
 """Grey under a transparent pixel."""
 
+EXACT = 1e-9
+"""Radians from a quarter turn, and parts of a cell, that are rounding errors."""
+
 IMAGE = Declaration("image", str, "image file, relative to this file")
 RESOLUTION = Declaration(
     "resolution", float, "side of a cell", "m", at_least=LEAST_RESOLUTION, at_most=10.0
@@ -37,7 +41,7 @@ RESOLUTION = Declaration(
 ORIGIN = (
     Declaration("x", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),
     Declaration("y", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),
-    Declaration("yaw", float, "must be 0", "rad"),
+    Declaration("yaw", float, "of the image, anticlockwise", "rad", at_least=-1e3, at_most=1e3),
 )
 OCCUPIED_FROM = Declaration(
     "occupied_thresh", float, "cells with a higher occupancy are occupied",
@@ -62,16 +66,22 @@ class Shading:
     free_thresh: float
 
 
-def read_ros_map(path: Path) -> OccupancyGrid:
-    """Read the occupancy grid of a map.yaml and its PGM or PNG image.
+def read_ros_map(path: Path, findings: Findings | None = None) -> OccupancyGrid:
+    """Read the occupancy grid of a map.yaml and its image.
 
     Maps in mode `trinary` have the values FREE, OCCUPIED and UNKNOWN, those in `scale` and `raw`
-    also values between. In mode `raw`, `occupied_thresh` is the grid's `occupied_from`.
+    also values between. In mode `raw`, `occupied_thresh` is the grid's `occupied_from`. A map whose
+    origin has a yaw is turned into the axes of the map frame.
+
+    Args:
+        path: of the YAML file, or of an image that a YAML file in its folder names.
+        findings: receives the warnings.
 
     Raises:
-        InputError: all findings, each with its position.
+        InputError: all errors, each with its position.
     """
-    findings = Findings()
+    findings = Findings() if findings is None else findings
+    path = described(path)
     top = Section(
         read_file(path, "map file", ("image", "resolution", "origin")),
         findings,
@@ -81,9 +91,10 @@ def read_ros_map(path: Path) -> OccupancyGrid:
     image = top.node_of("image", required=True)
     named = None if image is None else top.read(IMAGE, image)
     resolution = top.value(RESOLUTION)
-    origin = _origin(top)
+    x, y, yaw = _origin(top)
     shading = _shading(top)
-    top.done()
+    for key in top.unread():
+        findings.warning(SHAPE, key.mark, f"a map file has no key {key.words()}: it is ignored")
     findings.raise_errors()
     assert image is not None and named is not None
     picture = _picture(path.parent / named, image, findings)
@@ -91,8 +102,85 @@ def read_ros_map(path: Path) -> OccupancyGrid:
     # The image's first row is its top, the grid's first row the smallest y.
     cells = np.ascontiguousarray(cells[::-1])
     if shading.mode != "raw":  # the other modes have applied the file's threshold
-        return OccupancyGrid(cells, resolution, origin)
-    return OccupancyGrid(cells, resolution, origin, max(1, round(100 * shading.occupied_thresh)))
+        grid = OccupancyGrid(cells, resolution, (x, y))
+    else:
+        occupied_from = max(1, round(100 * shading.occupied_thresh))
+        grid = OccupancyGrid(cells, resolution, (x, y), occupied_from)
+    try:
+        return turned(grid, yaw)
+    except ParameterError as error:
+        node = top.node.get("origin") or top.node
+        raise InputError(
+            [Finding(node.mark, SHAPE, f"origin: {error.sentence}", error.hint)]
+        ) from None
+
+
+def described(path: Path) -> Path:
+    """Return the YAML file of a map image; the path itself if it is no image.
+
+    It is NAME.yaml beside NAME.pgm, or the one YAML file in the folder that names the image.
+
+    Raises:
+        InputError: an image without such a file.
+    """
+    if not is_image(path) or not path.is_file():
+        return path
+    files = [path.with_suffix(ending) for ending in (".yaml", ".yml")]
+    files += sorted(file for ending in ("yaml", "yml") for file in path.parent.glob(f"*.{ending}"))
+    for file in files:
+        if file.is_file() and _names(file, path):
+            return file
+    sentence = "an image has no scale: there is no map.yaml beside it that names it"
+    hint = "write one with the keys image, resolution, origin, negate, occupied_thresh, free_thresh"
+    raise InputError([Finding(Mark(str(path)), SHAPE, sentence, hint)])
+
+
+def _names(file: Path, image: Path) -> bool:
+    """Whether a YAML file has the key `image` with this image."""
+    try:
+        named = read_file(file, "map file").get("image")
+    except InputError:
+        return False
+    return named is not None and file.parent / str(named.value) == image
+
+
+def turned(grid: OccupancyGrid, yaw: float) -> OccupancyGrid:
+    """Return a grid whose cells lie along the axes of the map frame.
+
+    Quarter turns are exact. Otherwise a cell has the value of the given cell at its middle, so
+    that walls keep their place and width to half a cell; outside the given grid it is UNKNOWN.
+
+    Args:
+        grid: turned about its origin, the lower left corner.
+        yaw: radians anticlockwise.
+
+    Raises:
+        ParameterError: the grid would have too many cells.
+    """
+    quarters = round(yaw / (pi / 2))
+    if abs(yaw - quarters * pi / 2) < EXACT:
+        yaw = quarters * pi / 2
+    frame = Pose2D(*grid.origin, yaw)
+    rows, columns = grid.cells.shape
+    side = grid.resolution
+    corners = frame.transform(side * np.array([[0, 0], [columns, 0], [0, rows], [columns, rows]]))
+    least = corners.min(axis=0)
+    across, up = np.ceil(np.ptp(corners, axis=0) / side - EXACT).astype(int).tolist()
+    if across * up > MAX_CELLS:
+        sentence = f"turned by a yaw of {yaw:g} rad the map has {across} x {up} cells, at most"
+        raise ParameterError("yaw", f"{sentence} {MAX_CELLS} are possible", "crop the image")
+    origin = (float(least[0]), float(least[1]))
+    if quarters * pi / 2 == yaw:
+        cells = np.ascontiguousarray(np.rot90(grid.cells, -quarters))
+        return replace(grid, cells=cells, origin=origin)
+    cells = np.full((up, across), UNKNOWN, np.int8)
+    xs = least[0] + (np.arange(across) + 0.5) * side
+    for row in range(up):
+        middles = np.column_stack([xs, np.full(across, least[1] + (row + 0.5) * side)])
+        column_of, row_of = np.floor(frame.inverse().transform(middles) / side).astype(int).T
+        inside = (column_of >= 0) & (column_of < columns) & (row_of >= 0) & (row_of < rows)
+        cells[row, inside] = grid.cells[row_of[inside], column_of[inside]]
+    return replace(grid, cells=cells, origin=origin)
 
 
 def occupancies(picture: Picture, shading: Shading) -> NDArray[np.int8]:
@@ -194,17 +282,13 @@ def _pixels(grid: OccupancyGrid, mode: str) -> NDArray[np.uint8]:
     return np.where(known, grid.cells, UNKNOWN_RAW).astype(np.uint8)
 
 
-def _origin(top: Section) -> tuple[float, float]:
+def _origin(top: Section) -> tuple[float, float, float]:
     node = top.node_of("origin", required=True)
     values = None if node is None else top.parts("origin", node, ORIGIN)
-    if node is None or values is None:
-        return 0.0, 0.0
+    if values is None:
+        return 0.0, 0.0, 0.0
     x, y, yaw = values
-    if yaw != 0.0:
-        sentence = f"origin: a yaw of {yaw:g} rad is not supported, expected 0"
-        hint = "rotate the image instead and save it with yaw 0"
-        top.findings.error(SHAPE, node.items[2].mark, sentence, hint)
-    return x, y
+    return x, y, yaw
 
 
 def _shading(top: Section) -> Shading:
@@ -226,7 +310,7 @@ def _picture(file: Path, named: Node, findings: Findings) -> Picture:
     try:
         return read_picture(file)
     except FileNotFoundError:
-        near = [item.name for item in sorted(file.parent.glob("*.p[gn][mg]"))]
+        near = [item.name for item in sorted(file.parent.glob("*")) if is_image(item)]
         sentence = f"image: there is no file {named.value!r} in the folder of this file"
         findings.error(PICTURE, named.mark, sentence, suggestion(file.name, near))
     except OSError as error:

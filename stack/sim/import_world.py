@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stack.documents import read_file
+from stack.mapping.pictures import is_image
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import read_world
 from stack.types import Pose2D
@@ -15,7 +16,8 @@ GAZEBO = (".world", ".sdf")
 def read_any_world(path: Path, start: Pose2D | None = None) -> World:
     """Read a world file and choose the format from its ending and content.
 
-    `.world` and `.sdf` are Gazebo files; a YAML file with the key `image` is a ROS map.
+    `.world` and `.sdf` are Gazebo files; an image, or a YAML file with the key `image`,
+    is a ROS map.
 
     Args:
         path: of the file.
@@ -37,10 +39,12 @@ def read_any_world(path: Path, start: Pose2D | None = None) -> World:
 
 
 def is_ros_map(path: Path) -> bool:
-    """Whether a YAML file is a ROS map: it has the key `image` and no key `world`.
+    """Whether a file is a ROS map: an image, or YAML with the key `image` and no key `world`.
 
     Raises:
         InputError: the file cannot be read.
     """
+    if is_image(path):
+        return True
     top = read_file(path, "world file")
     return top.get("image") is not None and top.get("world") is None

@@ -17,7 +17,7 @@ def doctor(
     """
     from missions.inspection.doctor import diagnose
 
-    found = diagnose(place, robot, png)
+    found = diagnose(place, robot, png, lambda line: typer.echo(line, err=True))
     for line in found.lines:
         typer.echo(line)
     raise typer.Exit(1 if found.closed else 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stack.documents import Finding, Mark
+from stack.documents import Finding, Findings, Mark
 from stack.errors import InputError
 from stack.mapping.limits import MAX_SHAPES
 from stack.mapping.ros_map import read_ros_map
@@ -18,12 +18,13 @@ HEIGHT = 1.0
 
 
 def read_map_world(path: Path) -> World:
-    """Read a map.yaml as a world.
+    """Read a map.yaml, or its image, as a world.
 
     Raises:
         InputError: all findings, each with its position.
     """
-    grid = read_ros_map(path)
+    findings = Findings()
+    grid = read_ros_map(path, findings)
     rectangles = merged_cells(grid.occupied)
     if not rectangles:
         sentence = "no cell of this map is occupied: a lidar would measure nothing"
@@ -39,6 +40,7 @@ def read_map_world(path: Path) -> World:
         boxes=tuple(_box(grid, rectangle) for rectangle in rectangles),
         start=free_place(grid),
         source=path,
+        warnings=tuple(findings.items),
     )
 
 

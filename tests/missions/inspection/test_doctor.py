@@ -8,6 +8,7 @@ from missions.execution.resources import MISSIONS
 from missions.inspection.doctor import diagnose, show_world
 from missions.inspection.map_picture import FOOTER, TEXT
 from stack.errors import InputError
+from tests.stack.sim.gazebo_text import collision_model, gazebo_world
 
 WORLD = """\
 world: narrow
@@ -64,6 +65,55 @@ def test_a_wide_gap_is_open_and_the_picture_is_drawn(tmp_path):
     assert found.closed == 1  # the corner stays too small
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert found.lines[-2] == "1 passage or place closed to scout"
+
+
+DOCK_WORLD = """\
+world: bay
+format: 1
+start: [2.5, 1.5, 0]
+places:
+  charger: [0.3, 1.5, {heading}]
+walls:
+  - {{points: [[0, 0], [5, 0], [5, 3], [0, 3]], closed: true}}
+{post}docks:
+  - {{at: [0.3, 1.5], facing: 0 deg}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("heading", "post", "closed"),
+    [
+        ("0 deg", "", 0),
+        ("180 deg", "", 1),  # not the direction out of the face: a robot cannot stand there
+        ("0 deg", "cylinders:\n  - {at: [1.2, 1.5], radius: 10 cm}\n", 1),
+    ],
+)
+def test_a_place_at_the_face_of_a_dock_is_the_place_before_it(tmp_path, heading, post, closed):
+    """docs/worlds.md: "Give the mission a place at the face, with `facing` as its heading"."""
+    file = tmp_path / "bay.yaml"
+    file.write_text(DOCK_WORLD.format(heading=heading, post=post), "utf-8")
+    found = diagnose(str(file), "scout", None)
+    assert found.closed == closed
+    assert any("before the face of the dock" in line for line in found.lines) == (
+        "180" not in heading
+    )
+
+
+def test_a_gazebo_world_is_diagnosed_drawn_and_its_parts_are_announced(tmp_path):
+    """A room of 6 x 6 m with a wall across that leaves 0.4 m: closed to the scout (0.44 m)."""
+    walls = {"a": (0, 3, 6, 0.1), "b": (0, -3, 6, 0.1), "c": (3, 0, 0.1, 6), "d": (-3, 0, 0.1, 6),
+             "e": (1.45, 1.7, 0.1, 2.6), "f": (1.45, -1.5, 0.1, 3.0)}  # fmt: skip
+    models = [
+        collision_model(f"<box><size>{x} {y} 1</size></box>", f"{at_x} {at_y} 0.5 0 0 0", name)
+        for name, (at_x, at_y, x, y) in walls.items()
+    ]
+    file = tmp_path / "room.world"
+    file.write_text(gazebo_world("".join(models)), "utf-8")
+    said: list[str] = []
+    found = diagnose(str(file), "scout", None, said.append)
+    assert "0.38 m wide: closed" in found.lines[1]  # cells of 2.5 cm that the walls touch
+    assert said == [f"reading {file}", "passages of 288 x 288 cells"]
+    assert show_world(str(file), tmp_path / "room.png").endswith("default, 7.2 x 7.2 m, 0 places")
 
 
 def test_a_clean_world_says_so():

@@ -1,6 +1,7 @@
 """Maps in ROS' format: map_server's rules, worked out by hand, and the round trip."""
 
 import os
+from math import pi
 from pathlib import Path
 
 import cv2
@@ -10,10 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from stack.documents import Findings
 from stack.errors import InputError, ParameterError
 from stack.mapping.pictures import Picture
-from stack.mapping.ros_map import Shading, occupancies, read_ros_map, write_ros_map
-from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from stack.mapping.ros_map import Shading, occupancies, read_ros_map, turned, write_ros_map
+from stack.sim.import_world import read_any_world
+from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Pose2D
 
 YAML = """\
 image: map.pgm
@@ -106,7 +109,7 @@ def test_plain_and_16_bit_pgm_images(folder):
 WRONG = [
     ("image: map.pgm\n", "", "1:1 E401 a map file needs the key 'image'"),
     ("map.pgm", "mop.pgm", "1:8 E402 image: there is no file 'mop.pgm' in the folder of this file"),
-    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is not a PGM or PNG image"),
+    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is not a PGM, PPM, PNG, BMP or JPEG i"),
     ("map.pgm", "cut.pgm", "1:8 E402 image: 'cut.pgm' is a damaged PGM: it has 3 of 6 pixels"),
     ("map.pgm", "cut.png", "1:8 E402 image: 'cut.png' is a damaged PNG: its end is missing"),
     ("map.pgm", "huge.pgm", "1:8 E402 image: 'huge.pgm' has 9000 x 9000 pixels; a map image has 1"),
@@ -117,12 +120,16 @@ WRONG = [
     ("map.pgm", ".", "1:8 E402 image: '.' cannot be read: Is a directory"),
     ("0.05", "-1", "3:13 E401 resolution: -1 m must be at least 0.01 m"),
     ("0.05", "0.001", "3:13 E401 resolution: 0.001 m must be at least 0.01 m"),
-    ("2.5, 0.0]", "2.5, 0.5]", "4:21 E401 origin: a yaw of 0.5 rad is not supported, expected 0"),
+    ("2.5, 0.0]", "2.5, 1e9]", "4:21 E401 yaw: 1e+09 rad must be at most 1000 rad"),
     ("2.5, 0.0]", "2.5]", "4:9 E401 origin: expected [x, y, yaw], got a list of 2"),
     ("negate: 0", "negate: 2", "5:9 E401 negate: expected 0 or 1, got 2"),
     ("trinary", "trinery", "2:7 E401 mode: 'trinery' is not one of trinary, scale, raw; did you"),
     ("0.196", "0.7", "7:14 E401 free_thresh: 0.7 must be below occupied_thresh 0.65"),
-    ("negate: 0", "negate: 0\nfree_tresh: 1", "6:1 E401 a map file has no key 'free_tresh'; did"),
+    ("map.pgm", "cut.bmp", "1:8 E402 image: 'cut.bmp' is a damaged BMP"),
+    ("map.pgm", "huge.bmp", "1:8 E402 image: 'huge.bmp' has 100000 x 9 pixels; a map image has 1"),
+    ("map.pgm", "cut.jpg", "1:8 E402 image: 'cut.jpg' is a damaged JPEG: its end is missing"),
+    ("map.pgm", "huge.jpg", "1:8 E402 image: 'huge.jpg' has 9 x 65000 pixels; a map image has 1"),
+    ("map.pgm", "cut.ppm", "1:8 E402 image: 'cut.ppm' is a damaged PPM: it has 1 of 2 pixels"),
 ]
 
 
@@ -135,6 +142,14 @@ def test_a_mistake_is_reported_with_its_position(folder, old, new, expected):
     side = (100_000).to_bytes(4, "big")
     (folder / "huge.png").write_bytes(encoded[:16] + side + side + encoded[24:])
     (folder / "digits.pgm").write_bytes(b"P2 1 1 255\n" + b"9" * 5000)
+    bmp = cv2.imencode(".bmp", np.zeros((9, 9), np.uint8))[1].tobytes()
+    (folder / "cut.bmp").write_bytes(bmp[:40])
+    (folder / "huge.bmp").write_bytes(bmp[:18] + side[::-1] + bmp[22:])
+    jpg = cv2.imencode(".jpg", np.zeros((9, 9), np.uint8))[1].tobytes()
+    (folder / "cut.jpg").write_bytes(jpg[:-40])
+    frame = jpg.index(b"\xff\xc0") + 5
+    (folder / "huge.jpg").write_bytes(jpg[:frame] + (65000).to_bytes(2, "big") + jpg[frame + 2 :])
+    (folder / "cut.ppm").write_bytes(b"P6 2 1 255\nabc")
     with (folder / "large.pgm").open("wb") as large:
         large.truncate(500_000_000)
     with pytest.raises(InputError) as caught:
@@ -144,6 +159,94 @@ def test_a_mistake_is_reported_with_its_position(folder, old, new, expected):
         for item in caught.value.findings
     ]
     assert [line[: len(expected)] for line in found] == [expected]
+
+
+def test_an_unknown_key_is_a_warning(folder):
+    """Programs add keys of their own; nav2_map_server ignores them."""
+    findings = Findings()
+    grid = read_ros_map(rewrite(folder, "negate: 0", "negate: 0\nlevel: 3"), findings)
+    assert grid.cells.shape == (2, 3)
+    assert [f"{item.mark.line} {item.severity} {item.sentence}" for item in findings.items] == [
+        "6 warning a map file has no key 'level': it is ignored"
+    ]
+
+
+@pytest.mark.parametrize("suffix", ["bmp", "jpg", "ppm", "png", "pgm"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_images_of_other_kinds_show_the_same_map(folder, suffix, channels):
+    """Squares of 16 pixels, which JPEG keeps: black, white, and a grey of 205."""
+    if (suffix, channels) in (("ppm", 1), ("pgm", 3)):
+        pytest.skip("a PPM has colours, a PGM has none")
+    pixels = np.kron(np.array([[0, 254, 205]], np.uint8), np.ones((16, 16), np.uint8))
+    image = pixels if channels == 1 else np.dstack([pixels] * 3)
+    assert cv2.imwrite(str(folder / f"map.{suffix}"), image)
+    grid = read_ros_map(rewrite(folder, "map.pgm", f"map.{suffix}"))
+    assert grid.cells[8, [8, 24, 40]].tolist() == [OCCUPIED, FREE, UNKNOWN]
+    assert (grid.occupied.sum(), grid.free.sum()) == (256, 256)
+
+
+def test_a_plain_colour_image_of_text(folder):
+    (folder / "map.pgm").write_bytes(b"P3 # plain\n2 1\n255\n0 0 0 255 255 255\n")
+    assert read_ros_map(folder / "map.yaml").cells.tolist() == [[OCCUPIED, FREE]]
+
+
+@pytest.mark.parametrize("name", ["map.yaml", "other.yaml", "map.yml"])
+def test_an_image_is_read_with_the_yaml_file_that_names_it(folder, name):
+    (folder / "map.yaml").rename(folder / name)
+    (folder / "a.yaml").write_text("image: [")  # not read: it names nothing
+    (folder / "b.yaml").write_text(YAML.replace("map.pgm", "b.pgm"))
+    assert read_ros_map(folder / "map.pgm").origin == (-1.0, 2.5)
+    assert read_any_world(folder / "map.pgm").boxes
+
+
+def test_an_image_without_a_yaml_file_is_an_error(folder):
+    (folder / "map.yaml").unlink()
+    with pytest.raises(InputError, match=r"map.pgm:1:1 error\[E401\] an image has no scale"):
+        read_ros_map(folder / "map.pgm")
+    with pytest.raises(InputError, match="E001"):
+        read_ros_map(folder / "mop.pgm")
+
+
+@given(arrays(np.int8, st.tuples(st.integers(1, 9), st.integers(1, 9)),
+              elements=st.sampled_from([0, 100, -1])), st.integers(-5, 5))  # fmt: skip
+def test_a_yaw_of_quarter_turns_moves_each_cell_exactly(cells, quarters):
+    grid = OccupancyGrid(cells, 0.05, (-1.0, 2.5))
+    frame = Pose2D(-1.0, 2.5, quarters * pi / 2)
+    found = turned(grid, quarters * pi / 2)
+    for row, column in np.ndindex(*cells.shape):
+        x, y = frame.transform(np.array([[(column + 0.5) * 0.05, (row + 0.5) * 0.05]]))[0]
+        assert found.cells[found.cell_at(x, y)] == cells[row, column]
+    assert sorted(found.cells.shape) == sorted(cells.shape)
+
+
+@settings(deadline=None, max_examples=60)
+@given(yaw=st.floats(-7, 7), x=st.floats(-50, 50), y=st.floats(-50, 50))
+def test_a_yaw_turns_the_map_about_its_origin(yaw, x, y):
+    """Every cell of the turned grid shows what stands at its middle, and nothing is cut off."""
+    cells = np.zeros((20, 30), np.int8)
+    cells[5:8, 10:25] = OCCUPIED
+    grid = OccupancyGrid(cells, 0.1, (x, y))
+    found, frame = turned(grid, yaw), Pose2D(x, y, yaw)
+    rows, columns = np.indices(found.cells.shape)
+    middles = np.array(
+        [found.centre_of(r, c) for r, c in zip(rows.flat, columns.flat, strict=True)]
+    )
+    local = frame.inverse().transform(middles)
+    known = found.cells.ravel() != UNKNOWN
+    wall = (np.abs(local - (1.75, 0.65)) < (0.75 - 1e-6, 0.15 - 1e-6)).all(axis=1)
+    inside = (np.abs(local - (1.5, 1.0)) < (1.5 - 1e-6, 1.0 - 1e-6)).all(axis=1)
+    assert (found.cells.ravel()[wall] == OCCUPIED).all()
+    assert (known[inside]).all()
+    assert known.sum() == pytest.approx(600, abs=40)  # the same area
+    assert found.occupied.sum() == pytest.approx(45, abs=8)
+
+
+def test_a_yaw_in_the_file_is_applied(folder):
+    """A quarter turn about (-1, 2.5): the image's right is up, its 3 columns are 3 rows."""
+    grid = read_ros_map(rewrite(folder, "2.5, 0.0]", f"2.5, {pi / 2}]"))
+    assert grid.cells.shape == (3, 2)
+    assert grid.origin == pytest.approx((-1.1, 2.5))
+    assert grid.cells.tolist() == [[OCCUPIED, UNKNOWN], [FREE, OCCUPIED], [UNKNOWN, FREE]]
 
 
 SHAPES = st.tuples(st.integers(1, 12), st.integers(1, 12))
