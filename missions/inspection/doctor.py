@@ -9,13 +9,14 @@ from pathlib import Path
 from missions.execution.component_choices import all_chosen
 from missions.execution.resources import WORLDS, load_robot
 from stack.costmap.parameters import CostmapParameters
-from stack.documents import Finding, Mark, read_file
+from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.mapping.passages import Passage, clearance_of, passages_of, widest_path_to, widest_paths
 from stack.mapping.ros_map import read_ros_map
+from stack.sim.import_world import GAZEBO, is_ros_map, read_any_world
 from stack.sim.worlds.rasterise import map_problem, rasterise
-from stack.sim.worlds.world_file import find_world, read_world
+from stack.sim.worlds.world_file import find_world
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
 TIGHT_MARGIN = 0.10
@@ -79,11 +80,10 @@ def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
 
 
 def _read(name: str) -> Place:
-    path = Path(name)
-    if path.is_file() and "image" in [key.value for key, _ in read_file(path, "map").entries]:
-        return Place(path.stem, read_ros_map(path), {}, None)
     file = find_world(name, Path.cwd(), WORLDS)
-    world = read_world(file)
+    if file.suffix not in GAZEBO and is_ros_map(file):
+        return Place(file.stem, read_ros_map(file), {}, None)
+    world = read_any_world(file)
     resolution = CostmapParameters().map_resolution  # of the costmaps
     problem = map_problem(world, resolution)
     if problem:
