@@ -16,6 +16,7 @@ from missions.execution.fit.components import (
     check_markers,
     check_rate,
     check_robot_fits,
+    inflation_findings,
 )
 from missions.execution.fit.detector import located_detector
 from missions.execution.fit.places import located_places
@@ -168,6 +169,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     choices = choices_of(mission, robot, options.parameters or {}, dropped)
     misfits += dropped.items
     misfits += setting_findings(mission, robot, choices)
+    misfits += inflation_findings(choices, marks, robot)
     _gather(found, lambda: check_robot_fits(choices, marks, robot))
     _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
     if recording is None and (options.body or robot.body) == "simulated":

@@ -258,6 +258,8 @@ CODES: dict[str, Code] = {
     "W143": Code("goal out of reach", "no way as wide as the robot leads from the start to it",
                  "run: {navigate_to_pose: [14.4, 5.0]}",
                  "move the goal, or use `partial: true`"),
+    "W144": Code("no clearance", "the inflation radius is not above the robot's inscribed radius",
+                 "navigation: {costmap: {inflation_radius: 10 cm}}", "use a larger one"),
     "W170": Code("text without a case", "an argument can have a text for which there is no case",
                  "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil
 
@@ -93,6 +94,27 @@ def check_rate(loop: LoopParameters, marks: Marks) -> None:
     except ParameterError as error:
         mark = marks.of_component("loop", "control_rate")
         raise InputError([Finding(mark, "E111", error.sentence, error.hint)]) from None
+
+
+def inflation_findings(
+    choices: dict[str, Choice], marks: Marks, robot: RobotDescription
+) -> Iterator[Finding]:
+    """Yield a warning for each inflation radius of the mission that leaves no cost at obstacles.
+
+    Files for a smaller robot often have one: paths then lead along obstacles without clearance.
+    """
+    named = marks.mission.components.get("costmap")
+    costs: CostmapParameters = choices["costmap"].parameters
+    least = robot.footprint.inscribed_radius
+    for name, local in (("inflation_radius", False), ("local_inflation_radius", True)):
+        radius = costs.inflation(local=local).inflation_radius
+        if named is None or name not in named.values or radius > least:
+            continue
+        sentence = f"costmap.{name}: {radius:g} m is not above the inscribed radius of {robot.name}"
+        sentence += f", {least:.2f} m: paths have no clearance"
+        mark = marks.of_component("costmap", name)
+        hint = f"use more than {least:.2f} m, or a file for this robot"
+        yield Finding(mark, "W144", sentence, hint, "warning")
 
 
 def check_map_size(marks: Marks, world: World, costs: CostmapParameters) -> None:

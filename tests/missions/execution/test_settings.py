@@ -140,3 +140,20 @@ def test_the_camera_stays_on_for_the_time_of_a_request():
     lease = CameraLease(0.4)
     lease.renew(1.0)
     assert lease.is_active(1.39) and not lease.is_active(1.41)
+
+
+@pytest.mark.parametrize(
+    ("settings", "names"),
+    [
+        ("inflation_radius: 0.2", ["inflation_radius"]),
+        ("inflation_radius: 0.22", ["inflation_radius"]),  # the scout's radius
+        ("inflation_radius: 0.23", []),
+        ("local_inflation_radius: 0", ["local_inflation_radius"]),
+        ("inflation_radius: 0.2, local_inflation_radius: 0.4", ["inflation_radius"]),
+    ],
+)
+def test_an_inflation_radius_within_the_robot_is_a_warning(tmp_path, settings, names):
+    path = tmp_path / "m.yaml"
+    path.write_text(f"{HEAD}navigation: {{costmap: {{{settings}}}}}\n{RUN}", "utf-8")
+    found = [item.sentence.partition(":")[0] for item in diagnose(path).findings]
+    assert found == [f"costmap.{name}" for name in names]
