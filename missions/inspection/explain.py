@@ -19,7 +19,8 @@ FILE_CODES: dict[str, Code] = {
     "E005": Code("empty", "the file is empty", "# only a comment", "add the content"),
     "E006": Code("several documents", "the file contains more than one YAML document",
                  "a: 1\n---\nb: 2", "remove `---`"),
-    "E007": Code("another kind of file", "the file has no keys, or none that such a file has",
+    "E007": Code("another kind of file",
+                 "the file has none of the keys of its kind, or is of another program",
                  "- a list", "give the path of a file of the expected kind"),
     "E008": Code("too large", "aliases contain themselves, or make the file too large or "
                  "nested too deeply",

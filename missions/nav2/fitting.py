@@ -55,14 +55,14 @@ def fitted(declared: Declaration, value: Any) -> tuple[Any, str]:
 
 
 def _nearest(declared: Declaration, value: float) -> float | None:
-    if declared.at_least is not None and value < declared.at_least:
-        nearest: float | None = declared.at_least
-    elif declared.at_most is not None and value > declared.at_most:
-        nearest = declared.at_most
+    low, high = declared.at_least, declared.at_most
+    nearest = value
+    if low is not None and value < low:
+        nearest = low
+    elif high is not None and value > high:
+        nearest = high
     elif (declared.above is not None and value <= declared.above) or not isfinite(value):
         return None
-    else:
-        nearest = value
     return int(nearest) if declared.type is int and nearest != value else nearest
 
 

@@ -65,7 +65,7 @@ def require_kind(top: Node, expected: str) -> Node:
 def kind_of(top: Node, expected: str) -> str:
     """Return the kind of file that a document's keys belong to; `expected` in cases of doubt."""
     keys = [str(key.value) for key, _ in top.entries]
-    if any(value.get("ros__parameters") for _, value in top.entries):
+    if _has_ros_parameters(top):
         return NAV2
     is_mission = any(key in keys for key in _NAME_KEYS[MISSION])
     named = expected == MISSION or not is_mission
@@ -76,3 +76,11 @@ def kind_of(top: Node, expected: str) -> str:
     own = _SIGNS.get(expected, ())
     near = sum(bool(get_close_matches(key[:60], own, 1, cutoff=0.75)) for key in keys)
     return best if most > max(second, near) else expected
+
+
+def _has_ros_parameters(node: Node, depth: int = 3) -> bool:
+    """Return whether a node of ROS has parameters in the file, under a namespace or not."""
+    values = [value for _, value in node.entries]
+    return any(value.get("ros__parameters") is not None for value in values) or (
+        depth > 0 and any(_has_ros_parameters(value, depth - 1) for value in values)
+    )

@@ -2,7 +2,8 @@
 
 A device or a FIFO could block forever or never end. Opening does not wait for a writer, and the
 kind of file is checked on the open file, so that it cannot be replaced in between. LIMITS are
-listed in docs/worlds.md. Codes: E001 the file · E002 too large · E003 not text.
+listed in docs/worlds.md. Codes: E001 the file · E002 too large · E003 not text · E005 empty ·
+E007 of another kind.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import stat
 from pathlib import Path
 from typing import BinaryIO
 
+from stack.documents.foreign_kinds import BEGINNING, BINARY, recognised, recognised_folder
 from stack.errors import Finding, InputError, Mark
 from stack.parameters import nearest
 
@@ -37,6 +39,13 @@ _KINDS = (
     (stat.S_ISBLK, "a device"),
     (stat.S_ISSOCK, "a socket"),
 )
+
+
+DOCUMENTS = (
+    "mission", "world file", "robot file", "map file", "parameter file", "Nav2 parameter file",
+    "file of trees", "map of markers", "route graph", "URDF", "Gazebo world file", "map",
+)  # fmt: skip
+"""Kinds of files that people write or export. Other programs' files are often given for them."""
 
 
 class TooLargeError(OSError):
@@ -101,18 +110,51 @@ def read_input(path: Path, what: str, limit: int = YAML_BYTES) -> bytes:
     """
     code, hint = "E001", ""
     try:
-        return read_bytes(path, limit)
+        content = read_bytes(path, limit)
+        if what in DOCUMENTS:
+            refuse_foreign(content[:BEGINNING], path, what)
+        return content
     except FileNotFoundError:
         hint, sentence = near_file(path), f"there is no such {what}"
         if path.is_symlink():
             sentence = f"this is a broken link: there is no {str(path.readlink())!r}"
     except IsADirectoryError:
-        sentence = f"this is a folder, not a {what}"
+        folder, hint = recognised_folder(path) or ("a folder", "")
+        sentence = f"this is {folder}, not a {what}"
     except TooLargeError as error:
+        if what in DOCUMENTS:
+            _refuse_large(path, what)
         code, sentence = "E002", f"{error.strerror} of a {what}"
     except OSError as error:
         sentence = f"cannot be read: {error.strerror}"
     raise InputError([Finding(Mark(str(path)), code, sentence, hint)])
+
+
+def refuse_foreign(beginning: bytes, path: Path, what: str) -> None:
+    """Check that a file is not of another program, nor empty.
+
+    Raises:
+        InputError: it is; the finding says what it is, and what to do with it.
+    """
+    where = Mark(str(path))
+    if not beginning.strip():
+        raise InputError([Finding(where, "E005", f"the {what} is empty")])
+    kind = recognised(beginning, path.name)
+    if kind is not None and what not in kind.read_as:
+        sentence = f"this is {kind.name}, not a {what}"
+        raise InputError([Finding(where, "E007", sentence, kind.advice)])
+
+
+def _refuse_large(path: Path, what: str) -> None:
+    """Check that a file is not too large because it is of another program.
+
+    Raises:
+        InputError: it is of another program.
+    """
+    with open_regular(path) as file:
+        beginning = file.read(BEGINNING)
+    if recognised(beginning, path.name) is not BINARY:
+        refuse_foreign(beginning, path, what)
 
 
 def near_file(path: Path) -> str:
