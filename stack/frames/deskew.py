@@ -13,7 +13,6 @@ import numpy as np
 from stack.frames.buffer import TransformBuffer
 from stack.types import Observation, Scan
 
-
 MOST_WAITING = 20
 """Scans of a sensor that wait for odometry; of more, the oldest is dropped."""
 
