@@ -16,7 +16,7 @@ from missions.language.model import Mission
 from missions.language.reading.header import TOP_COMPONENTS
 from stack.components import Choice, Estimator, choose
 from stack.control.evasion.parameters import EvasionParameters
-from stack.costmap.choosing import read_layers, usual_layers
+from stack.costmap.choosing import for_lidars, read_layers, usual_layers
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
 from stack.documents import value_of
@@ -142,10 +142,13 @@ def all_chosen(
         choices[kind] = chosen(kind, wanted, mapped=mapped)
         if kind == "costmap":
             listed = "layers" in wanted
-    if not listed:
+    lidars = tuple(robot.all_lidars)
+    if listed:
+        layers = for_lidars(choices["costmap"].parts, lidars)
+    else:
         seen = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
-        layers = usual_layers(tuple(robot.all_lidars), tuple(robot.sonars), depth=seen)
-        choices["costmap"] = replace(choices["costmap"], parts=layers)
+        layers = usual_layers(lidars, tuple(robot.sonars), depth=seen)
+    choices["costmap"] = replace(choices["costmap"], parts=layers)
     return choices
 
 

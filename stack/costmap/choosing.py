@@ -106,17 +106,38 @@ def usual_layers(
     who walk change no path: who is there now has gone when the robot comes. List `social` to plan
     round where they walk.
     """
-    layers: list[Any] = ["static"]
-    layers += [
-        "obstacle" if name == "lidar"
-        else {"use": "obstacle", "name": f"obstacle_{name}", "source": name}
-        for name in lidars
-    ]  # fmt: skip
-    if sonars and not lidars:
+    layers = ["static"]
+    if lidars:
+        layers.append("obstacle")
+    elif sonars:
         layers.append("range")
     if depth:
         layers.append("depth")
-    return read_layers(layers, CostmapParameters())
+    return for_lidars(read_layers(layers, CostmapParameters()), lidars)
+
+
+def for_lidars(choices: Sequence[LayerChoice], lidars: Sequence[str]) -> tuple[LayerChoice, ...]:
+    """Return the layers with those that name no `source` repeated for every lidar of a robot.
+
+    A lidar that another layer of this kind names as its source is left to that layer.
+    """
+    named = {(choice.use, choice.values.get("source")) for choice in choices}
+    found: list[LayerChoice] = []
+    for choice in choices:
+        if "source" not in declarations(choice.component.Parameters) or "source" in choice.values:
+            found.append(choice)
+            continue
+        free = [name for name in lidars if (choice.use, name) not in named]
+        found += [_reading(choice, name) for name in free] or [choice]
+    return tuple(found)
+
+
+def _reading(choice: LayerChoice, lidar: str) -> LayerChoice:
+    """Return the layer for one lidar."""
+    if lidar == "lidar":
+        return choice
+    values = {**choice.values, "source": lidar}
+    return replace(choice, name=f"{choice.name}_{lidar}", values=values)
 
 
 def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]:
