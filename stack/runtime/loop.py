@@ -394,11 +394,12 @@ class Runtime:
         if not self._navigates:
             return STANDSTILL
         p = self.parts
-        return p.navigator.step(
+        wanted = p.navigator.step(
             NavigationState(
                 p.body.time, p.estimator.estimate, motion, world.tracks, obstacles, world.evaded
             )
         )
+        return wanted if p.odometry.is_ready else STANDSTILL
 
     def _slept(self) -> float:
         """Wall seconds that the body has slept to keep its pace; these are not compute time."""
