@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import pi, tan
+from math import degrees, pi, tan
 from typing import Any, TypeVar, cast
 
 from robots.declared import SHAPE, X, Y, Z
@@ -34,6 +34,12 @@ COEFFICIENTS = tuple(
     Declaration(name, float, "distortion coefficient, OpenCV's order", at_least=-100, at_most=100)
     for name in DISTORTION
 )
+
+MASK = tuple(
+    Declaration(name, float, "direction in the sensor's frame, positive to the left", "rad",
+                at_least=-2 * pi, at_most=2 * pi)
+    for name in ("from", "to")
+)  # fmt: skip
 
 YAW = Declaration("yaw", float, "positive to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
 PITCH = Declaration(
@@ -70,7 +76,7 @@ def read_lidar(section: Section | None) -> LidarDescription | None:
     """Read a lidar; None without a section."""
     if section is None:
         return None
-    lidar = parameters_of(section, LidarDescription, mount=_mount(section))
+    lidar = parameters_of(section, LidarDescription, mount=_mount(section), mask=_mask(section))
     for key, worst, limit in (
         ("range_min", lidar.range_min, lidar.range_max),
         ("field_of_view", lidar.field_of_view, 2 * pi + 1e-9),
@@ -79,6 +85,24 @@ def read_lidar(section: Section | None) -> LidarDescription | None:
             mark = (section.node.get(key) or section.node).mark
             section.findings.error(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
     return lidar
+
+
+def _mask(section: Section) -> tuple[tuple[float, float], ...]:
+    """Read the directions in which a lidar sees its own robot; none wider than half a turn."""
+    node = section.node_of("mask")
+    if node is None:
+        return ()
+    if not node.is_sequence:
+        sentence = f"mask: expected a list of [from, to], got {node.words()}"
+        section.findings.error(SHAPE, node.mark, sentence, "such as [[-32 deg, -28 deg]]")
+        return ()
+    read = [section.parts(f"mask[{n}]", item, MASK) for n, item in enumerate(node.items)]
+    for item, limits in zip(node.items, read, strict=True):
+        if limits is not None and not 0.0 < (width := (limits[1] - limits[0]) % (2 * pi)) <= pi:
+            sentence = f"mask: from `from` anticlockwise to `to` it is {degrees(width):.0f} deg"
+            hint = "write the smaller angle first; a mask has at most half a turn"
+            section.findings.error(SHAPE, item.mark, sentence, hint)
+    return tuple((limits[0], limits[1]) for limits in read if limits is not None)
 
 
 def read_camera(section: Section | None) -> CameraDescription | None:

@@ -6,7 +6,7 @@ from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
 from missions.execution.component_choices import NAVIGATION_KINDS
 from robots.declared import BODY, PACKAGES, RADIUS, URDF_FILE, X, Y, Z, length
-from robots.sensors import CENTRE, COEFFICIENTS, FIELD_OF_VIEW, FOCAL, PITCH, PIXELS, YAW
+from robots.sensors import CENTRE, COEFFICIENTS, FIELD_OF_VIEW, FOCAL, MASK, PITCH, PIXELS, YAW
 from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
 from stack.drivetrain.description import (
     BatteryDescription,
@@ -29,7 +29,7 @@ HEIGHT = length("height", "total height of the robot")
 def robot_schema() -> Schema:
     """Return the schema of robot files; the URDF is checked by `run` and the language server."""
     mount = {"position": parts((X, Y)), "yaw": _of(YAW)}
-    lidar = {**mount, **_fields(LidarDescription)}
+    lidar = {**mount, **_fields(LidarDescription), "mask": _mask()}
     sonar = {**mount, **_fields(SonarDescription)}
     model = {
         "position": parts((X, Y, Z)), "yaw": _of(YAW), "pitch": _of(PITCH),
@@ -82,6 +82,11 @@ def _urdf() -> Schema:
         "arguments": documented({"type": "object"}, "Values of the arguments of a xacro file."),
     }
     return {"anyOf": [{"type": "string"}, section(keys, ["file"])]}
+
+
+def _mask() -> Schema:
+    sentence = "Directions in which the lidar sees its own robot: [from, to], anticlockwise."
+    return documented({"type": "array", "items": parts(MASK)}, sentence)
 
 
 def _footprint() -> Schema:

@@ -17,7 +17,13 @@ from missions.language.reading.header import TOP_COMPONENTS
 from missions.language.replacing import layered
 from stack.components import DEFAULTS, Choice, Estimator, accepted, choose
 from stack.control.evasion.parameters import EvasionParameters
-from stack.costmap.choosing import read_layers, sensing_layers, usual_layers, with_sensors
+from stack.costmap.choosing import (
+    for_lidars,
+    read_layers,
+    sensing_layers,
+    usual_layers,
+    with_sensors,
+)
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
 from stack.documents import Findings, Mark, value_of
@@ -141,7 +147,8 @@ def all_chosen(
     if "layers" in costmap:
         sensing = sensing_layers(lidars, sonars, depth=depth)
         layers = with_sensors(costmap["layers"], sensing)
-        choices["costmap"] = chosen("costmap", {**costmap, "layers": layers}, mapped=mapped)
+        listed = chosen("costmap", {**costmap, "layers": layers}, mapped=mapped)
+        choices["costmap"] = replace(listed, parts=for_lidars(listed.parts, lidars))
     else:
         usual = usual_layers(lidars, sonars, depth=depth)
         choices["costmap"] = replace(choices["costmap"], parts=usual)

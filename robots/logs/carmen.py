@@ -18,7 +18,6 @@ from __future__ import annotations
 import gzip
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from math import pi, radians
 from pathlib import Path
 from typing import BinaryIO
@@ -26,18 +25,21 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.logs.carmen_messages import Content, Laser, add_message
 from robots.logs.recording import (
     DAMAGED_LOG,
+    LONGEST_GAP,
     NOT_A_LOG,
     WHEELS,
     Event,
     Recording,
     observations,
     refuse,
+    refuse_jump,
 )
 from stack.documents.files import open_regular
 from stack.drivetrain.description import LidarDescription
-from stack.types import Footprint, Observation, Odometry, Pose2D, Scan, Twist
+from stack.types import FloatArray, Footprint, Observation, Odometry, Pose2D, Scan, Twist
 
 GZIP = b"\x1f\x8b"
 
@@ -52,35 +54,10 @@ FIRST_ERROR_READING = 8183
 SPACINGS = {180: 1.0, 181: 1.0, 201: 0.5, 360: 0.5, 361: 0.5, 401: 0.25, 721: 0.25}
 """Degrees between the readings of an FLASER line, by their number."""
 
-FLASER_SENSORS = {b"FLASER": "lidar", b"RLASER": "rear_lidar"}
-ROBOTLASER_SENSORS = {b"ROBOTLASER1": "lidar", b"ROBOTLASER2": "rear_lidar"}
 OFFSETS = {
     "lidar": ("robot_frontlaser_offset", "robot_front_laser_offset"),
     "rear_lidar": ("robot_rearlaser_offset", "robot_rear_laser_offset"),
 }
-
-
-@dataclass(frozen=True, slots=True)
-class _Laser:
-    """Geometry of a laser: direction of the first reading and spacing (rad), range limit (m)."""
-
-    readings: int
-    start: float
-    spacing: float
-    range_max: float
-    mount: Pose2D
-
-
-@dataclass
-class _Content:
-    """Messages of a log: (stamp, sensor, readings, geometry or None) and (stamp, pose)."""
-
-    scans: list[tuple[float, str, NDArray[np.float32], _Laser | None]] = field(default_factory=list)
-    poses: list[tuple[float, Pose2D]] = field(default_factory=list)
-    order: list[tuple[float, int]] = field(default_factory=list)
-    parameters: dict[str, str] = field(default_factory=dict)
-    ignored: dict[str, int] = field(default_factory=dict)
-    cut: bool = False
 
 
 def read_carmen_log(file: Path) -> Recording:
@@ -96,6 +73,7 @@ def read_carmen_log(file: Path) -> Recording:
     if not content.poses:
         raise refuse(file, NOT_A_LOG, "the log has no odometry: no FLASER, ROBOTLASER1 or ODOM")
     stamps = np.array([stamp for stamp, _ in content.order])
+    _check_gaps(content, stamps, file)
     backwards = int(np.count_nonzero(np.diff(stamps) < 0.0))
     first, last = float(stamps.min()), float(stamps.max())
     factory = _ScanFactory(content)
@@ -117,12 +95,26 @@ def read_carmen_log(file: Path) -> Recording:
     )  # fmt: skip
 
 
-def _read(file: Path) -> _Content:
-    content = _Content()
+def _check_gaps(content: Content, stamps: FloatArray, file: Path) -> None:
+    """Refuse stamps that are further apart than LONGEST_GAP, sorted; with the line of a jump.
+
+    Raises:
+        InputError: there are such stamps.
+    """
+    if np.diff(np.sort(stamps)).max(initial=0.0) <= LONGEST_GAP:
+        return
+    steps = np.diff(stamps)
+    at = int(np.flatnonzero(np.abs(steps) > LONGEST_GAP)[0])
+    raise refuse_jump(file, float(steps[at]), "the log", content.lines[at + 1])
+
+
+def _read(file: Path) -> Content:
+    content = Content()
     try:
         with open_regular(file) as raw:
             for number, line in enumerate(_lines(_unpacked(raw), file), 1):
-                _message(content, line, file, number)
+                add_message(content, line, file, number)
+                content.lines += [number] * (len(content.order) - len(content.lines))
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise refuse(file, DAMAGED_LOG, f"the compressed file is damaged: {error}") from None
     except OSError as error:
@@ -151,98 +143,14 @@ def _lines(stream: BinaryIO, file: Path) -> Iterator[bytes]:
         yield line
 
 
-def _message(content: _Content, line: bytes, file: Path, number: int) -> None:
-    """Add one line; a line without its end is the last one of a logger that was killed."""
-    words = line.split()
-    if not words or words[0].startswith(b"#"):
-        return
-    kind = words[0]
-    try:
-        if kind in FLASER_SENSORS:
-            _old_laser(content, FLASER_SENSORS[kind], words)
-        elif kind in ROBOTLASER_SENSORS:
-            _robot_laser(content, ROBOTLASER_SENSORS[kind], words)
-        elif kind == b"ODOM":
-            _add_pose(content, _stamp(words, 7), _pose(words[1:4]))
-        elif kind == b"PARAM" and len(words) >= 3:
-            content.parameters[words[1].decode("ascii")] = words[2].decode("ascii")
-        elif kind.isascii() and kind.decode().isidentifier() and len(content.ignored) < 100:
-            word = kind.decode()
-            content.ignored[word] = content.ignored.get(word, 0) + 1
-    except (ValueError, IndexError) as error:
-        if not line.endswith(b"\n"):
-            content.cut = True
-            return
-        sentence = f"the {kind.decode()} message is damaged: {error}"
-        raise refuse(file, DAMAGED_LOG, sentence, "remove the line", number) from None
-
-
-def _old_laser(content: _Content, sensor: str, words: list[bytes]) -> None:
-    """Add `FLASER n readings… x y theta odom_x odom_y odom_theta stamp host logger_stamp`."""
-    count = int(words[1])
-    ranges = _numbers(words, 2, count)
-    at = 2 + count
-    stamp = _stamp(words, at + 6)
-    pose = _pose(words[at + 3 : at + 6])
-    content.scans.append((stamp, sensor, ranges, None))
-    content.order.append((stamp, -len(content.scans)))
-    _add_pose(content, stamp, pose)
-
-
-def _robot_laser(content: _Content, sensor: str, words: list[bytes]) -> None:
-    """Add `ROBOTLASER1 type start fov spacing range_max accuracy mode n readings… m remissions…
-    laser_pose robot_pose tv rv forward side turn stamp host logger_stamp`.
-    """  # noqa: D205
-    start, spacing, range_max = (float(words[n]) for n in (2, 4, 5))
-    count = int(words[8])
-    ranges = _numbers(words, 9, count)
-    at = 9 + count
-    at += 1 + int(words[at])
-    laser, robot = _pose(words[at : at + 3]), _pose(words[at + 3 : at + 6])
-    stamp = _stamp(words, at + 11)
-    mount = laser.relative_to(robot)
-    mount = Pose2D(round(mount.x, 4), round(mount.y, 4), round(mount.heading, 5))
-    content.scans.append((stamp, sensor, ranges, _Laser(count, start, spacing, range_max, mount)))
-    content.order.append((stamp, -len(content.scans)))
-    _add_pose(content, stamp, robot)
-
-
-def _add_pose(content: _Content, stamp: float, pose: Pose2D) -> None:
-    content.poses.append((stamp, pose))
-    content.order.append((stamp, len(content.poses)))
-
-
-def _numbers(words: list[bytes], start: int, count: int) -> NDArray[np.float32]:
-    found = words[start : start + count]
-    if len(found) != count or count < 1:
-        raise ValueError(f"it has {len(found)} of {count} readings")
-    return np.array(found, dtype="S").astype(np.float32)
-
-
-def _pose(words: list[bytes]) -> Pose2D:
-    x, y, heading = (float(word) for word in words)
-    if not np.isfinite((x, y, heading)).all():
-        raise ValueError("its pose is not finite")
-    return Pose2D(x, y, heading)
-
-
-def _stamp(words: list[bytes], at: int) -> float:
-    """Return the stamp of the sender, or else that of the logger, seconds."""
-    stamp, logged = float(words[at]), float(words[at + 2]) if len(words) > at + 2 else 0.0
-    stamp = stamp if stamp > 0.0 else logged
-    if not np.isfinite(stamp):
-        raise ValueError("its stamp is not finite")
-    return stamp
-
-
 class _ScanFactory:
     """Scans of a log, with the geometry of its lasers."""
 
-    def __init__(self, content: _Content) -> None:
+    def __init__(self, content: Content) -> None:
         self._parameters = content.parameters
         self._units: dict[str, float] = {}
-        self._lasers: dict[tuple[str, int], _Laser] = {}
-        self._first: dict[str, _Laser] = {}
+        self._lasers: dict[tuple[str, int], Laser] = {}
+        self._first: dict[str, Laser] = {}
         for _, sensor, ranges, _ in content.scans:
             finite = ranges[np.isfinite(ranges)]
             largest = float(finite.max()) if finite.size else 0.0
@@ -252,7 +160,7 @@ class _ScanFactory:
             self._first.setdefault(sensor, laser)
 
     def scan(
-        self, stamp: float, sensor: str, ranges: NDArray[np.float32], given: _Laser | None
+        self, stamp: float, sensor: str, ranges: NDArray[np.float32], given: Laser | None
     ) -> Scan:
         """Return a scan."""
         laser = given or self._guessed(sensor, ranges.size)
@@ -273,7 +181,7 @@ class _ScanFactory:
             range_max=laser.range_max, noise=0.01, dropout=0.0,
         )  # fmt: skip
 
-    def _guessed(self, sensor: str, readings: int) -> _Laser:
+    def _guessed(self, sensor: str, readings: int) -> Laser:
         """Return the geometry of an FLASER or RLASER line with this number of readings."""
         key = (sensor, readings)
         if key not in self._lasers:
@@ -282,7 +190,7 @@ class _ScanFactory:
             heading = pi if sensor == "rear_lidar" else 0.0
             mount = Pose2D(self._offset(sensor), 0.0, heading)
             limit = self._limit(sensor)
-            self._lasers[key] = _Laser(readings, radians(start), radians(spacing), limit, mount)
+            self._lasers[key] = Laser(readings, radians(start), radians(spacing), limit, mount)
         return self._lasers[key]
 
     def _offset(self, sensor: str) -> float:
@@ -300,7 +208,7 @@ class _ScanFactory:
         return largest + 1.0
 
 
-def _events(content: _Content, factory: _ScanFactory) -> Iterator[Event]:
+def _events(content: Content, factory: _ScanFactory) -> Iterator[Event]:
     """Yield the messages sorted by their stamps; a scan precedes the pose of its line."""
     for stamp, number in sorted(content.order, key=lambda entry: entry[0]):
         if number > 0:
@@ -311,7 +219,7 @@ def _events(content: _Content, factory: _ScanFactory) -> Iterator[Event]:
             yield Event(stamp, entry[1], factory.scan(*entry))
 
 
-def _notes(content: _Content, backwards: int) -> tuple[str, ...]:
+def _notes(content: Content, backwards: int) -> tuple[str, ...]:
     notes = []
     if backwards:
         notes.append(f"{backwards} messages are older than the one before; sorted by stamp")

@@ -7,10 +7,13 @@ from pathlib import Path
 from robots.logs.recording import NOT_A_LOG, Recording, refuse
 from robots.logs.rosbag import Topics
 from stack.documents.files import near_file, open_regular
+from stack.errors import InputError
 
 MCAP = b"\x89MCAP0\r\n"
 SQLITE = b"SQLite format 3\0"
 ROSBAG1 = b"#ROSBAG V"
+LFS_POINTER = b"version https://git-lfs.github.com/spec/"
+LFS_BYTES = 1024
 SUFFIXES = {MCAP: ".mcap", SQLITE: ".db3", ROSBAG1: ".bag"}
 
 
@@ -31,6 +34,9 @@ def open_log(path: Path, topics: Topics = Topics()) -> Recording:
         if not (path / "metadata.yaml").exists():
             hint = "a rosbag2 folder contains metadata.yaml"
             raise refuse(path, NOT_A_LOG, "this is a folder, not a log", hint)
+        for file in sorted(path.iterdir()):
+            if file.suffix in SUFFIXES.values() and file.is_file():
+                beginning(file)
         return read_bag(path, topics)
     begin = beginning(path)
     if not begin:
@@ -50,12 +56,22 @@ def beginning(path: Path) -> bytes:
     """Return the first bytes of a log.
 
     Raises:
-        InputError: the file cannot be read.
+        InputError: the file cannot be read, or is the pointer that Git LFS keeps in its place.
     """
     try:
         with open_regular(path) as file:
-            return file.read(16)
+            begin = file.read(len(LFS_POINTER))
+            if begin == LFS_POINTER:
+                raise _refuse_pointer(path, file.read(LFS_BYTES))
+            return begin
     except FileNotFoundError:
         raise refuse(path, "E001", "there is no such log", near_file(path)) from None
     except OSError as error:
         raise refuse(path, "E001", f"cannot be read: {error.strerror}") from None
+
+
+def _refuse_pointer(path: Path, rest: bytes) -> InputError:
+    sizes = [line.split()[1] for line in rest.splitlines() if line.startswith(b"size ")]
+    size = f" of {int(sizes[0])} bytes" if sizes and sizes[0].isdigit() else ""
+    sentence = f"this is a pointer of Git LFS; the log itself{size} was not downloaded"
+    return refuse(path, NOT_A_LOG, sentence, f"run: git lfs pull --include {path.name}")

@@ -29,6 +29,9 @@ WHEELS = "wheels"
 SENSOR_LOG = "sensor log"
 """Format of the recordings of treepilot itself."""
 
+LONGEST_GAP = 3600.0
+"""Seconds between two stamps of a drive; longer ones are of different clocks or different days."""
+
 SHORTEST_STEP = 1e-3
 """Seconds between two odometry poses below which no velocity is computed from them."""
 
@@ -101,6 +104,39 @@ class Recording:
 def refuse(file: Path, code: str, sentence: str, hint: str = "", line: int = 1) -> InputError:
     """Return the error to raise about a log."""
     return InputError([Finding(Mark(str(file), line), code, sentence, hint)])
+
+
+def refuse_jump(file: Path, seconds: float, sensor: str, line: int = 1) -> InputError:
+    """Return the error to raise about stamps that are further apart than LONGEST_GAP.
+
+    Args:
+        file: of the log.
+        seconds: from one stamp to the next.
+        sensor: of the second one.
+        line: of the second one.
+    """
+    size, units = abs(seconds), {"year": 365.25 * 86400.0, "day": 86400.0, "hour": 3600.0}
+    unit = next(name for name, length in units.items() if size >= length)
+    count = round(size / units[unit])
+    way = "" if seconds > 0.0 else " back"
+    place = f"at line {line}" if line > 1 else f"at a measurement of {sensor}"
+    sentence = f"the stamps jump{way} by {count} {unit}{'s' if count > 1 else ''} {place}"
+    hint = "two clocks, or two drives: correct the stamps, or cut the log there"
+    return refuse(file, DAMAGED_LOG, sentence, hint, line)
+
+
+def without_jumps(events: Iterable[Event], file: Path) -> Iterator[Event]:
+    """Yield events; refuse a stamp that is LONGEST_GAP away from the one before.
+
+    Raises:
+        InputError: of the first such stamp.
+    """
+    before: float | None = None
+    for event in events:
+        if before is not None and abs(event.stamp - before) > LONGEST_GAP:
+            raise refuse_jump(file, event.stamp - before, event.sensor)
+        before = event.stamp
+        yield event
 
 
 def observations(events: Iterable[Event], epoch: float) -> Iterator[Observation]:

@@ -12,14 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import atan2, degrees, inf, isfinite, pi, sqrt
+from itertools import islice
+from math import atan2, degrees, inf, isfinite, pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from robots.logs.bag_reader import BagReader, damaged
+from robots.logs.imu_mount import upright
 from robots.logs.recording import (
-    DAMAGED_LOG,
     NOT_A_LOG,
     WHEELS,
     Event,
@@ -27,18 +29,19 @@ from robots.logs.recording import (
     in_order,
     observations,
     refuse,
+    without_jumps,
 )
+from robots.logs.transforms import Frames, add_transforms, between
 from stack.drivetrain.description import ImuDescription, LidarDescription
 from stack.errors import InputError
-from stack.optional_packages import MISSING_PACKAGE, ROSBAGS
 from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Scan, Twist
-
-if TYPE_CHECKING:
-    from rosbags.highlevel import AnyReader
 
 REORDER_WINDOW = 1.0
 MOST_TILT = np.radians(10.0)
 """Lidars that are tilted by more do not scan parallel to the floor."""
+
+IMU_SAMPLES = 50
+"""Messages of the IMU whose mean acceleration tells which way is up."""
 
 MOST_SEARCHED = 5000
 """Messages among which the transforms are searched."""
@@ -96,19 +99,20 @@ def read_bag(path: Path, topics: Topics = Topics()) -> Recording:
         InputError: `rosbags` is not installed, or the bag is missing, damaged, or has neither scans
             nor odometry.
     """
-    reader = _reader(path)
+    reader = BagReader(path)
     try:
         with reader:
             layout = _layout(reader, path, topics)
     except InputError:
         raise
     except Exception as error:  # of a library that parses foreign files
-        raise refuse(path, DAMAGED_LOG, f"the bag is damaged: {_words(error)}") from error
+        raise damaged(path, error) from error
     late = [0]
     epoch = _epoch(path, layout)
 
     def play() -> Iterator[Observation]:
-        return observations(in_order(_events(path, layout), REORDER_WINDOW, late), epoch)
+        events = without_jumps(_events(path, layout), path)
+        return observations(in_order(events, REORDER_WINDOW, late), epoch)
 
     span = max(layout.end - epoch, 1e-3)
     lidars = {
@@ -121,24 +125,7 @@ def read_bag(path: Path, topics: Topics = Topics()) -> Recording:
     )  # fmt: skip
 
 
-def _reader(path: Path) -> AnyReader:
-    if not ROSBAGS.is_installed:
-        raise refuse(path, MISSING_PACKAGE, f"ROS bags need {ROSBAGS.absence}", ROSBAGS.hint)
-    from rosbags.highlevel import AnyReader
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    try:
-        return AnyReader([path], default_typestore=store)
-    except Exception as error:
-        raise refuse(path, NOT_A_LOG, f"this is not a ROS bag: {_words(error)}") from None
-
-
-def _words(error: Exception) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__
-
-
-def _layout(reader: AnyReader, path: Path, topics: Topics) -> _Layout:
+def _layout(reader: BagReader, path: Path, topics: Topics) -> _Layout:
     """Find topics, mounts and the first scans.
 
     Raises:
@@ -186,12 +173,12 @@ def _sensor_name(number: int, topic: str) -> str:
     return "lidar" if number == 0 else topic.strip("/").replace("/", "_")
 
 
-def _read_geometry(reader: AnyReader, layout: _Layout, tf_topics: list[str]) -> None:
+def _read_geometry(reader: BagReader, layout: _Layout, tf_topics: list[str]) -> None:
     """Read the first scan of each lidar, the static transforms and the frame of the odometry."""
     names = {topic: name for name, topic in layout.sensors.items()}
     wanted = {*names, *(name for name in (layout.odometry, layout.imu) if name)}
-    frames: dict[str, tuple[str, FloatArray]] = {}
-    imu_frame = base = ""
+    frames: Frames = {}
+    base = ""
     static = [topic for topic in tf_topics if "static" in topic] or tf_topics
     connections = [item for item in reader.connections if item.topic in (*wanted, *static)]
     for seen, (connection, _, raw) in enumerate(reader.messages(connections)):
@@ -202,69 +189,38 @@ def _read_geometry(reader: AnyReader, layout: _Layout, tf_topics: list[str]) -> 
             continue
         message: Any = reader.deserialize(raw, connection.msgtype)
         if topic in static:
-            for item in message.transforms:
-                child = item.child_frame_id.lstrip("/")
-                parent = item.header.frame_id.lstrip("/")
-                frames.setdefault(child, (parent, _matrix(item.transform)))
+            add_transforms(frames, message)
             continue
         wanted.discard(topic)
         if topic in names:
             layout.first_scans[names[topic]] = message
         elif topic == layout.odometry:
             base = message.child_frame_id.lstrip("/")
-        else:
-            imu_frame = message.header.frame_id.lstrip("/")
     parents = {parent for parent, _ in frames.values()}
     known = [name for name in BASES if name in frames or name in parents]
     layout.base = base or next(iter(known), "base_link")
     for name, scan in layout.first_scans.items():
         frame = scan.header.frame_id.lstrip("/")
-        layout.mounts[name] = _mount(layout, name, _between(frames, layout.base, frame), frame)
-    turn = _between(frames, layout.base, imu_frame) if imu_frame else None
-    if turn is not None:
-        layout.imu_turn = turn[:3, :3]
+        layout.mounts[name] = _mount(layout, name, between(frames, layout.base, frame), frame)
+    if layout.imu:
+        _read_imu_mount(reader, layout, frames)
 
 
-def _matrix(transform: Any) -> FloatArray:
-    """Return the (4, 4) matrix of a geometry_msgs/Transform."""
-    q, t = transform.rotation, transform.translation
-    matrix = np.eye(4)
-    matrix[:3, :3] = _rotation(q.x, q.y, q.z, q.w)
-    matrix[:3, 3] = t.x, t.y, t.z
-    return matrix
-
-
-def _rotation(x: float, y: float, z: float, w: float) -> FloatArray:
-    """Return the (3, 3) rotation of a quaternion; the identity for one of length 0."""
-    norm = sqrt(x * x + y * y + z * z + w * w)
-    if not norm > 1e-9:
-        return np.eye(3)
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
-
-
-def _between(frames: dict[str, tuple[str, FloatArray]], base: str, frame: str) -> FloatArray | None:
-    """Return the (4, 4) transform base <- frame along the tree of frames; None without one."""
-    to_root, there = _to_root(frames, frame)
-    base_root, here = _to_root(frames, base)
-    if there != here:
-        return None
-    found: FloatArray = np.linalg.inv(base_root) @ to_root
-    return found
-
-
-def _to_root(frames: dict[str, tuple[str, FloatArray]], frame: str) -> tuple[FloatArray, str]:
-    matrix = np.eye(4)
-    for _ in range(len(frames)):
-        if frame not in frames:
-            break
-        frame, step = frames[frame]
-        matrix = step @ matrix
-    return matrix, frame
+def _read_imu_mount(reader: BagReader, layout: _Layout, frames: Frames) -> None:
+    """Find how the IMU is turned, by its frame and the acceleration of its first messages."""
+    connections = [item for item in reader.connections if item.topic == layout.imu]
+    frame, forces = "", []
+    for connection, _, raw in islice(reader.messages(connections), IMU_SAMPLES):
+        message: Any = reader.deserialize(raw, connection.msgtype)
+        a, frame = message.linear_acceleration, message.header.frame_id.lstrip("/")
+        force = float(a.x), float(a.y), float(a.z)
+        if all(map(isfinite, force)):
+            forces.append(force)
+    known = between(frames, layout.base, frame)
+    turn = None if known is None else known[:3, :3]
+    mean = np.mean(forces or [(0.0, 0.0, 0.0)], axis=0)
+    layout.imu_turn, note = upright(layout.imu, turn, mean)
+    layout.notes += [note] if note else []
 
 
 def _mount(layout: _Layout, name: str, matrix: FloatArray | None, frame: str) -> _Mount:
@@ -295,7 +251,7 @@ def _description(layout: _Layout, name: str, rate: float) -> LidarDescription:
 
 def _epoch(path: Path, layout: _Layout) -> float:
     """Return the stamp of the first observation."""
-    ordered = in_order(_events(path, layout), REORDER_WINDOW, [0])
+    ordered = in_order(without_jumps(_events(path, layout), path), REORDER_WINDOW, [0])
     for event in ordered:
         if isinstance(event.measurement, Odometry):
             return event.stamp
@@ -309,7 +265,7 @@ def _events(path: Path, layout: _Layout) -> Iterator[Event]:
         InputError: a message is damaged.
     """
     names = {topic: name for name, topic in layout.sensors.items()}
-    reader = _reader(path)
+    reader = BagReader(path)
     count = 0
     try:
         with reader:
@@ -340,8 +296,7 @@ def _events(path: Path, layout: _Layout) -> Iterator[Event]:
     except InputError:
         raise
     except Exception as error:
-        sentence = f"the bag is damaged after {count} messages: {_words(error)}"
-        raise refuse(path, DAMAGED_LOG, sentence) from error
+        raise damaged(path, error, f" after {count} messages") from error
 
 
 def _standing(stamp: float) -> Event:
@@ -349,11 +304,10 @@ def _standing(stamp: float) -> Event:
     return Event(stamp, WHEELS, Odometry(stamp, Pose2D(0.0, 0.0), Twist()))
 
 
-def _has_odometry(reader: AnyReader, layout: _Layout) -> bool:
+def _has_odometry(reader: BagReader, layout: _Layout) -> bool:
     """Whether the transforms contain odom -> base; a note otherwise."""
     connections = [item for item in reader.connections if item.msgtype == TF]
-    messages = reader.messages(connections) if connections else ()  # without any: all messages
-    for number, (connection, logged, raw) in enumerate(messages):
+    for number, (connection, logged, raw) in enumerate(reader.messages(connections)):
         message: Any = reader.deserialize(raw, connection.msgtype)
         if any(_tf_odometry(message, layout.base, logged * 1e-9)):
             return True

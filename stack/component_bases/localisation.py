@@ -46,6 +46,11 @@ class OdometryFusion(Component, ABC):
             BodyError: a measurement that the odometry needs is missing.
         """
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether the robot may drive: not while a sensor is calibrated at the first standstill."""
+        return True
+
 
 NO_PARTICLES: FloatArray = np.empty((0, 3))
 NO_PARTICLES.flags.writeable = False

@@ -108,35 +108,24 @@ def usual_layers(
     """Return the default layers, used when a mission does not list any.
 
     The map, one obstacle layer for each lidar, one for the depth cameras of a robot that has some,
-    and the sonars of a robot without a lidar. Beside a
-    lidar, the wide cones of sonars would close doors; list `range` where they are wanted. People
-    who walk change no path: who is there now has gone when the robot comes. List `social` to plan
-    round where they walk.
+    and the sonars of a robot without a lidar. Beside a lidar, the wide cones of sonars would close
+    doors; list `range` where they are wanted. People who walk change no path: who is there now has
+    gone when the robot comes. List `social` to plan round where they walk.
     """
     layers = ["static", *sensing_layers(lidars, sonars, depth=depth)]
-    return read_layers(layers, CostmapParameters())
+    return for_lidars(read_layers(layers, CostmapParameters()), lidars)
 
 
-def sensing_layers(
-    lidars: Sequence[str], sonars: Sequence[str], *, depth: bool
-) -> list[Mapping[str, Any]]:
-    """Return the entries of the usual layers without the map; `usual_layers` says which."""
-    layers: list[Mapping[str, Any]] = [
-        {"use": "obstacle"} if name == "lidar"
-        else {"use": "obstacle", "name": f"obstacle_{name}", "source": name}
-        for name in lidars
-    ]  # fmt: skip
-    if sonars and not lidars:
-        layers.append({"use": "range"})
-    if depth:
-        layers.append({"use": "depth"})
-    return layers
+def sensing_layers(lidars: Sequence[str], sonars: Sequence[str], *, depth: bool) -> list[str]:
+    """Return the usual layers without the map; `usual_layers` says which."""
+    ranges = ["obstacle"] if lidars else ["range"] if sonars else []
+    return [*ranges, "depth"] if depth else ranges
 
 
-def with_sensors(raw: Any, sensing: Sequence[Mapping[str, Any]]) -> Any:
+def with_sensors(raw: Any, sensing: Sequence[str]) -> Any:
     """Return a list of layers with those of the robot's sensors in place of `sensors`.
 
-    Parameters of such an entry are those of its obstacle layers. Anything else is left as it is.
+    Parameters of such an entry are those of its obstacle layer. Anything else is left as it is.
     """
     if not isinstance(raw, list):
         return raw
@@ -149,11 +138,34 @@ def with_sensors(raw: Any, sensing: Sequence[Mapping[str, Any]]) -> Any:
         own = {key: entry[key] for key in ("only", "inflated") if key in entry}
         values = {key: value for key, value in entry.items() if key not in _WORDS}
         prefix = f"{entry['only']}_" if "name" in entry and "only" in entry else ""
-        for layer in sensing:
-            name = prefix + layer.get("name", layer["use"])
-            more = values if layer["use"] == "obstacle" else {}
-            found.append({**layer, "name": name, **own, **more})
+        for use in sensing:
+            more = values if use == "obstacle" else {}
+            found.append({"use": use, "name": prefix + use, **own, **more})
     return found
+
+
+def for_lidars(choices: Sequence[LayerChoice], lidars: Sequence[str]) -> tuple[LayerChoice, ...]:
+    """Return the layers with those that name no `source` repeated for every lidar of a robot.
+
+    A lidar that another layer of this kind names as its source is left to that layer.
+    """
+    named = {(choice.use, choice.values.get("source")) for choice in choices}
+    found: list[LayerChoice] = []
+    for choice in choices:
+        if "source" not in declarations(choice.component.Parameters) or "source" in choice.values:
+            found.append(choice)
+            continue
+        free = [name for name in lidars if (choice.use, name) not in named]
+        found += [_reading(choice, name) for name in free] or [choice]
+    return tuple(found)
+
+
+def _reading(choice: LayerChoice, lidar: str) -> LayerChoice:
+    """Return the layer for one lidar."""
+    if lidar == "lidar":
+        return choice
+    values = {**choice.values, "source": lidar}
+    return replace(choice, name=f"{choice.name}_{lidar}", values=values)
 
 
 def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]:

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import atan, cos, inf, sin
+from math import atan, cos, inf, pi, sin
 from pathlib import Path as FilePath
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stack.drivetrain.drivetrain import Drivetrain, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.drivetrain.skid_steered import Skid
 from stack.errors import Finding
 from stack.parameters import parameter
-from stack.types import CameraModel, Footprint, Pose2D
+from stack.types import CameraModel, FloatArray, Footprint, Pose2D
 
 COLUMNS_OF_A_BEAM = 2
 """Columns of a depth picture in a beam of its virtual scan."""
@@ -61,6 +64,34 @@ class LidarDescription:
         at_most=1.0,
         help="time of a full turn; 0: all beams are measured at one instant",
     )
+    mask: tuple[tuple[float, float], ...] = ()
+    """Directions, sensor frame, in which it sees the robot: (from, to) anticlockwise, radians.
+    Beams between them are invalid."""
+
+    @property
+    def angle_min(self) -> float:
+        """Direction of beam 0 in the sensor frame, radians."""
+        return -min(self.field_of_view, 2.0 * pi) / 2.0
+
+    @property
+    def angle_increment(self) -> float:
+        """Angle from beam to beam, radians; the beams of a full turn do not meet."""
+        turn = min(self.field_of_view, 2.0 * pi)
+        return turn / self.beams if turn > 2.0 * pi - 1e-6 else turn / (self.beams - 1)
+
+    @property
+    def angles(self) -> FloatArray:
+        """(beams,) directions in the sensor frame, radians."""
+        return self.angle_min + self.angle_increment * np.arange(self.beams)
+
+    def masks(self, angles: FloatArray, least: float = 0.0) -> NDArray[np.bool_]:
+        """Return which directions (n,) are masked, by masks wider than `least`, radians."""
+        masked = np.zeros(angles.shape, dtype=bool)
+        for first, last in self.mask:
+            width = (last - first) % (2.0 * pi)
+            if width > least:
+                masked |= (angles - first) % (2.0 * pi) <= width
+        return masked
 
 
 @dataclass(frozen=True)

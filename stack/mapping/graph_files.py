@@ -3,7 +3,8 @@
 graph.json has the format version and the numbers of keyframes and edges; graph.npz has the arrays,
 which keep every bit; graphs with markers have arrays of landmarks, sightings and their candidates.
 g2o (R. Kümmerle et al., "g2o: A general framework for graph optimization", ICRA 2011) has
-VERTEX_SE2 and EDGE_SE2 lines of the keyframes, and no scans. Code: E403.
+VERTEX_SE2 and EDGE_SE2 lines of the keyframes, and no scans; it is written for other programs only.
+Code: E403.
 """
 
 from __future__ import annotations
@@ -23,7 +24,6 @@ from stack.errors import Finding, InputError, Mark, ParameterError
 from stack.mapping.slam.graph import (
     EDGE_KINDS,
     Edge,
-    EdgeKind,
     Keyframe,
     Landmark,
     PoseGraph,
@@ -167,45 +167,6 @@ def g2o_text(graph: PoseGraph) -> str:
         weights = " ".join(repr(float(edge.information[at])) for at in UPPER)
         lines.append(f"EDGE_SE2 {edge.source} {edge.target} {_numbers(edge.relative)} {weights}\n")
     return "".join(lines)
-
-
-def read_g2o(path: Path) -> tuple[dict[int, Pose2D], list[Edge]]:
-    """Read the poses and edges of a planar g2o file; other lines are ignored.
-
-    Edges between successive vertices are odometry, others loops: the format does not say.
-
-    Raises:
-        InputError: the file cannot be read, or a line is damaged; with its number.
-    """
-    text = decoded(read_input(path, "g2o file", JSON_BYTES), path)
-    poses: dict[int, Pose2D] = {}
-    edges: list[Edge] = []
-    for number, line in enumerate(text.splitlines(), 1):
-        words = line.split()
-        try:
-            if words[:1] == ["VERTEX_SE2"]:
-                poses[int(words[1])] = _pose([float(word) for word in words[2:5]])
-            elif words[:1] == ["EDGE_SE2"]:
-                edges.append(_g2o_edge(words))
-        except (ValueError, IndexError):
-            sentence = f"this {words[0]} line is damaged: {line.strip()[:60]!r}"
-            raise _refusal(path, sentence, number) from None
-    for edge in edges:
-        if edge.source not in poses or edge.target not in poses:
-            sentence = f"an edge from {edge.source} to {edge.target}, but a vertex is missing"
-            raise _refusal(path, sentence)
-    if not poses:
-        raise _refusal(path, "the file has no VERTEX_SE2 lines")
-    return poses, edges
-
-
-def _g2o_edge(words: list[str]) -> Edge:
-    source, target = int(words[1]), int(words[2])
-    information = np.zeros((3, 3))
-    for at, value in zip(UPPER, (float(word) for word in words[6:12]), strict=True):
-        information[at] = information[at[::-1]] = value
-    kind: EdgeKind = "odometry" if target == source + 1 else "loop"
-    return Edge(source, target, _pose([float(word) for word in words[3:6]]), information, kind)
 
 
 def _header(file: Path) -> dict[str, Any]:
@@ -356,5 +317,5 @@ def _pose(values: list[float]) -> Pose2D:
     return Pose2D(x, y, heading)
 
 
-def _refusal(file: Path, sentence: str, line: int = 1) -> InputError:
-    return InputError([Finding(Mark(str(file), line), GRAPH, sentence)])
+def _refusal(file: Path, sentence: str) -> InputError:
+    return InputError([Finding(Mark(str(file)), GRAPH, sentence)])

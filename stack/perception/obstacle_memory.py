@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf, isfinite, pi
+from math import inf, isfinite, pi, radians
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,10 @@ MARGIN = 0.05
 between the last beam and the edge of the view."""
 
 Sensor = LidarDescription | SonarDescription
+
+NARROW_MASK = radians(20.0)
+"""Masks up to this hide nothing that stays hidden: it is as wide as a person 1 m away, and the next
+motion shows it."""
 
 BEARINGS = 720
 """Bearings at which coverage is computed."""
@@ -348,6 +352,8 @@ def _covers(sensor: Sensor, points: FloatArray, margin: float = 0.0) -> NDArray[
     if sensor.field_of_view < 2.0 * pi - 1e-6:
         off = np.abs(np.arctan2(local[:, 1], local[:, 0]))
         covered &= off <= sensor.field_of_view / 2.0 - margin + 1e-9
+    if isinstance(sensor, LidarDescription) and sensor.mask:
+        covered &= ~sensor.masks(np.arctan2(local[:, 1], local[:, 0]), NARROW_MASK)
     return covered
 
 

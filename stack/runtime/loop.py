@@ -15,6 +15,7 @@ from stack.frames.deskew import Deskewer
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
 from stack.perception.cameras.watch import COLOUR_CAMERA
+from stack.perception.own_body import OwnBody
 from stack.perception.sensor_watch import SensorWatch
 from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
@@ -66,6 +67,7 @@ class Runtime:
         self.stages = Stages(self.period)
         self.distance = 0.0
         self.deskewer, self._sensors = Deskewer(), SensorWatch(parts.body.description)
+        self._own_body = OwnBody(parts.body.description)
         self._pace = PaceMeter()
         self._image: Image | None = None
         self._depth_image: DepthImage | None = None
@@ -301,7 +303,7 @@ class Runtime:
         self._image = next(iter(observation.of(Image).values()), self._image)
         depth = observation.of(DepthImage)
         self._depth_image = next(iter(depth.values()), self._depth_image)
-        return self.parts.depth_scans.added_to(observation)
+        return self._own_body.removed(self.parts.depth_scans.added_to(observation))
 
     @property
     def _captures(self) -> bool:
@@ -395,11 +397,12 @@ class Runtime:
         if not self._navigates:
             return STANDSTILL
         p = self.parts
-        return p.navigator.step(
+        wanted = p.navigator.step(
             NavigationState(
                 p.body.time, p.estimator.estimate, motion, world.tracks, obstacles, world.evaded
             )
         )
+        return wanted if p.odometry.is_ready else STANDSTILL
 
     def _slept(self) -> float:
         """Wall seconds that the body has slept to keep its pace; these are not compute time."""

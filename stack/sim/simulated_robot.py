@@ -13,6 +13,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.sim.battery import Battery
 from stack.sim.physics.contacts import ContactCounter, Touch, depths
 from stack.sim.physics.friction import FrictionZones
+from stack.sim.physics.own_view import own_ranges
 from stack.sim.physics.physics_robot import PhysicsRobot
 from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
@@ -74,7 +75,14 @@ class SimulatedRobot:
         self._odometry = Odometry(description, seed)
         body = RobotShape(start, description.footprint, description.height)
         self._lidars = {
-            name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}", body)
+            name: Lidar(
+                lidar,
+                world,
+                seed,
+                "lidar" if name == "lidar" else f"lidar:{name}",
+                body,
+                own_ranges(description.urdf, lidar),
+            )
             for name, lidar in description.real_lidars.items()
         }
         self._sonars = {

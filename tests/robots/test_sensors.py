@@ -57,6 +57,30 @@ def test_every_sensor_measures_at_its_rate(tmp_path):
     assert np.nanmedian([scan.ranges[15] for scan in rear]) == pytest.approx(1.35, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("mask", "words"),
+    [
+        ("[[10 deg, 350 deg]]", "from `from` anticlockwise to `to` it is 340 deg"),
+        ("[[1 deg, 1 deg]]", "it is 0 deg"),
+        ("[10 deg, 20 deg]", "mask[0]: expected [from, to]"),
+        ("[[10 deg]]", "mask[0]: expected [from, to]"),
+        ("[[10 m, 20 m]]", "10 m"),
+        ("yes", "mask: expected a list of [from, to]"),
+    ],
+)
+def test_wrong_masks_are_findings(tmp_path, mask, words):
+    rear = REAR.replace("height: 10 cm", f"height: 10 cm, mask: {mask}")
+    with pytest.raises(InputError, match=re.escape(words)):
+        scout_with(tmp_path, rear)
+
+
+def test_a_mask_may_go_across_the_end_of_the_turn(tmp_path):
+    rear = REAR.replace("height: 10 cm", "height: 10 cm, mask: [[170 deg, -170 deg]]")
+    lidar = scout_with(tmp_path, rear).lidars["rear"]
+    angles = np.radians([-171.0, -169.0, 0.0, 169.0, 171.0, 180.0])
+    assert lidar.masks(angles).tolist() == [True, False, False, False, True, True]
+
+
 def test_the_name_of_the_main_lidar_is_reserved(tmp_path):
     with pytest.raises(InputError, match="the name `lidar` is reserved"):
         scout_with(tmp_path, "lidars: {lidar: {}}")

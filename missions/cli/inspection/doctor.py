@@ -1,4 +1,4 @@
-"""`treepilot doctor`: finds passages that a robot does not fit through."""
+"""`treepilot doctor`: finds passages that a robot does not fit through, and lidars that see it."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,17 +7,23 @@ import typer
 
 
 def doctor(
-    place: Annotated[str, typer.Argument(help="name or file of a world, or a ROS map.yaml")],
+    place: Annotated[
+        str, typer.Argument(help="name or file of a world or robot, or a ROS map.yaml")
+    ],
     robot: Annotated[str, typer.Option(help="robot: a name or a robot.yaml")] = "scout",
     png: Annotated[Path | None, typer.Option(help="write a picture of the result")] = None,
 ) -> None:
     """Find doors and places that a robot does not fit through.
 
-    Exit code 1 if there are any.
+    Of a robot, find the beams of its lidars that see the robot. Exit code 1 if there are any.
     """
     from missions.inspection.doctor import diagnose
+    from missions.inspection.doctor_lidars import diagnose_lidars, is_robot
 
-    found = diagnose(place, robot, png, lambda line: typer.echo(line, err=True))
+    if is_robot(place):
+        found = diagnose_lidars(place)
+    else:
+        found = diagnose(place, robot, png, lambda line: typer.echo(line, err=True))
     for line in found.lines:
         typer.echo(line)
     raise typer.Exit(1 if found.closed else 0)

@@ -49,7 +49,11 @@ class ObstacleLayer(Layer):
     class Parameters(ObstacleParameters):
         """Ranges and lifetime of the lidar's marks."""
 
-        source: str = parameter("lidar", help="name of the lidar whose scans are used")
+        source: str = parameter(
+            "lidar",
+            help="name of the lidar whose scans are used; a list of layers that leaves it out has "
+            "one layer for each lidar",
+        )
 
     parameters: Parameters
 

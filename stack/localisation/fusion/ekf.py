@@ -75,6 +75,7 @@ class EkfOdometry(OdometryFusion):
         self._scans = ScanOdometry(parameters)
         self._sources = [Source(source) for source in parameters.sources]
         self._gyro, self._standstill = GyroIntegral(), Standstill()
+        self._has_gyro = robot.imu is not None
         self._gain, self._inertial = VelocityGain(), InertialComparison()
         self._history: History | None = None
         self._wheels = Pose2D(0.0, 0.0)
@@ -96,6 +97,11 @@ class EkfOdometry(OdometryFusion):
     def gyro_bias(self) -> float:
         """The estimated bias of the gyro's yaw rate, rad/s."""
         return 0.0 if self._history is None else float(self._history.newest.state[6])
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the gyro's bias has been measured; always without a gyro."""
+        return not self._has_gyro or self._standstill.first_is_over(self._gyro, self.parameters)
 
     @property
     def covariance(self) -> FloatArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import Imu, Twist
 
@@ -56,10 +58,13 @@ class GyroIntegral:
 
 
 class Standstill:
-    """Whether the wheels have been at rest for `settling_time`."""
+    """Whether the wheels have been at rest for `settling_time`.
+
+    A robot that is at rest at the beginning has been so before.
+    """
 
     def __init__(self) -> None:
-        self._stood_for = 0.0
+        self._stood_for, self._watched = inf, 0.0
 
     def lasts(self, twist: Twist, elapsed: float, parameters: OdometryFusionParameters) -> bool:
         """Return whether the wheels are and were at rest.
@@ -70,7 +75,14 @@ class Standstill:
             parameters: thresholds.
         """
         p = parameters
+        self._watched += elapsed
         still = max(abs(twist.linear), abs(twist.lateral)) < p.still_speed
         still = still and abs(twist.angular) < p.still_turn
         self._stood_for = self._stood_for + elapsed if still else 0.0
         return self._stood_for >= p.settling_time
+
+    def first_is_over(self, gyro: GyroIntegral, parameters: OdometryFusionParameters) -> bool:
+        """Return whether the gyro was measured at rest for `settling_time`, or delivers nothing."""
+        if self._watched >= parameters.settling_time - 1e-9:
+            return True
+        return self._watched > 0.0 and gyro.is_silent

@@ -22,8 +22,8 @@ from stack.types import Observation, Odometry, Pose2D, Twist, wrap_angle
 class WheelGyroOdometry(OdometryFusion):
     """Translation of the wheels and rotation of the gyro; no other sensor corrects them.
 
-    Without inertial samples for `gyro_timeout`, the wheels measure the rotation. Until the first
-    standstill of `settling_time`, the gyro's bias is assumed to be zero. No error is stated.
+    Without inertial samples for `gyro_timeout`, the wheels measure the rotation. The robot stands
+    for the first `settling_time`, in which the gyro's bias is measured. No error is stated.
     """
 
     Parameters = OdometryFusionParameters
@@ -34,6 +34,12 @@ class WheelGyroOdometry(OdometryFusion):
         self._fused: Odometry | None = None
         self._wheels = Pose2D(0.0, 0.0)
         self._bias, self._gyro, self._standstill = _GyroBias(), GyroIntegral(), Standstill()
+        self._has_gyro = robot.imu is not None
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the gyro's bias has been measured; always without a gyro."""
+        return not self._has_gyro or self._standstill.first_is_over(self._gyro, self.parameters)
 
     @property
     def gyro_bias(self) -> float:

@@ -52,9 +52,9 @@ class Lidar:
         own = (*own, *MeasurementStreams.kernels())
         return (*own, *(kernels.CAST_RAYS if mirror_faces(world) else ()))
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - a sensor, its world and its robot
         self, description: LidarDescription, world: World, seed: int, name: str = "lidar",
-        carrier: RobotShape | None = None,
+        carrier: RobotShape | None = None, own: FloatArray | None = None,
     ) -> None:  # fmt: skip
         """Prepare scans.
 
@@ -64,21 +64,20 @@ class Lidar:
             seed: of the run; selects the noise.
             name: of its stream of random numbers.
             carrier: shape of the robot with the lidar, at any pose: what mirrors show of it.
+            own: (beams,) distances along the beams to the robot itself; +inf: it is not there.
         """
         from stack.sim.sensors import kernels  # imports numba
 
         self._kernels, self._carrier = kernels, carrier
         self._description, self._streams = description, MeasurementStreams(seed, name)
         self._scene = SensedScene(world, description.height)
-        n, turn = description.beams, min(description.field_of_view, 2.0 * pi)
-        full = turn > 2.0 * pi - 1e-6
-        self._increment = turn / n if full else turn / (n - 1)
-        self._angle_min = -turn / 2.0
+        n = description.beams
+        self._increment, self._angle_min = description.angle_increment, description.angle_min
         self.rotation_time = description.rotation_time
         self._time_increment = self.rotation_time * self._increment / (2.0 * pi)
         self._times = self._time_increment * (np.arange(n) - (n - 1))
         self.duration = self._time_increment * (n - 1)
-        self._beams = self._angle_min + self._increment * np.arange(n)
+        self._beams, self._own = description.angles, own
 
     def scan(self, trail: Trail, scene: SceneState, step: int, time: float) -> Scan:
         """Measure one scan.
@@ -103,6 +102,8 @@ class Lidar:
             )  # fmt: skip
         if self._scene.mirrors.size:
             self._follow_reflections(measured, trail, time, outlines)
+        if self._own is not None:
+            np.minimum(measured, self._own, out=measured)
         self._add_errors(measured, step)
         return Scan(
             stamp=stamp,

@@ -116,12 +116,13 @@ class BagWriter:
         )  # fmt: skip
         self.write(topic, stamp, message)
 
-    def imu(self, stamp, rate, frame="imu_link", topic="/imu"):
-        """An Imu message: a turning rate about its z axis, gravity on z."""
+    def imu(self, stamp, rate, frame="imu_link", topic="/imu", up=(0.0, 0.0, 1.0), turning=None):
+        """An Imu message: a rate about its z axis or `turning`; `up` is in its own frame."""
         types = self.types
         vector = types("geometry_msgs/msg/Vector3")
         message = types("sensor_msgs/msg/Imu")(
             self.header(stamp, frame), self.rotation(0.0), np.zeros(9),
-            vector(0.0, 0.0, rate), np.zeros(9), vector(0.0, 0.0, 9.81), np.zeros(9),
+            vector(*(turning or (0.0, 0.0, rate))), np.zeros(9),
+            vector(*(9.81 * part for part in up)), np.zeros(9),
         )  # fmt: skip
         self.write(topic, stamp, message)

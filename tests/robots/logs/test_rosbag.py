@@ -25,7 +25,7 @@ def bag(tmp_path, request):
     writer.static(99.9, "base_link", "imu_link", Pose2D(0.0, 0.0), roll=pi)
     for n in range(100):
         stamp = 100.0 + 0.02 * n
-        writer.imu(stamp, 0.5)
+        writer.imu(stamp, 0.5, up=(0.0, 0.0, -1.0))
         if n % 5 == 2:
             ranges = RANGES.copy()
             ranges[:3] = 0.05, 10.0, np.nan

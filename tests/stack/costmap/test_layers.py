@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import available, component
-from stack.costmap.choosing import read_layers, usual_layers
+from stack.costmap.choosing import for_lidars, read_layers, usual_layers
 from stack.costmap.costmap import Costmap
 from stack.costmap.layer import CellProvenance, Layer, edges
 from stack.costmap.parameters import CostmapParameters
@@ -97,6 +97,27 @@ def test_a_layer_needs_only_to_paint():
 def test_a_costmap_without_a_list_has_the_default_layers():
     assert [layer.name for layer in usual_layers()] == ["static", "obstacle"]
     assert [layer.only for layer in usual_layers()] == ["both", "both"]
+
+
+@pytest.mark.parametrize(
+    ("listed", "lidars", "expected"),
+    [
+        (["obstacle"], ("lidar",), {"obstacle": "lidar"}),
+        (["obstacle"], ("front", "rear"), {"obstacle_front": "front", "obstacle_rear": "rear"}),
+        (["obstacle"], ("lidar", "rear"), {"obstacle": "lidar", "obstacle_rear": "rear"}),
+        (
+            ["obstacle", {"use": "obstacle", "name": "behind", "source": "rear", "decay": 2.0}],
+            ("lidar", "rear"), {"obstacle": "lidar", "behind": "rear"},
+        ),
+        ([{"use": "obstacle", "source": "rear"}], ("lidar", "rear"), {"obstacle": "rear"}),
+        (["obstacle"], (), {"obstacle": "lidar"}),
+    ],
+)  # fmt: skip
+def test_a_listed_obstacle_layer_without_source_reads_every_lidar(listed, lidars, expected):
+    layers = for_lidars(read_layers(["static", *listed], CostmapParameters()), lidars)
+    assert layers[0].name == "static"
+    found = {layer.name: layer.parameters(CostmapParameters()).source for layer in layers[1:]}
+    assert found == expected
 
 
 def test_every_lidar_marks_by_default_and_sonars_where_there_is_no_lidar():

@@ -1,0 +1,71 @@
+"""Own body: makes the beams of lidars invalid that see the robot itself.
+
+Those are the beams in the masked directions of robot.yaml, and those that end inside the footprint:
+nothing else can be there.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.drivetrain.description import RobotDescription
+from stack.geometry.polygons import points_inside
+from stack.types import FloatArray, Footprint, Observation, Scan
+
+INSIDE = 0.01
+"""Metres inside the outline from which a point is the robot's own: the noise of a common lidar, so
+that a wall which the robot touches stays."""
+
+
+class OwnBody:
+    """Removes from scans what they show of the robot.
+
+    Args:
+        robot: with its footprint, and the masks of its lidars.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        self._lidars, self._footprint = robot.all_lidars, robot.footprint
+
+    def removed(self, observation: Observation) -> Observation:
+        """Return the observation with NaN for the beams that see the robot."""
+        scans = observation.of(Scan)
+        changed = {name: self._without(name, scan) for name, scan in scans.items()}
+        if all(changed[name] is scan for name, scan in scans.items()):
+            return observation
+        return Observation(observation.time, {**observation.measurements, **changed})
+
+    def _without(self, name: str, scan: Scan) -> Scan:
+        own = _ends_inside(scan, self._footprint)
+        lidar = self._lidars.get(name)
+        if lidar is not None and lidar.mask:
+            own |= lidar.masks(scan.angles)
+        if not own.any():
+            return scan
+        ranges = scan.ranges.copy()
+        ranges[own] = np.nan
+        return scan.with_ranges(ranges)
+
+
+def _ends_inside(scan: Scan, footprint: Footprint) -> NDArray[np.bool_]:
+    """Return (n,) which beams end inside a footprint, by INSIDE at least."""
+    reach = footprint.circumscribed_radius + hypot(scan.mount.x, scan.mount.y)
+    own: NDArray[np.bool_] = scan.ranges < reach
+    if own.any():
+        ranges, angles = scan.ranges[own], scan.angles[own]
+        ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+        own[own] = _deep_inside(scan.mount.transform(ends), footprint.points)
+    return own
+
+
+def _deep_inside(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
+    """Return (n,) which points (n, 2) are inside a polygon and INSIDE away from its edges."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    away = points[:, None] - corners
+    along = np.einsum("nkd,kd->nk", away, edges) / np.einsum("kd,kd->k", edges, edges)
+    nearest = away - np.clip(along, 0.0, 1.0)[..., None] * edges
+    deep = (np.hypot(nearest[..., 0], nearest[..., 1]) >= INSIDE).all(axis=1)
+    return deep & points_inside(points, corners)
