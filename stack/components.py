@@ -227,6 +227,6 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 __all__ = [
     "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState", "Controller",
     "DriveState", "Estimator", "GoalChecker", "GoalTolerance", "Match", "OdometryFusion",
-    "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion", "TransformBuffer", "available",
-    "choose", "component", "noun", "with_article",
+    "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
+    "TransformBuffer", "available", "choose", "component", "noun", "with_article",
 ]  # fmt: skip
