@@ -263,6 +263,5 @@ __all__ = [
     "DEFAULTS", "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState",
     "Controller", "DriveState", "Estimator", "GoalChecker", "GoalTolerance", "Match",
     "OdometryFusion", "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
-    "TransformBuffer", "accepted", "available",
-    "choose", "component", "noun", "with_article",
+    "TransformBuffer", "accepted", "available", "choose", "component", "noun", "with_article",
 ]  # fmt: skip

@@ -78,9 +78,9 @@ class Controller(Component, Lifecycle, ABC):
     It gets a segment of the path and steers along it. The navigator knows how far the robot is,
     when it has arrived, and how long it waits before an obstacle.
 
-    Lifecycle: `start` at the beginning of a drive, `set_segment` for each new segment, `step` in
-    each control step, `stop` at the end. `pause` and `resume` enclose a time in which the robot is
-    held or drives elsewhere: it does not count for time limits.
+    Lifecycle: `start` at the beginning of a drive, `set_tolerance` for each path, `set_segment` for
+    each new segment, `step` in each control step, `stop` at the end. `pause` and `resume` enclose a
+    time in which the robot is held or drives elsewhere: it does not count for time limits.
 
     Attributes:
         needs_tracks: whether the controller uses tracks of moving objects.
@@ -95,6 +95,12 @@ class Controller(Component, Lifecycle, ABC):
     def stop_criterion(self) -> StopCriterion:
         """When `ControlState.at_goal` becomes true."""
         return StopCriterion()
+
+    def set_tolerance(self, tolerance: GoalTolerance) -> None:
+        """Note how near to the goal is enough, at the beginning of each path.
+
+        A controller that stops less exactly by its parameters stops within the tolerance.
+        """
 
     @abstractmethod
     def set_segment(self, segment: PathSegment) -> None:
@@ -119,6 +125,11 @@ class Controller(Component, Lifecycle, ABC):
         return None
 
     @property
+    def top_speed(self) -> float:
+        """Speed in m/s that the parameters allow at most."""
+        return inf
+
+    @property
     def keeps_clear(self) -> bool:
         """Whether the last command begins a plan that keeps clear of everybody who moves.
 
@@ -136,12 +147,16 @@ class DriveState:
         pose: estimate, map frame.
         standing: whether the robot stands and is not commanded to move.
         remaining: metres of the path that are left.
+        reversals: how often the robot has still to stop and change its direction on the path.
+        top_speed: m/s at which controller and path let it drive at most.
     """
 
     time: float
     pose: Pose2D
     standing: bool
     remaining: float
+    reversals: int = 0
+    top_speed: float = inf
 
 
 class GoalChecker(Component, Lifecycle, ABC):

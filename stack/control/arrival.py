@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stack.components import StopCriterion
+from stack.components import GoalTolerance, StopCriterion
+from stack.control.parameters import SHARE
 from stack.geometry.path_segment import PathSegment
 from stack.types import Path, Pose2D
 
@@ -10,7 +11,8 @@ SAME_GOAL = 0.02
 """Metres up to which the end of a new path counts as the same goal."""
 
 SAME_POSITION = 0.06
-"""Distance to the goal in metres within which a new short path to it counts as arrived."""
+"""Distance to the goal in metres within which a new short path to it counts as arrived, at most;
+half of the tolerance if that is less."""
 
 
 class Arrival:
@@ -24,11 +26,14 @@ class Arrival:
     def __init__(self) -> None:
         self._goal: Pose2D | None = None
         self._arrived, self._fresh = False, True
+        self._same = SAME_POSITION
 
-    def set_path(self, path: Path) -> None:
-        """Set the path to follow."""
-        if self._goal is None or self._goal.distance_to(path.goal) > SAME_GOAL:
+    def set_path(self, path: Path, tolerance: GoalTolerance) -> None:
+        """Set the path to follow, and how near to its end is enough."""
+        same_goal = min(SAME_GOAL, SHARE * tolerance.position)
+        if self._goal is None or self._goal.distance_to(path.goal) > same_goal:
             self._arrived = False
+        self._same = min(SAME_POSITION, SHARE * tolerance.position)
         self._goal, self._fresh = path.goal, True
 
     def reached(self, pose: Pose2D, segment: PathSegment, criterion: StopCriterion) -> bool:
@@ -48,8 +53,8 @@ class Arrival:
             self._arrived = distance <= limit and ends
             return self._arrived
         if self._fresh:
-            short = segment.length <= 2.0 * SAME_POSITION
-            self._arrived = short and distance <= SAME_POSITION
+            short = segment.length <= 2.0 * self._same
+            self._arrived = short and distance <= self._same
         self._fresh = False
         self._arrived = self._arrived or segment.remaining <= criterion.distance
         return self._arrived

@@ -11,6 +11,9 @@ from stack.lifecycle import Timers
 from stack.parameters import parameter
 from stack.types import Pose2D, wrap_angle
 
+LEAST_SHARE = 0.5
+"""Share of the way that a slow robot can make in the time, which it must make."""
+
 
 @dataclass(frozen=True)
 class SimpleGoalParameters:
@@ -119,17 +122,21 @@ class StoppedGoalChecker(SimpleGoalChecker):
 class SimpleProgressParameters:
     """Parameters of `SimpleProgressChecker`."""
 
-    distance: float = parameter(0.3, "m", above=0.0, help="distance that counts as progress")
+    distance: float = parameter(
+        0.3, "m", above=0.0, help="distance that counts as progress; less for slow robots"
+    )
     time: float = parameter(
         8.0, "s", above=0.0, help="a drive fails after this time without progress"
     )
 
 
 class SimpleProgressChecker(ProgressChecker):
-    """Progress checker: the robot must move by a distance in a time.
+    """Progress checker: the robot must move by a distance in a time, or as far as it can.
 
     It may stay at one place while it gets ahead on its path, as a car that turns by driving to and
     fro: the rest of the path must become shorter by that distance than ever before in the drive.
+    Each change of direction that is left counts as the parameter's distance. A slow robot must move
+    half as far as it can in the time.
     """
 
     Parameters = SimpleProgressParameters
@@ -137,7 +144,7 @@ class SimpleProgressChecker(ProgressChecker):
 
     def __init__(self, parameters: SimpleProgressParameters, robot: RobotDescription) -> None:
         super().__init__(parameters, robot)
-        self._timers = Timers()
+        self._timers, self._limits = Timers(), robot.limits
         self._still = self._timers.new()
         self._place: Pose2D | None = None
         self._least = inf
@@ -157,27 +164,38 @@ class SimpleProgressChecker(ProgressChecker):
 
     def stuck(self, state: DriveState) -> str:
         """Why the drive fails; empty while the robot moves."""
-        p = self.parameters
-        if self._place is None or self._place.distance_to(state.pose) >= p.distance:
+        p, limits = self.parameters, self._limits
+        top = min(limits.linear_speed, state.top_speed)
+        least = min(p.distance, LEAST_SHARE * _way(top, limits.linear_acceleration, p.time))
+        left = state.remaining + p.distance * state.reversals
+        if self._place is None or self._place.distance_to(state.pose) >= least:
             self._begin_at(state.pose)
-            self._least = min(self._least, state.remaining)
+            self._least = min(self._least, left)
             self._still.start(state.time)
-        elif state.remaining <= self._least - p.distance:
-            self._least = state.remaining
-            self._still.start(state.time)
-        elif self._turned(state.pose):
+        elif max(0.0, self._least - left) / least + self._turn_share(state.pose) >= 1.0 - 1e-9:
+            self._least = min(self._least, left)
+            self._count_turn()
             self._still.start(state.time)
         if self._still.elapsed(state.time) < p.time:
             return ""
-        return f"moved less than {p.distance:g} m in {p.time:g} s"
+        return f"moved less than {least:.2g} m in {p.time:g} s"
 
     def _begin_at(self, pose: Pose2D) -> None:
         """Measure from a new place."""
         self._place = pose
 
-    def _turned(self, pose: Pose2D) -> bool:
-        """Whether a turn at the same place counts as progress."""
-        return False
+    def _turn_share(self, pose: Pose2D) -> float:
+        """Turn at the same place that is not counted yet, as a share of one that is progress."""
+        return 0.0
+
+    def _count_turn(self) -> None:
+        """Count the turn up to here."""
+
+
+def _way(top: float, acceleration: float, time: float) -> float:
+    """Return how far a robot that stands gets in a time: metres, or radians if it turns."""
+    rise = min(time, top / acceleration)
+    return top * (time - rise) + 0.5 * acceleration * rise**2
 
 
 @dataclass(frozen=True)
@@ -195,7 +213,7 @@ class PoseProgressChecker(SimpleProgressChecker):
 
     At one place a turn counts only while it leads beyond the headings that the robot has had there,
     and at most for a full turn. So a robot that turns to and fro before an obstacle, or round and
-    round, makes no progress.
+    round, makes no progress. A turn and a way that together are enough count too.
     """
 
     Parameters = PoseProgressParameters
@@ -211,11 +229,15 @@ class PoseProgressChecker(SimpleProgressChecker):
         super()._begin_at(pose)
         self._heading, self._turn, self._counted = pose.heading, 0.0, (0.0, 0.0)
 
-    def _turned(self, pose: Pose2D) -> bool:
+    def _turn_share(self, pose: Pose2D) -> float:
         self._turn += wrap_angle(pose.heading - self._heading)
         self._heading = pose.heading
-        (right, left), angle = self._counted, self.parameters.angle
-        if right - angle < self._turn < left + angle or left - right >= 2.0 * pi:
-            return False
+        (right, left), p, limits = self._counted, self.parameters, self._limits
+        if left - right >= 2.0 * pi:
+            return 0.0
+        fastest = _way(limits.angular_speed, limits.angular_acceleration, p.time)
+        return max(0.0, self._turn - left, right - self._turn) / min(p.angle, LEAST_SHARE * fastest)
+
+    def _count_turn(self) -> None:
+        right, left = self._counted
         self._counted = min(right, self._turn), max(left, self._turn)
-        return True

@@ -8,7 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot
 
-from stack.components import ControlState, StopCriterion
+from stack.components import ControlState, GoalTolerance, StopCriterion
+from stack.control.final_approach import DISTANCE, FinalApproach
 from stack.control.parameters import FollowingParameters
 from stack.control.ramps import Ramp
 from stack.control.rotation_shim import RotationShim
@@ -21,6 +22,9 @@ from stack.types import STANDSTILL, Pose2D, Twist, wrap_angle
 
 JUST_AHEAD = 0.2
 """Distance in metres of the path point that a blocked robot turns towards."""
+
+CREEP = 0.05
+"""Lowest speed in m/s of the straight approach, and less to stop more exactly."""
 
 HELD = 0.5
 """Seconds after which a robot that does not follow its commands counts as held."""
@@ -51,9 +55,6 @@ class GoalAlignmentParameters(FollowingParameters):
     rotate_speed: float = parameter(
         1.4, "rad/s", above=0.0, robot_limit="angular_speed", help="top speed of turns in place"
     )
-    stop_distance: float = parameter(
-        0.03, "m", above=0.0, help="distance to the goal at which the robot turns to its heading"
-    )
     turn_speed: float = parameter(
         1.9, "rad/s", above=0.0, robot_limit="angular_speed", help="top turning speed"
     )
@@ -63,6 +64,7 @@ class GoalAlignment:
     """Commands the turns at both ends of a path.
 
     Attributes:
+        parameters: those given, or stricter ones within the tolerance at the goal.
         segment: that the robot drives; None before the first path.
         ramp: limits of change between two commands.
         last: the last command.
@@ -72,10 +74,12 @@ class GoalAlignment:
         self, parameters: GoalAlignmentParameters, robot: RobotDescription, swept: SweptFootprint,
         period: float,
     ) -> None:  # fmt: skip
-        p = self._parameters = parameters
+        p = self.parameters = parameters
         self.ramp = Ramp(robot.drivetrain, period, p.response_time)
-        style = TurnStyle(p.rotate_speed, p.brake_share, p.turn_precision)
-        self._turn = TurnInPlace(swept, self.ramp, style)
+        self._turn = TurnInPlace(swept, self.ramp, _style(p))
+        reverses = robot.limits.reverse_speed > 0.0
+        self._approach = FinalApproach(swept, self.ramp, self._turn, reverses=reverses)
+        self._is_exact = False
         self._drivetrain = robot.drivetrain
         self._shim = RotationShim(p.rotate_lookahead, p.rotate_until)
         self.segment: PathSegment | None = None
@@ -89,11 +93,16 @@ class GoalAlignment:
         A car with a lateral offset from the goal would have to drive a circle to reduce it.
         """
         is_car = not self._drivetrain.turns_in_place
-        return StopCriterion(self._parameters.stop_distance, along_path=is_car)
+        return StopCriterion(self.parameters.stop_distance, along_path=is_car)
+
+    def set_tolerance(self, parameters: GoalAlignmentParameters, tolerance: GoalTolerance) -> None:
+        """Stop within a tolerance of the goal, if the parameters do not stop nearer to it."""
+        p = self.parameters = parameters.within(tolerance)
+        self._turn.style, self._is_exact = _style(p), p.stop_distance < parameters.stop_distance
 
     def set_segment(self, segment: PathSegment) -> None:
         """Set the segment to drive along, map frame."""
-        p = self._parameters
+        p = self.parameters
         self.segment, self._shim = segment, RotationShim(p.rotate_lookahead, p.rotate_until)
 
     def begin(self, state: ControlState) -> None:
@@ -135,9 +144,19 @@ class GoalAlignment:
             return self.ramp.stopped(self.last)
         return self._turn.twist(state, self.last, self._heading_error(state))
 
+    def approached(self, state: ControlState) -> Twist | None:
+        """The straight motion to a goal close by that has to be met more exactly than usual."""
+        segment, p = self.segment, self.parameters
+        if not (self._is_exact and segment is not None and self._drivetrain.turns_in_place):
+            return None
+        if not segment.ends_within(DISTANCE):
+            return None
+        slowest = p.final_speed(CREEP, self._period)
+        return self._approach.twist(state, self.last, segment.path.goal, p.stop_distance, slowest)
+
     def turned(self, state: ControlState) -> Twist | None:
         """A turn in place towards the path; None when it is not needed or not possible."""
-        p = self._parameters
+        p = self.parameters
         if self.segment is None or self._suspended or not self._turns_first(self.segment):
             return None
         angle = self._shim.angle(self.segment, state, p.rotate_angle, p.stop_distance)
@@ -145,7 +164,7 @@ class GoalAlignment:
 
     def _turns_first(self, segment: PathSegment) -> bool:
         """Whether to turn first: not a car; not an omnidirectional robot close to the goal."""
-        p = self._parameters
+        p = self.parameters
         if self._drivetrain.can_move_sideways and segment.remaining <= p.rotate_lookahead:
             return False
         return p.rotate_to_heading and self._drivetrain.turns_in_place
@@ -166,6 +185,10 @@ class GoalAlignment:
         if self.segment is None:
             return 0.0
         return wrap_angle(self.segment.path.goal.heading - state.pose.heading)
+
+
+def _style(p: GoalAlignmentParameters) -> TurnStyle:
+    return TurnStyle(p.rotate_speed, p.brake_share, p.turn_precision)
 
 
 def _rim_speed(twist: Twist) -> float:

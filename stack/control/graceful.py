@@ -102,10 +102,11 @@ class Graceful(PathController[GracefulParameters]):
         cost = int(costs.cells[cell]) if costs.contains(*cell) else 0
         if cost <= 254:
             cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
-        distance = self._alignment.distance_left(state) - 0.5 * p.stop_distance
+        exact = self._alignment.parameters
+        distance = self._alignment.distance_left(state) - 0.5 * exact.stop_distance
         brake = p.brake_share * limits.linear_deceleration
         stopping = stopping_speed(distance, brake, p.response_time + self._period)
-        return min(cruise, max(stopping, 0.5 * p.min_speed))
+        return min(cruise, max(stopping, exact.final_speed(0.5 * p.min_speed, self._period)))
 
     def _targets(self, segment: PathSegment, pose: Pose2D) -> list[Pose2D]:
         """Poses on the path between the lookahead distances, farthest first, map frame."""

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
+from stack.components import GoalTolerance
 from stack.parameters import parameter
+
+SHARE = 0.5
+"""Share of a tolerance within which a controller stops: the rest is for errors of the pose."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,26 @@ class FollowingParameters:
     response_time: float = parameter(
         0.1, "s", at_least=0.0, help="delay from a command to the robot's response"
     )
+    stop_distance: float = parameter(
+        0.03, "m", above=0.0, help="distance to the goal at which the robot turns to its heading"
+    )
     turn_precision: float = parameter(
         0.02, "rad", above=0.0, help="heading error at which a turn in place ends"
     )
+
+    def within(self, tolerance: GoalTolerance) -> Self:
+        """Return the parameters with which the robot stops inside a tolerance."""
+        return replace(
+            self,
+            stop_distance=min(self.stop_distance, SHARE * tolerance.position),
+            turn_precision=min(self.turn_precision, SHARE * tolerance.heading),
+        )
+
+    def final_speed(self, lowest: float, period: float) -> float:
+        """Lowest speed near the goal, m/s: slow enough to stop at it in spite of the delay.
+
+        Args:
+            lowest: usual speed there, m/s.
+            period: seconds between two commands.
+        """
+        return min(lowest, self.stop_distance / (self.response_time + period))

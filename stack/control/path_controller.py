@@ -6,7 +6,7 @@ from abc import abstractmethod
 from typing import Generic, TypeVar
 
 from stack.compilation import KernelTypes
-from stack.components import Controller, ControlState, StopCriterion
+from stack.components import Controller, ControlState, GoalTolerance, StopCriterion
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.description import RobotDescription
@@ -39,19 +39,31 @@ class PathController(Controller, Generic[P]):
         self._swept = SweptFootprint(robot.footprint)
         self._segment: PathSegment | None = None
         self._local_plan: FloatArray | None = None
+        self._tolerance = GoalTolerance()
         self.configure(parameters)
 
     def configure(self, parameters: P) -> None:
         """Apply new parameters."""
         self.parameters = parameters
         self._alignment = GoalAlignment(parameters, self._robot, self._swept, self._period)
+        self._alignment.set_tolerance(parameters, self._tolerance)
         if self._segment is not None:
             self._alignment.set_segment(self._segment)
+
+    @property
+    def top_speed(self) -> float:
+        """Speed in m/s that the parameters allow at most."""
+        return self.parameters.cruise_speed
 
     @property
     def stop_criterion(self) -> StopCriterion:
         """When the robot stops and turns to the goal's heading."""
         return self._alignment.stop_criterion
+
+    def set_tolerance(self, tolerance: GoalTolerance) -> None:
+        """Stop within a tolerance of the goal."""
+        self._tolerance = tolerance
+        self._alignment.set_tolerance(self.parameters, tolerance)
 
     def set_segment(self, segment: PathSegment) -> None:
         """Set the segment to drive along, map frame."""
@@ -79,6 +91,10 @@ class PathController(Controller, Generic[P]):
         if state.at_goal:
             self._stand()
             return alignment.finish(state)
+        approach = alignment.approached(state)
+        if approach is not None:
+            self._stand()
+            return approach
         turn = alignment.turned(state) if self._may_stand_and_turn(state) else None
         if turn is not None:
             self._stand()

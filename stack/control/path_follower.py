@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from stack.components import Controller, ControlState
+from stack.components import Controller, ControlState, GoalTolerance
 from stack.control.arrival import Arrival
 from stack.control.ramps import Ramp
 from stack.drivetrain.description import RobotDescription
@@ -43,6 +43,8 @@ STANDING = 0.02
 """m/s below which the direction may be changed."""
 
 
+_ANY = GoalTolerance()
+
 CreateController = Callable[[Any, RobotDescription, float], Controller]
 
 
@@ -67,6 +69,7 @@ class PathFollower(Lifecycle):
         self._backward: Controller | None = None
         self._arrival = Arrival()
         self._progress: PathProgress | None = None
+        self._tolerance = GoalTolerance()
         self._segment: PathSegment | None = None
         self._last, self._began_at, self._steered_at = STANDSTILL, 0.0, -inf
         self._ramp = Ramp(robot.drivetrain, period, 0.0)
@@ -120,14 +123,21 @@ class PathFollower(Lifecycle):
             steered=not self._robot.drivetrain.turns_in_place,
         )
 
-    def follow(self, progress: PathProgress) -> None:
+    def follow(self, progress: PathProgress, tolerance: GoalTolerance = _ANY) -> None:
         """Follow a path from where the robot is on it.
+
+        Args:
+            progress: on the path.
+            tolerance: at its end.
 
         Raises:
             NavigationError: NO_VALID_PATH for a backward segment when the robot cannot reverse.
         """
         self._progress = progress
-        self._arrival.set_path(progress.path)
+        self._tolerance = tolerance
+        self._arrival.set_path(progress.path, tolerance)
+        for controller in self._controllers():
+            controller.set_tolerance(tolerance)
         self._set_segment(progress.segment)
 
     def step(self, state: ControlState) -> Twist:
@@ -168,6 +178,14 @@ class PathFollower(Lifecycle):
             return None
         plan = self._driver(self._segment).local_plan
         return plan if plan is None or not self._segment.backward else turned(plan)
+
+    @property
+    def top_speed(self) -> float:
+        """Speed at which the robot drives along the current segment at most, m/s."""
+        limits, segment = self._robot.limits, self._segment
+        backward = segment is not None and segment.backward
+        own = limits.reverse_speed if backward else limits.linear_speed
+        return min(own, self._forward.top_speed)
 
     def way_ahead(self, distance: float, *, backward: bool) -> FloatArray:
         """Return the (k, 2) points ahead, map frame; none if they are driven the other way round.
@@ -220,6 +238,7 @@ class PathFollower(Lifecycle):
                 self.parameters, facing_backward(self._robot), self._period
             )
             self._backward.start(self._began_at)
+            self._backward.set_tolerance(self._tolerance)
         return self._backward
 
     def _controllers(self) -> Iterator[Controller]:

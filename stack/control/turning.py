@@ -11,7 +11,7 @@ from stack.control.swept import SweptFootprint
 from stack.types import Twist
 
 SLOWEST = 0.08
-"""Turning speed in rad/s below which many drives do not move."""
+"""Turning speed in rad/s below which many drives do not move; less only to end more exactly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +24,14 @@ class TurnStyle:
 
 
 class TurnInPlace:
-    """Turns by an angle, in the opposite direction if only that is clear."""
+    """Turns by an angle, in the opposite direction if only that is clear.
+
+    Attributes:
+        style: of the turns from now on.
+    """
 
     def __init__(self, swept: SweptFootprint, ramp: Ramp, style: TurnStyle) -> None:
-        self._swept, self._ramp, self._style = swept, ramp, style
+        self._swept, self._ramp, self.style = swept, ramp, style
 
     def twist(self, state: ControlState, last: Twist, angle: float) -> Twist | None:
         """Return the next command of a turn, None when both directions are blocked.
@@ -38,7 +42,7 @@ class TurnInPlace:
             angle: remaining angle, radians, positive to the left.
         """
         linear, lateral = (self._ramp.forward(speed, 0.0) for speed in (last.linear, last.lateral))
-        if abs(angle) <= self._style.precision:
+        if abs(angle) <= self.style.precision:
             return Twist(linear, 0.0, lateral)
         for option in (angle, angle - copysign(2.0 * pi, angle)):
             turn = Twist(angular=copysign(1.0, option))
@@ -56,14 +60,18 @@ class TurnInPlace:
         return Twist(linear, self._ramp.turn(last.angular, self._speed(angle)), lateral)
 
     def _speed(self, angle: float) -> float:
-        rate = turning_speed(angle, self._style, self._ramp)
-        return copysign(max(abs(rate), SLOWEST), angle)
+        rate, delay = turning_speed(angle, self.style, self._ramp), _delay(self._ramp)
+        return copysign(max(abs(rate), min(SLOWEST, self.style.precision / delay)), angle)
+
+
+def _delay(ramp: Ramp) -> float:
+    return ramp.response_time + ramp.period
 
 
 def turning_speed(angle: float, style: TurnStyle, ramp: Ramp) -> float:
     """Highest turning speed (rad/s) that still stops at the remaining angle (radians)."""
     top = min(style.speed, ramp.limits.angular_speed)
-    delay = ramp.response_time + ramp.period
+    delay = _delay(ramp)
     distance = abs(angle) - 0.5 * style.precision
     rate = stopping_speed(distance, style.brake_share * ramp.limits.angular_acceleration, delay)
     return copysign(min(top, rate), angle)

@@ -86,6 +86,11 @@ class PathProgress:
         """Distance between robot and segment at the last update, metres."""
         return self.segment.offset
 
+    @property
+    def reversals(self) -> int:
+        """How often the robot has still to stop and change its direction."""
+        return len(self._parts) - 1 - self._index
+
     def advance(self, pose: Pose2D) -> None:
         """Update the progress to the point of the segment nearest to a pose of the map frame."""
         self.segment.advance(pose)

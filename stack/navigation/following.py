@@ -104,7 +104,7 @@ class Follower:
                 part.start(now)
             tools.steered_by = self
         tools.goal_checker.set_goal(progress.path.goal, self._tolerance)
-        tools.path_follower.follow(progress)
+        tools.path_follower.follow(progress, tools.goal_checker.tolerance)
 
     def set_path(self, path: Path, now: float) -> None:
         """Set the path to follow."""
@@ -167,7 +167,10 @@ class Follower:
 
     def _drive_state(self, state: NavigationState, progress: PathProgress) -> DriveState:
         still = self._last == STANDSTILL and standing(state.odometry.twist)
-        return DriveState(state.time, state.estimate.pose, still, progress.remaining)
+        top = min(self._tools.path_follower.top_speed, self.posted_limit)
+        return DriveState(
+            state.time, state.estimate.pose, still, progress.remaining, progress.reversals, top
+        )
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step.

@@ -105,7 +105,10 @@ class Dwb(PathController[DwbParameters]):
         left = self._alignment.distance_left(state)
         brake = p.brake_share * limits.linear_deceleration
         cruise = share * min(p.cruise_speed, limits.linear_speed)
-        top = min(cruise, max(stopping_speed(left, brake, p.response_time + self._period), CREEP))
+        stopping = stopping_speed(left, brake, p.response_time + self._period)
+        top = min(
+            cruise, max(stopping, self._alignment.parameters.final_speed(CREEP, self._period))
+        )
         steps = ceil(1.5 * left / (top * p.simulation_step))
         time = min(share * p.simulation_time, max(LEAST_STEPS, steps) * p.simulation_step)
         align = p.path_align_weight * (CAR_ALIGNMENT if self._robot.turning_radius else 1.0)

@@ -152,14 +152,16 @@ class Mppi(PathController[MppiParameters]):
         """Whether the robot stands and its plan does not move it within `time_to_collision`.
 
         Later motion does not count: the robot could postpone it for ever. Near the end of a segment
-        half of the rest is enough.
+        half of the rest is enough, for a slow robot half of what it can do.
         """
         if self._local_plan is None or hypot(state.twist.linear, state.twist.lateral) > STALLED:
             return False
         x, y, heading = self._local_plan[: self._soon][-1]
-        least = min(STALLED, 0.5 * segment.remaining)
+        half = 0.5 * self.parameters.time_to_collision
+        least = min(STALLED, 0.5 * segment.remaining, half * self._optimiser.top_speed)
         moves = hypot(x - state.pose.x, y - state.pose.y) > least
-        return not moves and abs(heading - state.pose.heading) < STALLED_TURN
+        least_turn = min(STALLED_TURN, half * self._robot.limits.angular_speed)
+        return not moves and abs(heading - state.pose.heading) < least_turn
 
     def _outline_for(self, resolution: float) -> Outline:
         if self._outline is None or self._outline[0] != resolution:

@@ -22,7 +22,7 @@ from math import hypot, inf
 import numpy as np
 
 from stack.compilation import KernelTypes
-from stack.components import Controller, ControlState, StopCriterion
+from stack.components import Controller, ControlState, GoalTolerance, StopCriterion
 from stack.control.pure_pursuit.lookahead_arc import LookaheadArc, lacking_curvature
 from stack.control.pure_pursuit.manoeuvre_driver import ManoeuvreDriver, is_blocked
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
@@ -64,17 +64,21 @@ class PurePursuit(Controller):
         self._turning = False
         self._last = STANDSTILL
         self._state: ControlState | None = None
+        self._tolerance = GoalTolerance()
         self.configure(parameters)
 
     def configure(self, parameters: PurePursuitParameters) -> None:
         """Apply new parameters."""
         self.parameters, self._swept.padding = parameters, parameters.padding
         self._ramp = Ramp(self._drivetrain, self._period, parameters.response_time)
-        self._style = TurnStyle(
-            parameters.turn_speed, parameters.brake_share, parameters.turn_precision
-        )
-        self._turns = TurnInPlace(self._swept, self._ramp, self._style)
+        self._exact = parameters.within(self._tolerance)
+        self._turns = TurnInPlace(self._swept, self._ramp, _style(self._exact))
         self._manoeuvre.configure(parameters, self._ramp, self._turns)
+
+    def set_tolerance(self, tolerance: GoalTolerance) -> None:
+        """Stop within a tolerance of the goal."""
+        self._tolerance, self._exact = tolerance, self.parameters.within(tolerance)
+        self._turns.style = _style(self._exact)
 
     def start(self, now: float) -> None:
         """Begin a drive."""
@@ -93,9 +97,14 @@ class PurePursuit(Controller):
         self._manoeuvre.leave(now)
 
     @property
+    def top_speed(self) -> float:
+        """Speed in m/s that the parameters allow at most."""
+        return self.parameters.cruise_speed
+
+    @property
     def stop_criterion(self) -> StopCriterion:
         """At the end of the path."""
-        return StopCriterion(self.parameters.stop_distance, along_path=True)
+        return StopCriterion(self._exact.stop_distance, along_path=True)
 
     def set_segment(self, segment: PathSegment) -> None:
         """Set the segment to drive along, map frame."""
@@ -200,7 +209,7 @@ class PurePursuit(Controller):
         near = segment.remaining <= p.max_lookahead
         heading = goal.heading if near or p.omni_heading == "goal" else towards
         bearing, speed = wrap(towards - pose.heading), max(self._cruise(), p.creep_speed)
-        rate = turning_speed(wrap(heading - pose.heading), self._style, self._ramp)
+        rate = turning_speed(wrap(heading - pose.heading), self._turns.style, self._ramp)
         curvature = rate / speed if turning else 0.0
         line = LookaheadArc(curvature, bearing, sideways=True)
         return self._checked(line, segment, state)
@@ -277,11 +286,11 @@ class PurePursuit(Controller):
         elif arc.curvature:
             speed = min(speed, self._limits.angular_speed / abs(arc.curvature))
         stopping = stopping_speed(
-            remaining - 0.5 * p.stop_distance,
+            remaining - 0.5 * self._exact.stop_distance,
             p.brake_share * self._limits.linear_deceleration,
             p.response_time + self._period,
         )
-        return min(speed, max(stopping, p.creep_speed))
+        return min(speed, max(stopping, self._exact.final_speed(p.creep_speed, self._period)))
 
     def _driven(self, arc: LookaheadArc, remaining: float) -> Twist:
         p, last = self.parameters, self._last
@@ -299,3 +308,7 @@ class PurePursuit(Controller):
         if not self._drivetrain.turns_in_place:
             return self._ramp.stopped(self._last) if state.at_goal else None
         return self._turns.twist(state, self._last, angle)
+
+
+def _style(p: PurePursuitParameters) -> TurnStyle:
+    return TurnStyle(p.turn_speed, p.brake_share, p.turn_precision)

@@ -2,6 +2,8 @@ from dataclasses import replace
 from math import pi
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from stack.components import DriveState, choose
 from stack.control.checkers import (
@@ -14,6 +16,7 @@ from stack.control.checkers import (
     StoppedGoalChecker,
     StoppedGoalParameters,
 )
+from stack.drivetrain.limits import Limits
 from stack.types import Pose2D
 from tests.stack.navigation.toy_world import robot
 
@@ -198,3 +201,69 @@ def test_a_car_that_drives_to_and_fro_makes_progress_while_its_path_gets_shorter
     for second in range(20, 26):
         assert stuck_at(float(second), 2.0) == ""  # the rest of a new plan
     assert "moved less than 0.3 m" in stuck_at(27.0, 1.05)  # as short as it was before
+
+
+@given(
+    st.floats(0.01, 2.0), st.floats(0.02, 3.0), st.floats(0.05, 3.0), st.floats(0.05, 4.0),
+    st.floats(0.0, 1.0), st.booleans(),
+)  # fmt: skip
+@settings(deadline=None, max_examples=40)
+def test_a_robot_at_its_top_speed_makes_progress(speed, rate, gain, turn_gain, share, turns):
+    """However slow it is; at a share of its speed it does not."""
+    limits = Limits(
+        linear_speed=speed, reverse_speed=speed, angular_speed=rate, linear_acceleration=gain,
+        angular_acceleration=turn_gain,
+    )  # fmt: skip
+    share = 1.0 if share > 0.5 else 0.02
+    made = replace(robot(), limits=limits)
+    checker = PoseProgressChecker(PoseProgressParameters(), made)
+    checker.start(0.0)
+    x = heading = v = w = 0.0
+    found = ""
+    for step in range(240):
+        v, w = min(speed, v + 0.1 * gain), min(rate, w + 0.1 * turn_gain)
+        if turns:
+            heading = min(pi, heading + 0.1 * share * w)
+        else:
+            x += 0.1 * share * v
+        state = DriveState(0.1 * step, Pose2D(x, 0.0, heading), standing=False, remaining=50.0 - x)
+        if heading < pi:
+            found = found or checker.stuck(state)
+    slow = share * (0.4 if turns else 0.3)
+    if share == 1.0:
+        assert found == ""
+    elif 24.0 * share * (rate if turns else speed) < slow:
+        assert found
+
+
+def test_a_speed_limit_of_the_path_makes_every_robot_slow():
+    checker = progress_checker()
+    for second in range(60):
+        pose, left = Pose2D(0.02 * second, 0.0), 3.0 - 0.02 * second
+        assert not checker.stuck(
+            DriveState(float(second), pose, standing=False, remaining=left, top_speed=0.02)
+        )
+
+
+def test_each_stroke_of_a_turn_is_progress_and_a_plan_with_more_strokes_is_none():
+    checker = progress_checker()
+
+    def stuck_at(time, reversals):
+        return checker.stuck(DriveState(time, Pose2D(0, 0), False, 2.0, reversals=reversals))
+
+    for stroke in range(6):
+        assert not stuck_at(7.0 * stroke, 6 - stroke)
+    assert not stuck_at(40.0, 9)
+    assert stuck_at(43.0, 2)
+
+
+def test_a_turn_and_a_way_count_together():
+    """A car in a tight place: 0.2 m and 0.2 rad in 7 s, each too little."""
+    checker = progress_checker()
+    for n in range(5):
+        for second in range(7):
+            share = n + second / 7.0
+            to_and_fro = Pose2D(0.1 * (second % 2), 0.0, 0.2 * share)
+            left = 9.0 - 0.2 * share
+            state = DriveState(7.0 * n + second, to_and_fro, standing=False, remaining=left)
+            assert not checker.stuck(state)

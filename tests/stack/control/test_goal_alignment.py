@@ -6,7 +6,7 @@ from math import inf, pi
 import numpy as np
 import pytest
 
-from stack.components import ControlState, StopCriterion
+from stack.components import ControlState, GoalTolerance, StopCriterion
 from stack.control.arrival import Arrival
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.ramps import Ramp, stopping_speed
@@ -85,31 +85,32 @@ def test_the_goal_is_kept_though_turning_shifts_the_robot():
         (polyline((1.95, 1), (2.5, 1)), 1.95, False),
     ]:
         if new_path is not None:
-            arrival.set_path(new_path)
+            arrival.set_path(new_path, GoalTolerance())
             segment = PathSegment(new_path)
+        segment.advance(Pose2D(x, 1))
         assert arrival.reached(Pose2D(x, 1), segment, criterion) == reached
 
 
 def test_measured_along_the_path_a_goal_is_reached_beside_it_and_once_for_all():
     path = polyline((1, 1), (2, 1))
     arrival, segment, criterion = Arrival(), PathSegment(path), StopCriterion(0.01, along_path=True)
-    arrival.set_path(path)
+    arrival.set_path(path, GoalTolerance())
     for pose, reached in [
         (Pose2D(1.9, 1.0), False), (Pose2D(1.995, 1.1), True), (Pose2D(1.8, 1.0), True),
     ]:  # fmt: skip
         segment.advance(pose)
         assert arrival.reached(pose, segment, criterion) == reached
-    arrival.set_path(path)  # the next path
+    arrival.set_path(path, GoalTolerance())  # the next path
     assert not arrival.reached(Pose2D(1.8, 1.0), PathSegment(path), criterion)
     short = polyline((2, 1.05), (2, 1))
-    arrival.set_path(short)  # 5 cm from where it was to end: only the heading is left
+    arrival.set_path(short, GoalTolerance())  # 5 cm from its former end: only the heading is left
     assert arrival.reached(Pose2D(2, 1.05), PathSegment(short), criterion)
 
 
 def test_the_end_of_a_segment_before_a_cusp_is_no_goal():
     path = polyline((1, 1), (2, 1))
     arrival, segment = Arrival(), PathSegment(path, is_last=False)
-    arrival.set_path(path)
+    arrival.set_path(path, GoalTolerance())
     assert not arrival.reached(Pose2D(2, 1), segment, StopCriterion(0.1))
 
 
