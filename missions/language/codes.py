@@ -240,7 +240,7 @@ CODES: dict[str, Code] = {
                  "correct one of them"),
     "W140": Code("tight fit", "the robot has less than 5 cm to an obstacle at the goal",
                  "run: {navigate_to_pose: [0.4, 0.4]}", "move the goal, or turn it"),
-    "W141": Code("too fast", "a speed is above the robot's own limit, or compared with one above it",
+    "W141": Code("too fast", "a speed, or what it is compared with, is above the robot's limit",
                  "run: {back_up: {speed: 5 m/s}}", "use a speed that the robot can reach"),
     "W142": Code("sees nothing", "a detector without a camera, or a layer without a detector",
                  "navigation: {costmap: {layers: [static, semantic]}}",
