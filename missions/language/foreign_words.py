@@ -2,41 +2,73 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
-from stack.parameters import suggestion
+from stack.parameters import likely, suggestion
 
 NODES = {
     "selector": "fallback",
+    "try": "fallback",
     "reactivesequence": "reactive",
     "pipelinesequence": "reactive",
     "sequencewithmemory": "sequence",
-    "reactivefallback": "reactive_fallback",
-    "parallelall": "parallel",
-    "roundrobin": "round_robin",
     "spawn": "parallel",
-    "sleep": "wait",
+    "race": "parallel",
+    "loopint": "for_each",
+    "loopdouble": "for_each",
+    "loopstring": "for_each",
     "delay": "wait",
+    "sleep": "wait",
     "pause": "wait",
     "goto": "navigate_to_pose",
-    "go_to": "navigate_to_pose",
-    "move_to": "navigate_to_pose",
+    "move": "navigate_to_pose",
+    "moveto": "navigate_to_pose",
     "drive": "navigate_to_pose",
-    "drive_to": "navigate_to_pose",
-    "log": "say",
-    "print": "say",
+    "driveto": "navigate_to_pose",
+    "forward": "drive_on_heading",
+    "moveforward": "drive_on_heading",
+    "driveforward": "drive_on_heading",
+    "backward": "back_up",
+    "reverse": "back_up",
     "rotate": "spin",
     "turn": "spin",
+    "log": "say",
+    "print": "say",
+    "speak": "say",
     "photo": "take_photo",
-    "clearentirecostmap": "clear_costmap",
+    "picture": "take_photo",
+    "snapshot": "take_photo",
+    "charge": "dock",
+    "recharge": "dock",
+    "abort": "fail",
+    "raise": "fail",
+    "alwaysfailure": "fail",
+    "script": "set",
     "setblackboard": "set",
+    "unsetblackboard": "unset",
+    "scriptcondition": "check",
+    "condition": "check",
     "subtree": "use",
-    "computepathtopose": "navigate_to_pose",
-    "driveonheading": "drive_on_heading",
-    "followwaypoints": "follow_waypoints",
+    "subtreeplus": "use",
+    "clearentirecostmap": "clear_costmap",
+    "clearcostmapexceptregion": "clear_costmap",
+    "computepathtopose": "compute_path",
+    "computepaththroughposes": "compute_path",
+    "computeroute": "compute_path",
     "navigatethroughposes": "navigate_through",
+    "reinitializegloballocalization": "localise_globally",
+    "dockrobot": "dock",
+    "undockrobot": "undock",
+    "followobject": "follow_person",
 }
-"""Words for nodes, in lower case -> the node here."""
+"""Words for nodes, as `plain` writes them -> the node here. Words that resemble it are left out."""
+
+_BY_ITSELF = "leave it out: navigate_to_pose plans, smooths and replans by itself"
+_COMPONENTS = "write `navigation: {planner: …, controller: …}` at the top of the mission"
+_ERRORS = "write `unless: error == …` below `recover:`"
+_ONCE = "write `when: $key is not set` beside the node, and set the key behind it"
+_NEWS = "write `wait_until: …`, or `when: …` beside the node"
 
 MODIFIERS = {
     "recoverynode": "write `recover: {attempts: …, round_robin: […]}` beside the node",
@@ -44,17 +76,29 @@ MODIFIERS = {
     "repeat": "write `repeat: 3` or `repeat: forever` beside the node",
     "loop": "write `repeat: 3` or `repeat: forever` beside the node",
     "keeprunninguntilfailure": "write `repeat: forever` beside the node",
-    "inverter": "a check can say `not`; for other nodes see the modifiers",
+    "inverter": "write `invert: true` beside the node",
+    "not": "write `invert: true` beside the node",
     "forcesuccess": "write `on_failure: continue` beside the node",
-    "forcefailure": "put a `check: false` behind the node",
+    "alwayssuccess": "leave it out; `on_failure: continue` beside a node hides its failure",
+    "succeed": "leave it out; `on_failure: continue` beside a node hides its failure",
+    "forcefailure": "write `on_failure: continue` beside the node, and `fail` behind it",
     "timeout": "write `timeout: 30 s` beside the node",
     "ratecontroller": "write `every: 1 s` beside the node",
+    "timeexpired": "write `every: 5 s` beside the node",
     "precondition": "write `when: …` beside the node",
+    "runonce": _ONCE,
+    "singletrigger": _ONCE,
+    "skipunlessupdated": _NEWS,
+    "waitvalueupdate": _NEWS,
+    "entryupdated": _NEWS,
     "if": "write `when: …` beside the node",
-    "ifthenelse": "write a fallback, with `when: …` beside its first child",
+    "ifthenelse": "write a `fallback` with `when: …` beside its first child, or a `switch`",
+    "whiledoelse": "write a `reactive_fallback` with `when: …` beside its first child",
     "else": "write a fallback: its next child runs when the first one is skipped or fails",
+    "elif": "write a fallback: its next child runs when the first one is skipped or fails",
+    "catch": "write a fallback: its next child runs when the first one fails",
     "retries": "write `retry: 3`",
-    "succeed_on": "write `parallel: {succeed_on: one, do: […]}`: it stands below `parallel:`",
+    "succeedon": "write `parallel: {succeed_on: one, do: […]}`: it stands below `parallel:`",
     "attempts": "write `retry: 3`, or `recover: {attempts: 3, round_robin: […]}`",
     "delay": "write `retry: {attempts: 3, delay: 1 s}`",
     "until": "write `repeat: {until: …}`",
@@ -65,13 +109,45 @@ MODIFIERS = {
     "recoveries": "write `recover: {attempts: 3, round_robin: […]}`",
     "then": "write the nodes in order below `sequence:`",
     "next": "write the nodes in order below `sequence:`",
-    "on_success": "write the nodes in order below `sequence:`",
+    "onsuccess": "write the nodes in order below `sequence:`",
     "limit": "write `timeout: 30 s` beside the node",
-    "max_time": "write `timeout: 30 s` beside the node",
+    "maxtime": "write `timeout: 30 s` beside the node",
     "condition": "write `when: …` beside the node",
     "unless": "write `when: not …`, or `unless` below `recover:`",
+    "stop": "leave it out: the robot stands when no node moves it; to end the mission write `fail`",
+    "end": "a `sequence` ends with its last node; to end the mission earlier write `fail`",
+    "exit": "a `sequence` ends with its last node; to end the mission earlier write `fail`",
+    "return": "a `sequence` ends with its last node; to end the mission earlier write `fail`",
+    "isbatterylow": "write `check: battery.charge < 20 %`, or an event",
+    "isbatterycharging": "write `check: battery.charging`",
+    "goalreached": "write `check: pose.distance_to($place) < 30 cm`",
+    "isstuck": "write `when: error == NO_PROGRESS` beside a recovery",
+    "areerrorcodespresent": _ERRORS,
+    "wouldaplannerrecoveryhelp": _ERRORS,
+    "wouldacontrollerrecoveryhelp": _ERRORS,
+    "plannerselector": _COMPONENTS,
+    "controllerselector": _COMPONENTS,
+    "smootherselector": _COMPONENTS,
+    "goalcheckerselector": _COMPONENTS,
+    "progresscheckerselector": _COMPONENTS,
+    "goalupdated": _BY_ITSELF,
+    "goalupdater": _BY_ITSELF,
+    "goalupdatedcontroller": _BY_ITSELF,
+    "distancecontroller": _BY_ITSELF,
+    "distancetraveled": _BY_ITSELF,
+    "speedcontroller": _BY_ITSELF,
+    "pathexpiringtimer": _BY_ITSELF,
+    "pathlongeronapproach": _BY_ITSELF,
+    "ispathvalid": _BY_ITSELF,
+    "smoothpath": _BY_ITSELF,
+    "truncatepath": _BY_ITSELF,
+    "truncatepathlocal": _BY_ITSELF,
+    "removepassedgoals": _BY_ITSELF,
+    "initialposereceived": "leave it out, or write `check: localisation.health > 50 %`",
+    "transformavailable": "leave it out, or write `check: localisation.health > 50 %`",
 }
-"""Words for what modifiers do, in lower case -> what to write."""
+"""Words for what modifiers do, or for what needs no node, as `plain` writes them -> what to write.
+"""
 
 PORTS = {
     "backup_dist": "distance",
@@ -114,24 +190,36 @@ def meant_or_near(word: str, meanings: Mapping[str, str], known: Iterable[str]) 
     return f"did you mean {meant!r}?" if meant else suggestion(word, known)
 
 
-def node_hint(word: str, known: Iterable[str]) -> str:
-    """Return the hint for an unknown type of node."""
-    plain = word.lower()
-    if plain in MODIFIERS:
-        return MODIFIERS[plain]
-    return _named(NODES.get(plain), word, known)
+def plain(word: str) -> str:
+    """Return the lower-case letters and digits of a word: GoTo and go_to are the same one."""
+    return word.lower().replace("_", "").replace("-", "")
+
+
+def snake_case(word: str) -> str:
+    """Return a word as nodes are written here: `NavigateToPose` is `navigate_to_pose`."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", word).lower()
+
+
+def node_meaning(word: str, known: Iterable[str]) -> str:
+    """Return the hint for an unknown type of node with a meaning; "" for any other word.
+
+    It resembles a known one, or is a word of another tool or of everyday language.
+    """
+    names, key = list(known), plain(word)
+    same = next((name for name in names if plain(name) == key), None)
+    if same is not None:
+        return f"did you mean {same!r}?"
+    if NODES.get(key) in names:
+        return f"did you mean {NODES[key]!r}?"
+    return MODIFIERS.get(key) or likely(snake_case(word), names)
 
 
 def modifier_hint(word: str, known: Iterable[str]) -> str:
     """Return the hint for an unknown modifier."""
-    return MODIFIERS.get(word.lower()) or suggestion(word, known)
+    return MODIFIERS.get(plain(word)) or suggestion(word, known)
 
 
 def port_hint(word: str, known: Iterable[str]) -> str:
     """Return the hint for an unknown port."""
-    return _named(PORTS.get(word.lower()), word, known)
-
-
-def _named(meant: str | None, word: str, known: Iterable[str]) -> str:
-    names = list(known)
+    names, meant = list(known), PORTS.get(word.lower())
     return f"did you mean {meant!r}?" if meant in names else suggestion(word, names)

@@ -14,7 +14,7 @@ from stack.parameters.declarations import (
     type_name,
     values_of,
 )
-from stack.parameters.names import RENAMED, nearest, suggestion
+from stack.parameters.names import RENAMED, likely, nearest, suggestion
 from stack.parameters.poses import FARTHEST
 from stack.parameters.quantities import quantity_unit, read_quantity, units
 
@@ -27,6 +27,7 @@ __all__ = [
     "check_relations",
     "declarations",
     "has_fields",
+    "likely",
     "nearest",
     "parameter",
     "quantity_unit",

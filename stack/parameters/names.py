@@ -28,15 +28,22 @@ MOVED = {
 """Parameters that belong to another component now: old name -> what to write."""
 
 
+NONE = "none are available"
+
+
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Hint for an unknown word: its new name, the most similar word, or all known words."""
+    names = sorted(known)
+    return likely(word, names) or (f"available: {', '.join(names)}" if names else NONE)
+
+
+def likely(word: str, known: Iterable[str]) -> str:
+    """Hint for an unknown word: its new name or the most similar word; "" if none is similar."""
     names = sorted(known)
     if RENAMED.get(word) in names:
         return f"{word!r} was renamed to {RENAMED[word]!r}"
     close = nearest(word, names)
-    if close is not None:
-        return f"did you mean {close!r}?"
-    return f"available: {', '.join(names)}" if names else "none are available"
+    return "" if close is None else f"did you mean {close!r}?"
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:

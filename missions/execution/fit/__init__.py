@@ -8,6 +8,7 @@ from missions.execution.fit.components import Marks
 from missions.execution.fit.costmaps import inflation_findings, layer_findings
 from missions.execution.fit.goals import goal_findings, start_problem
 from missions.execution.fit.needs import component_needs
+from missions.execution.fit.periods import period_findings
 from missions.execution.fit.speeds import setting_findings, speed_findings
 from missions.execution.fit.zones import keepout_areas, zone_findings
 from missions.language.model import Mission
@@ -40,7 +41,8 @@ def fit_findings(
 def component_findings(
     choices: Mapping[str, Choice], marks: Marks, robot: RobotDescription
 ) -> Iterator[Finding]:
-    """Yield errors and warnings about components and costmaps that do not fit the robot."""
+    """Yield errors and warnings about components that do not fit the robot or the mission."""
+    yield from period_findings(marks.mission, choices["loop"].parameters)
     yield from component_needs(choices, marks, robot)
     yield from layer_findings(choices["costmap"], marks, robot)
     yield from inflation_findings(choices["costmap"], marks, robot)

@@ -46,6 +46,7 @@ class KnownValues:
         written, later: keys that may have another value than their initial one.
         inputs: `in` of the trees around the place -> what it is bound to.
         attempts: most attempts of the innermost retry or recover; None if not known.
+        unset: keys that an `unset` before it removed, with its position.
         of_argument: whether a value that was read is that of an argument.
     """
 
@@ -53,6 +54,7 @@ class KnownValues:
     later: Mapping[Symbol, None] = field(default_factory=dict)
     inputs: Mapping[Symbol, Value] = field(default_factory=dict)
     attempts: int | None = None
+    unset: Mapping[Symbol, Mark] = field(default_factory=dict)
     context: Any = field(default_factory=_NoRobot)
     of_argument: bool = False
 
@@ -120,12 +122,15 @@ class KnownValues:
 
 @dataclass
 class _Verdict:
+    """A condition with its possible values; `unset_in`: line that unsets a key of it, or 0."""
+
     word: str
     condition: CheckedExpression
     mark: Mark
     owner: str
     of_argument: bool = False
     truth: TruthValues = frozenset()
+    unset_in: int = 0
 
 
 class Verdicts:
@@ -147,6 +152,9 @@ class Verdicts:
         known.of_argument = False
         verdict.truth |= known.truth(condition)
         verdict.of_argument |= known.of_argument
+        for symbol in (*condition.read.values(), *condition.tested.values()):
+            if symbol in known.unset and symbol not in known.written:
+                verdict.unset_in = known.unset[symbol].line
 
     def dead_waits(self) -> set[int]:
         """Return the ids of the conditions of `wait_until` that never become true."""
@@ -179,7 +187,8 @@ class Verdicts:
     def _report(self, item: _Verdict, value: bool) -> bool:
         """Report a condition with one value; return whether it is worth a finding."""
         source, mark, word = item.condition.source, item.mark, item.word
-        names = [f"${name}" for name, it in item.condition.read.items() if not it.is_constant]
+        symbols = {**item.condition.read, **item.condition.tested}
+        names = [f"${name}" for name, symbol in symbols.items() if not symbol.is_constant]
         if word in ("wait_until", "event") and not value:
             what = "this waits for ever" if word == "wait_until" else f"{item.owner} never fires"
             if item.of_argument:
@@ -191,6 +200,8 @@ class Verdicts:
             hint = range_hint(item.condition) or "correct the condition"
             if names:
                 why = f"{source} is false, and nothing that runs before or beside it writes "
+                if item.unset_in:
+                    why = f"{source} is false: line {item.unset_in} unsets it, and nothing writes "
                 why += " or ".join(names)
                 hint = f"write {names[0]} with `set` or `out`, or wait for another value"
             code = "E163" if word == "wait_until" else "E161"
@@ -211,6 +222,8 @@ class Verdicts:
             return True
         who = " or ".join(names)
         sentence = f"{source} is always {state} here{effect}; nothing has written {who}"
+        if item.unset_in:
+            sentence += f" since line {item.unset_in} unsets it"
         hint = f"write {names[0]} before with `set` or `out`, or remove the condition"
         self.findings.warning("W107", mark, sentence, hint)
         return True

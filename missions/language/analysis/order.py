@@ -29,12 +29,15 @@ from missions.language.model import (
     Switch,
     Template,
     Tree,
+    Unset,
     Use,
     Value,
 )
 from stack.documents import Findings, Mark
 
 _AGAIN = ("reactive", "reactive_fallback")
+_IN_ORDER = ("sequence", "reactive")
+"""Composites whose next child runs only if the child before succeeded or was skipped."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,8 @@ class _Place:
         inputs: `in` of the trees around it -> what it is bound to.
         attempts: most attempts of the innermost retry or recover; None if not known.
         is_limited: a `timeout` or `while` around it ends it, even if it waits for ever.
+        repaired: keys that `finally` or a recovery may write after a failed run, before the next.
+        meanwhile: keys that events, and other children of a parallel, may write at any time.
     """
 
     later: Written = field(default_factory=dict)
@@ -54,12 +59,15 @@ class _Place:
     inputs: Mapping[Symbol, Value] = field(default_factory=dict)
     attempts: int | None = None
     is_limited: bool = False
+    repaired: Written = field(default_factory=dict)
+    meanwhile: Written = field(default_factory=dict)
 
 
 class OrderCheck:
     """Walks the tree in the order of its first tick.
 
-    `written` collects the keys that may have been written so far. After an expression has tested a
+    `written` collects the keys that may have been written so far; `unset` takes a key out again on
+    the ways that certainly lead through it. After an expression has tested a
     key with `is set`, reads of this key are not reported. A node in a loop may also read what the
     loop writes later, unless it is certain that its first run fails and ends the loop.
     """
@@ -73,6 +81,7 @@ class OrderCheck:
         self.verdicts = Verdicts(findings)
         self.memory: dict[tuple[str, int], Any] = {}
         self.place = _Place()
+        self.unset_at: dict[Symbol, Mark] = {}
 
     def mission(self, root: Step, events: Sequence[Event]) -> None:
         """Check the mission and its events; an event can run at any time, after any write."""
@@ -81,11 +90,14 @@ class OrderCheck:
 
     def _below_events(self, root: Step, events: Sequence[Event], written: Written) -> None:
         """Check a node with the events above it; an event can run at any time."""
+        by_events: Written = {}
         for event in events:
-            written.update(self.writes(event.step))
+            by_events.update(self.writes(event.step))
+        written.update(by_events)
+        meanwhile = {**self.place.meanwhile, **by_events}
         everything = {**written, **self.writes(root)} if events else {}
         again = everything if any(event.then == "restart" for event in events) else {}
-        with self._at(later={**self.place.later, **again}):
+        with self._at(later={**self.place.later, **again}, meanwhile=meanwhile):
             self.step(root, written)
         for event in events:
             found = dict(everything)
@@ -93,11 +105,12 @@ class OrderCheck:
             self.expression(event.when, event.mark, found)
             for value in (event.hold, event.again):
                 self.value(value, event.mark, found)
-            self.step(event.step, found)
+            with self._at(meanwhile=meanwhile):
+                self.step(event.step, found)
 
     def step(self, step: Step, written: Written) -> None:
         """Check a step with its modifiers."""
-        modifiers = step.modifiers
+        before, modifiers = dict(written), step.modifiers
         name = name_of(step)
         for word, condition in (("when", modifiers.when), ("while", modifiers.while_)):
             if condition is not None:
@@ -111,7 +124,10 @@ class OrderCheck:
         certain = modifiers.when is None and not modifiers.keep_going
         place = replace(self.place, is_certain=self.place.is_certain and certain)
         if _runs_again(step):
-            place = replace(place, later={**place.later, **self.writes(step)})
+            place = replace(
+                place, later={**place.later, **self.writes(step)},
+                repaired={**place.repaired, **self.repairs(step)},
+            )  # fmt: skip
         if modifiers.recover or modifiers.retry:
             most = recover.attempts if recover else attempts
             place = replace(place, attempts=_most(most))
@@ -119,12 +135,22 @@ class OrderCheck:
             place = replace(place, is_limited=True)
         with self._at(**vars(place)):
             self.body(step, written)
-            self.after(step, written)
+            self.after(step, written, before)
         if modifiers.finally_:
             with self._at(is_certain=False):
-                self.step(modifiers.finally_, written)
+                self._after_failure(modifiers.finally_, written, before)
+        if not certain or modifiers.invert:
+            written.update(before)  # what is unset inside may not have been
 
-    def after(self, step: Step, written: Written) -> None:
+    def _after_failure(self, step: Step, written: Written, before: Written) -> None:
+        """Check a step that runs after a node that may have failed before it unset anything."""
+        seen = {**before, **written}
+        at_entry = dict(seen)
+        self.step(step, seen)
+        written.update((symbol, None) for symbol in seen if symbol not in at_entry)
+        written.update(self.writes(step))
+
+    def after(self, step: Step, written: Written, before: Written) -> None:
         """Check what is evaluated after the node itself: `until`, the delay, the recoveries."""
         modifiers = step.modifiers
         if modifiers.until:
@@ -132,11 +158,11 @@ class OrderCheck:
             self.expression(modifiers.until, step.mark, written)
         if modifiers.retry:
             with self._at(is_certain=False):
-                self.value(modifiers.retry.delay, step.mark, written)
+                self.value(modifiers.retry.delay, step.mark, {**before, **written})
         if modifiers.recover:
-            self.recover(step, written)
+            self.recover(step, written, before)
 
-    def recover(self, step: Step, written: Written) -> None:
+    def recover(self, step: Step, written: Written, before: Written) -> None:
         """Check `unless` and the recoveries; they run after all but the last attempt."""
         recover = step.modifiers.recover
         assert recover is not None
@@ -144,20 +170,19 @@ class OrderCheck:
         failed = None if most is None else max(1, most - 1)
         with self._at(attempts=failed, is_certain=False):
             if recover.unless:
-                self.note("unless", recover.unless, name_of(step), step.mark, written)
-                self.expression(recover.unless, step.mark, written)
+                seen = {**before, **written}
+                self.note("unless", recover.unless, name_of(step), step.mark, seen)
+                self.expression(recover.unless, step.mark, seen)
+                written.update(dict.fromkeys(recover.unless.tested.values()))
             for recovery in recover.recoveries:
-                self.step(recovery, written)
+                self._after_failure(recovery, written, before)
 
     def body(self, step: Step, written: Written) -> None:
         """Check a step without its modifiers."""
         if isinstance(step, Leaf):
-            for value in step.ports.values():
-                if isinstance(value, ExpressionValue) and value.expression.type == BOOL:
-                    condition = value.expression
-                    self.note(step.kind, condition, name_of(step), step.mark, written)
-                self.value(value, step.mark, written)
-            written.update(dict.fromkeys(step.outputs.values()))
+            self._leaf(step, written)
+        elif isinstance(step, Unset):
+            self._unset(step, written)
         elif isinstance(step, Use):
             self.use(step, written)
         elif isinstance(step, ForEach):
@@ -165,25 +190,48 @@ class OrderCheck:
             if isinstance(step, FollowWaypoints):
                 written.update(dict.fromkeys(step.outputs.values()))
             with self._at(is_certain=self.place.is_certain and not step.skip_failures):
-                self.step(step.child, written)
+                self._possible(step.child, written)
         elif isinstance(step, Composite):
             self.composite(step, written)
         elif isinstance(step, Switch):
             self.expression(step.value, step.mark, written)
             with self._at(is_certain=False):
                 for child in step.children:
-                    self.step(child, written)
+                    self._possible(child, written)
+
+    def _leaf(self, step: Leaf, written: Written) -> None:
+        for value in step.ports.values():
+            if isinstance(value, ExpressionValue) and value.expression.type == BOOL:
+                condition = value.expression
+                self.note(step.kind, condition, name_of(step), step.mark, written)
+            self.value(value, step.mark, written)
+        written.update(dict.fromkeys(step.outputs.values()))
+
+    def _unset(self, step: Unset, written: Written) -> None:
+        for symbol in step.targets:
+            if symbol not in self.place.meanwhile:
+                written.pop(symbol, None)
+                self.unset_at[symbol] = step.mark
+
+    def _possible(self, step: Step, written: Written) -> None:
+        """Check a step that may not run, or fail, before what follows it runs."""
+        before = dict(written)
+        self.step(step, written)
+        written.update(before)
 
     def composite(self, step: Composite, written: Written) -> None:
         """Check the children in order; in a parallel each may read what any other writes."""
         goes_on = NODES[step.kind].handles_failure
+        meanwhile = self.place.meanwhile
         if step.kind == "parallel":
             goes_on = step.needed < len(step.children)
             for child in step.children:
                 written.update(self.writes(child))
-        with self._at(is_certain=self.place.is_certain and not goes_on):
+            meanwhile = {**meanwhile, **written}
+        check = self.step if step.kind in _IN_ORDER else self._possible
+        with self._at(is_certain=self.place.is_certain and not goes_on, meanwhile=meanwhile):
             for child in step.children:
-                self.step(child, written)
+                check(child, written)
 
     def use(self, step: Use, written: Written) -> None:
         """Check a used tree in place of the `use`; its outputs are the keys they are bound to."""
@@ -203,6 +251,8 @@ class OrderCheck:
         for name, symbol in tree.outputs.items():
             if inside.pop(symbol, symbol) is None and name in step.outputs:
                 inside[step.outputs[name]] = None
+        for symbol in [symbol for symbol in written if symbol not in inside]:
+            del written[symbol]  # the tree unsets it
         written.update(inside)
 
     @once_per_step
@@ -218,6 +268,18 @@ class OrderCheck:
         used = self.trees[step.tree].roots if isinstance(step, Use) else ()
         for child in (*children_of(step), *used):
             found.update(self.writes(child))
+        return found
+
+    @once_per_step
+    def repairs(self, step: Step) -> Written:
+        """Return the keys that `finally` and the recoveries in a step may write."""
+        found: Written = {}
+        recover, last = step.modifiers.recover, step.modifiers.finally_
+        for after_failure in (*(recover.recoveries if recover else ()), *((last,) if last else ())):
+            found.update(self.writes(after_failure))
+        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
+        for child in (*children_of(step), *used):
+            found.update(self.repairs(child))
         return found
 
     def value(self, value: Value | None, mark: Mark, written: Written) -> None:
@@ -247,9 +309,14 @@ class OrderCheck:
         """Check the read of a symbol."""
         if has_value(symbol, written):
             return
-        if symbol in self.place.later and not self.place.is_certain:
+        place = self.place
+        if symbol in place.repaired or (symbol in place.later and not place.is_certain):
             return
         sentence = f"${symbol.name} is read here, but nothing can have written it before"
+        if symbol in self.unset_at:
+            line = self.unset_at[symbol].line
+            sentence = f"${symbol.name} is read here, but line {line} unsets it, and nothing can "
+            sentence += "have written it since"
         hint = "give it an initial value, or test `is set` first"
         self.findings.error("E143", mark, sentence, hint)
 
@@ -259,7 +326,7 @@ class OrderCheck:
         """Record the possible values of a condition at this place."""
         place = self.place
         later = {**place.later, **self.changed}
-        known = KnownValues(written, later, place.inputs, place.attempts)
+        known = KnownValues(written, later, place.inputs, place.attempts, self.unset_at)
         if word == "wait_until" and place.is_limited:
             word = "limited wait"
         self.verdicts.note(word, condition, owner, mark, known)

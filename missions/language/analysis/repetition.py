@@ -9,7 +9,6 @@ from missions.language.analysis.claims import (
     is_literal,
     mark_of,
     number_of,
-    seconds,
     steps_of,
     warning,
 )
@@ -30,8 +29,6 @@ from missions.language.model import (
 )
 from stack.documents import Findings
 
-TICK = 0.1
-"""Seconds between two ticks of the tree."""
 _AGAIN = ("reactive", "reactive_fallback")
 
 
@@ -134,15 +131,11 @@ class RepetitionCheck:
                 self._visit(event.step, True)
 
     def _every(self, step: Step, *, again: bool) -> None:
-        period = number_of(step.modifiers.every)
-        if period is None or not is_literal(step.modifiers.every):
+        if not is_literal(step.modifiers.every):
             return
         mark = mark_of(step.modifiers.every, step.mark)
         finding = None
-        if period <= TICK:
-            sentence = f"`every: {seconds(period)}` has no effect: the tree ticks every {TICK:g} s"
-            finding = warning("W126", mark, sentence, "use a longer period, or remove it")
-        elif not again:
+        if not again:
             sentence = f"`every` has no effect: {name_of(step)} runs once"
             hint = "put it below a `reactive` or a `repeat`, or remove it"
             finding = warning("W126", mark, sentence, hint)
@@ -156,7 +149,7 @@ class RepetitionCheck:
             written = {symbol for node in steps_of(step) for symbol in own_writes(node)}
             endless = not written & {*until.read.values(), *until.tested.values()}
         if endless and step.modifiers.every is None and _is_instant(step):
-            sentence = f"{name_of(step)} repeats on every tick, {1 / TICK:g} times a second"
+            sentence = f"{name_of(step)} repeats on every tick of the tree"
             hint = "add `every: 5 s`, or a `wait` in a sequence"
             self.claims.claim(warning("W127", step.mark, sentence, hint), "W127", step)
 

@@ -183,3 +183,13 @@ class ModifierReader:
             if key.value not in known:
                 hint = _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
                 self.findings.error("E123", key.mark, f"{word} has no key {key.value!r}", hint)
+
+
+def keeps_going(raw: RawModifiers) -> bool:
+    """Return whether a node has `on_failure: continue`."""
+    return "on_failure" in raw and bool(raw["on_failure"][1].value == "continue")
+
+
+def value_in(raw: RawModifiers, word: str) -> Node | None:
+    """Return the value of a modifier; None if the node does not have it."""
+    return raw[word][1] if word in raw else None

@@ -11,7 +11,7 @@ from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.expressions.shown import shown
 from missions.language.expressions.texts import formatter
 from missions.language.expressions.value_types import type_of
-from missions.language.foreign_words import modifier_hint, node_hint
+from missions.language.foreign_words import modifier_hint, node_meaning
 from missions.language.keys import (
     MODIFIERS,
     ONLY_FOR,
@@ -37,7 +37,7 @@ from missions.language.reading.branches import (
     read_unset,
 )
 from missions.language.reading.commas import report_cut_expression
-from missions.language.reading.modifiers import ModifierReader, RawModifiers
+from missions.language.reading.modifiers import ModifierReader, RawModifiers, keeps_going, value_in
 from missions.language.reading.ports import Owner, PortReader
 from missions.language.reading.values import IDENTIFIER, ValueReader
 from missions.language.reading.waypoints import (
@@ -52,11 +52,16 @@ from stack.parameters import REQUIRED, suggestion
 
 
 class NodeReader:
-    """Reads the nodes of one file, checked against the catalogue and the declared trees."""
+    """Reads the nodes of one file, checked against the catalogue and the declared trees.
+
+    With `has_other_plugins`, a behaviour without a meaning here may be one of a mission's plugins.
+    """
 
     def __init__(
-        self, values: ValueReader, catalogue: Catalogue, trees: Mapping[str, Tree]
-    ) -> None:
+        self, values: ValueReader, catalogue: Catalogue, trees: Mapping[str, Tree],
+        has_other_plugins: bool = False,
+    ) -> None:  # fmt: skip
+        self.has_other_plugins = has_other_plugins
         self.values, self.catalogue, self.trees = values, catalogue, trees
         self.findings: Findings = values.findings
         self.ports = PortReader(values)
@@ -138,7 +143,7 @@ class NodeReader:
         self.values.words.add(head, WordRole.KIND, context.scope)
         self._misplaced(kind, raw)
         if kind not in ONLY_FOR["do"]:
-            self.skim(_value(raw, "do"), context)
+            self.skim(value_in(raw, "do"), context)
         modifiers = self.modifiers.read(kind, raw, context)
         name = self._label(raw)
         within = context
@@ -157,7 +162,7 @@ class NodeReader:
             return read_unset(self, start, body, within)
         if kind in NODES:
             return self._composite(start, body, within)
-        return self._leaf(start, head, body, _value(raw, "out"), within)
+        return self._leaf(start, head, body, value_in(raw, "out"), within)
 
     def _misplaced(self, kind: str, raw: RawModifiers) -> None:
         for word, owners in ONLY_FOR.items():
@@ -252,7 +257,7 @@ class NodeReader:
             mark = body.mark if body else start.mark
             sentence = "for_each needs one variable and its list: {shelf: $shelves}"
             self.findings.error("E124", mark, sentence, loop_hint(body))
-            self.skim(_value(raw, "do"), context)
+            self.skim(value_in(raw, "do"), context)
             return None
         key, node = entries[0]
         self.values.words.add(key, WordRole.DECLARED, context.scope, "for_each")
@@ -265,7 +270,7 @@ class NodeReader:
             return None
         return ForEach(
             start.kind, start.mark, start.name, start.modifiers,
-            symbol, items, _skips_failures(raw), child,
+            symbol, items, keeps_going(raw), child,
         )  # fmt: skip
 
     def _follow_waypoints(
@@ -278,7 +283,7 @@ class NodeReader:
             return None
         owner = Owner(start.kind, start.mark)
         ports = self.ports.of_behaviour(WAYPOINTS.ports, body, owner, context)
-        outputs = self.ports.outputs(WAYPOINT_OUTPUTS, _value(raw, "out"), owner, context)
+        outputs = self.ports.outputs(WAYPOINT_OUTPUTS, value_in(raw, "out"), owner, context)
         symbols = waypoint_symbols(start.mark)
         for symbol in symbols.values():
             self.warn_of_hiding(symbol, context)
@@ -287,7 +292,7 @@ class NodeReader:
         if "waypoints" not in ports or ("do" in raw and task is None):
             return None
         loop = waypoint_loop(start, drive, ports, symbols, task)
-        return replace(loop, skip_failures=_skips_failures(raw), outputs=outputs)
+        return replace(loop, skip_failures=keeps_going(raw), outputs=outputs)
 
     def child(
         self, entry: tuple[Node, Node] | None, start: Step, context: NameContext
@@ -336,12 +341,12 @@ class NodeReader:
             for name, symbol in tree.inputs.items()
         }
         owner = Owner(tree.name, body.mark, is_tree=True)
-        inputs = self.ports.by_name(declared, _value(raw, "with"), owner, context, WordRole.INPUT)
+        inputs = self.ports.by_name(declared, value_in(raw, "with"), owner, context, WordRole.INPUT)
         for name, value in defaults.items():
             text = formatter(tree.inputs[name].type, shown)(value)
             inputs.setdefault(name, Constant(value, text))
         results = {name: symbol.type for name, symbol in tree.outputs.items()}
-        outputs = self.ports.outputs(results, _value(raw, "out"), owner, context)
+        outputs = self.ports.outputs(results, value_in(raw, "out"), owner, context)
         return Use(
             start.kind, start.mark, start.name, start.modifiers, tree.name, inputs, outputs
         )  # fmt: skip
@@ -349,7 +354,7 @@ class NodeReader:
     def _skim_passed(self, raw: RawModifiers, context: NameContext) -> None:
         """Record the words under `with` and `out` of an unknown tree."""
         for word, role in (("with", WordRole.VALUE), ("out", WordRole.TARGET)):
-            given = _value(raw, word)
+            given = value_in(raw, word)
             for _, value in given.entries if given else []:
                 self.values.words.add(value, role, context.scope)
 
@@ -378,21 +383,15 @@ class NodeReader:
     def _behaviour(self, head: Node) -> BehaviourKind | None:
         word = str(head.value)
         if word not in self.known and "." not in word:
-            hint = node_hint(word, self.known)
+            hint = node_meaning(word, self.known)
             if word in self.trees:
                 hint = f"{word} is a tree: write `use: {word}`"
                 hint += ", with its inputs below `with:`" if self.trees[word].inputs else ""
-            self.findings.error("E121", head.mark, f"there is no behaviour {word!r}", hint)
+            if hint or not self.has_other_plugins:
+                hint = hint or suggestion(word, self.known)
+                self.findings.error("E121", head.mark, f"there is no behaviour {word!r}", hint)
             return None
         found = self.catalogue.get(word)
-        if found is None:
+        if found is None and not self.has_other_plugins:
             self.findings.error("E121", head.mark, self.catalogue.why_not(word))
         return found
-
-
-def _skips_failures(raw: RawModifiers) -> bool:
-    return "on_failure" in raw and bool(raw["on_failure"][1].value == "continue")
-
-
-def _value(raw: RawModifiers, word: str) -> Node | None:
-    return raw[word][1] if word in raw else None

@@ -39,7 +39,7 @@ def read_trees(path: Path, catalogue: Catalogue, draft: Draft | None = None) -> 
     """Read a file of trees as if a mission included it; return its findings.
 
     Behaviours may come from the plugins of the mission, so an unknown one is a finding only if
-    its name resembles a known one.
+    its name resembles a known one, or is a word of another tool.
 
     Raises:
         InputError: the file cannot be read, or is not YAML.
@@ -54,12 +54,8 @@ def read_trees(path: Path, catalogue: Catalogue, draft: Draft | None = None) -> 
     trees = dict(own.trees)
     words.catalogue, words.trees, words.scope = catalogue, trees, Scope((own.places,))
     for file in includes.files.values():
-        reader = NodeReader(values, catalogue, file.trees)
+        reader = NodeReader(values, catalogue, file.trees, has_other_plugins=True)
         read_bodies(file.bodies, reader, Scope((file.places,)), trees)
     if not findings.errors:
         check_recursion(trees, (), findings)
-    return tuple(item for item in findings.items if not _of_a_plugin(item))
-
-
-def _of_a_plugin(finding: Finding) -> bool:
-    return finding.code == "E121" and "did you mean" not in finding.hint
+    return tuple(findings.items)
