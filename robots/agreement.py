@@ -82,7 +82,6 @@ def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> P
     turned = {}
     for joint, place in zip(driven, described, strict=True):
         turned[joint.name] = checks.axle(joint, place, rollers=drivetrain.slides_along_axles)
-        checks.radius(joint)
     for joint in steered:
         turned[joint.name] = checks.pivot(joint)
     at = {
@@ -93,6 +92,20 @@ def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> P
     if not checks.found_errors:
         checks.floor(base)
     return Placement(base, turned)
+
+
+def check_radii(top: Section, model: RobotModel, wheels: WheelGeometry) -> None:
+    """Report wheels that have no shape to roll on, or one of another radius.
+
+    Args:
+        top: the robot file.
+        model: with all joints that `wheels` names.
+        wheels: as described.
+    """
+    checks = _WheelChecks(top, model, wheels)
+    names = {name: None for side in wheels.sides for name in side} or wheels.places
+    for name in names:
+        checks.radius(model.joints[name])
 
 
 class _WheelChecks:
