@@ -89,7 +89,7 @@ def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> P
         for joint in (*driven, *steered)
     }
     checks.lengths(at)
-    if not checks.found_errors:
+    if not top.findings.errors:  # a wrong radius or height puts everything at a wrong height
         checks.floor(base)
     return Placement(base, turned)
 
@@ -115,7 +115,6 @@ class _WheelChecks:
         node = top.node.get("wheels")
         assert node is not None
         self._node, self._findings, self._model, self._wheels = node, top.findings, model, wheels
-        self.found_errors = False
 
     def heights(self, driven: list[Joint], heights: FloatArray) -> None:
         """Report driven wheels that do not stand on one floor."""
@@ -206,7 +205,6 @@ class _WheelChecks:
     def _error(self, key: str, sentence: str, hint: str) -> None:
         node = (self._node.get(key) if key else None) or self._node
         self._findings.error(URDF, node.mark, f"wheels: {sentence}", hint)
-        self.found_errors = True
 
 
 def compare_body(
