@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import degrees, pi, tan
+from math import degrees, pi, radians, remainder, tan
 from typing import Any, TypeVar, cast
 
 from robots.declared import SHAPE, X, Y, Z
@@ -41,6 +41,17 @@ MASK = tuple(
     for name in ("from", "to")
 )  # fmt: skip
 
+LEVEL = radians(3.0)
+"""Tilt of a lidar that is used as level: 1 m in height at 20 m."""
+
+ROLL = Declaration(
+    "roll", float, "0, or 180 deg for a lidar that is mounted upside down", "rad", 0.0,
+    at_least=-pi - 1e-6, at_most=pi + 1e-6,
+)  # fmt: skip
+TILT = Declaration(
+    "pitch", float, "0: tilted lidars are not supported", "rad", 0.0, at_least=-pi, at_most=pi
+)
+
 YAW = Declaration("yaw", float, "positive to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
 PITCH = Declaration(
     "pitch", float, "positive looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2
@@ -76,7 +87,12 @@ def read_lidar(section: Section | None) -> LidarDescription | None:
     """Read a lidar; None without a section."""
     if section is None:
         return None
-    lidar = parameters_of(section, LidarDescription, mount=_mount(section), mask=_mask(section))
+    mask, upside_down = _mask(section), _upside_down(section)
+    if upside_down:  # seen from above, its angles run the other way
+        mask = tuple((-last, -first) for first, last in mask)
+    lidar = parameters_of(
+        section, LidarDescription, mount=_mount(section), mask=mask, upside_down=upside_down
+    )
     for key, worst, limit in (
         ("range_min", lidar.range_min, lidar.range_max),
         ("field_of_view", lidar.field_of_view, 2 * pi + 1e-9),
@@ -85,6 +101,20 @@ def read_lidar(section: Section | None) -> LidarDescription | None:
             mark = (section.node.get(key) or section.node).mark
             section.findings.error(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
     return lidar
+
+
+def _upside_down(section: Section) -> bool:
+    """Read `roll` and `pitch`; return whether the lidar is upside down. Report a tilted one."""
+    roll, pitch = section.value(ROLL), section.value(TILT)
+    across = abs(remainder(roll, pi))
+    if across > LEVEL or abs(pitch) > LEVEL:
+        key = "roll" if across > LEVEL else "pitch"
+        mark = (section.node.get(key) or section.node).mark
+        tilt = degrees(across if key == "roll" else abs(pitch))
+        sentence = f"{key}: a lidar tilted by {tilt:.0f} deg does not scan parallel to the floor"
+        hint = "mount it level, or upside down (`roll: 180 deg`); tilted lidars are not supported"
+        section.findings.error(SHAPE, mark, sentence, hint)
+    return abs(roll) > pi / 2
 
 
 def _mask(section: Section) -> tuple[tuple[float, float], ...]:

@@ -6,7 +6,18 @@ from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
 from missions.execution.component_choices import NAVIGATION_KINDS
 from robots.declared import BODY, PACKAGES, RADIUS, URDF_FILE, X, Y, Z, length
-from robots.sensors import CENTRE, COEFFICIENTS, FIELD_OF_VIEW, FOCAL, MASK, PITCH, PIXELS, YAW
+from robots.sensors import (
+    CENTRE,
+    COEFFICIENTS,
+    FIELD_OF_VIEW,
+    FOCAL,
+    MASK,
+    PITCH,
+    PIXELS,
+    ROLL,
+    TILT,
+    YAW,
+)
 from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
 from stack.drivetrain.description import (
     BatteryDescription,
@@ -29,7 +40,8 @@ HEIGHT = length("height", "total height of the robot")
 def robot_schema() -> Schema:
     """Return the schema of robot files; the URDF is checked by `run` and the language server."""
     mount = {"position": parts((X, Y)), "yaw": _of(YAW)}
-    lidar = {**mount, **_fields(LidarDescription), "mask": _mask()}
+    tilt = {"roll": _of(ROLL), "pitch": _of(TILT)}
+    lidar = {**mount, **tilt, **_fields(LidarDescription), "mask": _mask()}
     sonar = {**mount, **_fields(SonarDescription)}
     model = {
         "position": parts((X, Y, Z)), "yaw": _of(YAW), "pitch": _of(PITCH),

@@ -109,10 +109,11 @@ def _sight_line(
 
 
 def _limits(lidar: LidarDescription, run: range) -> tuple[float, float]:
-    """Return the first and last direction of a mask over beams, degrees."""
+    """Return the first and last direction of a mask over beams, degrees, as in robot.yaml."""
     edge = max(EDGE, degrees(lidar.angle_increment))
     first, last = (degrees(lidar.angles[beam % lidar.beams]) for beam in (run[0], run[-1]))
-    return first - edge, last + edge
+    limits = first - edge, last + edge
+    return (-limits[1], -limits[0]) if lidar.upside_down else limits
 
 
 def _runs(seen: NDArray[np.bool_]) -> Iterator[range]:

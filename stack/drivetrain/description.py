@@ -65,8 +65,10 @@ class LidarDescription:
         help="time of a full turn; 0: all beams are measured at one instant",
     )
     mask: tuple[tuple[float, float], ...] = ()
-    """Directions, sensor frame, in which it sees the robot: (from, to) anticlockwise, radians.
-    Beams between them are invalid."""
+    """Directions in which it sees the robot: (from, to) anticlockwise seen from above, in its
+    planar frame, radians. Beams between them are invalid."""
+    upside_down: bool = False
+    """Whether the angles of the sensor itself run the other way; scans and mask do not."""
 
     @property
     def angle_min(self) -> float:

@@ -74,6 +74,28 @@ def test_wrong_masks_are_findings(tmp_path, mask, words):
         scout_with(tmp_path, rear)
 
 
+@pytest.mark.parametrize(
+    ("tilt", "words"),
+    [
+        ("roll: 90 deg", "roll: a lidar tilted by 90 deg does not scan parallel to the floor"),
+        ("roll: -170 deg", "roll: a lidar tilted by 10 deg"),
+        ("pitch: 15 deg", "pitch: a lidar tilted by 15 deg"),
+        ("pitch: 180 deg", "pitch: a lidar tilted by 180 deg"),
+        ("roll: 200 deg", "roll"),
+    ],
+)
+def test_a_tilted_lidar_is_a_finding(tmp_path, tilt, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        scout_with(tmp_path, REAR.replace("height: 10 cm", f"height: 10 cm, {tilt}"))
+
+
+@pytest.mark.parametrize("roll", ["180 deg", "-180 deg", "178 deg"])
+def test_the_mask_of_a_lidar_upside_down_is_mirrored(tmp_path, roll):
+    upside_down = f"height: 10 cm, roll: {roll}, mask: [[10 deg, 20 deg]]"
+    lidar = scout_with(tmp_path, REAR.replace("height: 10 cm", upside_down)).lidars["rear"]
+    assert lidar.masks(np.radians([-15.0, 15.0])).tolist() == [True, False]
+
+
 def test_a_mask_may_go_across_the_end_of_the_turn(tmp_path):
     rear = REAR.replace("height: 10 cm", "height: 10 cm, mask: [[170 deg, -170 deg]]")
     lidar = scout_with(tmp_path, rear).lidars["rear"]

@@ -79,6 +79,19 @@ def test_the_robots_of_treepilot_do_not_see_themselves():
             assert np.isinf(own_ranges(robot.urdf, lidar)).all()
 
 
+def test_the_mask_of_a_lidar_upside_down_is_proposed_in_its_own_angles(tmp_path, monkeypatch):
+    """The mast is on the left at atan2(0.1, 0.4) = 14 deg; the sensor sees it at -14 deg."""
+    monkeypatch.chdir(tmp_path)
+    masted(tmp_path, at="0.4 0.1 0")
+    upside_down = ROBOT.replace("range_min: 5 cm", "range_min: 5 cm, roll: 180 deg")
+    (tmp_path / "down.yaml").write_text(upside_down)
+    found = diagnose_lidars("./down.yaml")
+    assert found.lines[-1].strip() == "mask: [[-18.0 deg, -10.0 deg]]"
+    masked = upside_down.replace("roll:", f"{found.lines[-1].strip()}, roll:")
+    (tmp_path / "masked.yaml").write_text(masked)
+    assert diagnose_lidars("./masked.yaml").closed == 0
+
+
 def test_doctor_proposes_a_mask_that_is_enough(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     masted(tmp_path)
