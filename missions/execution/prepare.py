@@ -8,7 +8,12 @@ from pathlib import Path
 from typing import TypeVar
 
 from missions.execution.component_choices import choices_of
-from missions.execution.fit import fit_findings, setting_findings, start_problem
+from missions.execution.fit import (
+    fit_findings,
+    setting_findings,
+    start_problem,
+    tolerance_findings,
+)
 from missions.execution.fit.components import (
     Marks,
     check_estimator,
@@ -166,6 +171,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     belief = _belief(mission, start)
     choices = choices_of(mission, robot, options.parameters or {})
     misfits += setting_findings(mission, robot, choices)
+    misfits += tolerance_findings(mission, robot, choices)
     _gather(found, lambda: check_robot_fits(choices, marks, robot))
     _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
     if recording is None and (options.body or robot.body) == "simulated":

@@ -245,6 +245,9 @@ CODES: dict[str, Code] = {
     "W143": Code("goal out of reach", "no way as wide as the robot leads from the start to it",
                  "run: {navigate_to_pose: [14.4, 5.0]}",
                  "move the goal, or use `partial: true`"),
+    "W144": Code("tolerance too fine", "the robot cannot be expected to stop so exactly",
+                 "run: {navigate_to_pose: {goal: [2, 1], tolerance: 1 mm}}",
+                 "use a larger tolerance"),
     "W170": Code("text without a case", "an argument can have a text for which there is no case",
                  "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",

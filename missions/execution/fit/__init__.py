@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from missions.execution.fit.goals import goal_findings, start_problem
 from missions.execution.fit.speeds import setting_findings, speed_findings
+from missions.execution.fit.tolerances import tolerance_findings
 from missions.language.model import Mission
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
-__all__ = ["fit_findings", "setting_findings", "start_problem"]
+__all__ = ["fit_findings", "setting_findings", "start_problem", "tolerance_findings"]
 
 
 def fit_findings(
