@@ -23,8 +23,13 @@ def tolerance_findings(
     for step in every_step(mission):
         if not isinstance(step, Leaf) or not step.behaviour.goal_ports:
             continue
-        value = step.ports.get("tolerance")
-        asked = number_of(value)
+        value, accepted = step.ports.get("tolerance"), step.ports.get("accept")
+        asked, coarse = number_of(value), number_of(accepted)
+        if asked is not None and coarse is not None and coarse <= asked:
+            sentence = f"accept: {_text(coarse, 'm')} is no coarser than the tolerance, "
+            sentence += _text(asked, "m")
+            hint = "accept a larger one, or leave it out"
+            yield Finding(mark_of(accepted, step.mark), "W145", sentence, hint, "warning")
         if asked is not None and asked < finest.position:
             mark = mark_of(value, step.mark)
             yield _finding(mark, "tolerance", _text(asked, "m"), _text(finest.position, "m"), robot)

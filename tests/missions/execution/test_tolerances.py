@@ -6,12 +6,12 @@ from missions.execution.prepare import RunOptions, diagnose
 from tests.missions.execution.live_run import HEAD
 
 
-def found(tmp_path, run, settings="", robot=None):
+def found(tmp_path, run, settings="", robot=None, code="W144"):
     path = tmp_path / "m.yaml"
     head = HEAD + (f"navigation: {{{settings}}}\n" if settings else "")
     path.write_text(f"{head}run: {run}\n", "utf-8")
     findings = diagnose(path, RunOptions(robot=robot)).findings
-    return [(item.code, item.sentence) for item in findings if item.code == "W144"]
+    return [(item.code, item.sentence) for item in findings if item.code == code]
 
 
 @pytest.mark.parametrize(
@@ -41,4 +41,12 @@ def test_a_car_cannot_correct_beside_its_path(tmp_path):
     assert not found(tmp_path, run)
     assert [sentence for _, sentence in found(tmp_path, run, robot="buggy")] == [
         "tolerance: 10 mm is finer than buggy can be expected to meet, 30 mm"
+    ]
+
+
+def test_an_accepted_tolerance_is_coarser_than_the_other(tmp_path):
+    run = "{navigate_to_pose: {goal: [2, 1], tolerance: 5 cm, accept: ACCEPT}}"
+    assert not found(tmp_path, run.replace("ACCEPT", "6 cm"), code="W145")
+    assert found(tmp_path, run.replace("ACCEPT", "5 cm"), code="W145") == [
+        ("W145", "accept: 50 mm is no coarser than the tolerance, 50 mm")
     ]
