@@ -6,7 +6,9 @@ from py_trees.common import Status
 
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
-from stack.types import Pose2D
+from behaviours.timer import Timer
+from stack.robot import Task
+from stack.types import FailureCode, Pose2D, TaskStatus
 
 GOAL_PERIOD = 1.0
 """Least time between two changes of the goal, seconds: each one plans a new drive."""
@@ -23,6 +25,10 @@ class NavigateToPose(RobotBehaviour):
     `allow_partial` of the planner, it drives to the nearest reachable pose instead. With `partial`
     this is a success, and `remaining` is the distance left to the goal; without, it fails with
     NO_VALID_PATH.
+
+    The robot tries to meet `tolerance`. With `accept`, a coarser one is enough in the end: when it
+    has been within it for `accept_after`, or cannot meet the finer one there, it only turns to the
+    goal's heading.
     """
 
     goal: Pose2D = port("goal pose, map frame")
@@ -33,6 +39,15 @@ class NavigateToPose(RobotBehaviour):
         above=0.0,
     )
     partial: bool = port("accept the nearest reachable pose", default=False)
+    accept: float | None = port(
+        "tolerance that is accepted when the finer one is not met in time; default: none",
+        unit="m",
+        default=None,
+        above=0.0,
+    )
+    accept_after: float = port(
+        "time within `accept` after which it is accepted", unit="s", default=5.0, at_least=0.0
+    )
     remaining: float = output("straight-line distance left to the goal", unit="m")
     path_length: float = output("distance driven", unit="m")
     time_taken: float = output("duration of the drive", unit="s")
@@ -45,6 +60,7 @@ class NavigateToPose(RobotBehaviour):
         """Start the drive."""
         self._timer, self._since_goal = self.start_timer(), self.start_timer()
         self._trail = OdometryTrail()
+        self._near: Timer | None = None
         self._drive_to(self.goal)
 
     def update(self) -> Status:
@@ -53,6 +69,8 @@ class NavigateToPose(RobotBehaviour):
         goal = self.goal
         if goal != self._goal and self._since_goal.is_over(GOAL_PERIOD):
             self._drive_to(goal)
+        if self._accepts():
+            self._task = self._drive(goal, self.accept)
         status = self.follow(self._task)
         if status is Status.SUCCESS and goal != self._goal:
             status = Status.RUNNING  # at the former goal; the next change is due soon
@@ -70,6 +88,25 @@ class NavigateToPose(RobotBehaviour):
             self.path_length = self._trail.distance
 
     def _drive_to(self, goal: Pose2D) -> None:
-        self._goal = goal
+        self._goal, self._coarse = goal, False
         self._since_goal.restart()
-        self._task = self.robot.navigate_to(goal, tolerance=self.tolerance, partial=self.partial)
+        self._task = self._drive(goal, self.tolerance)
+
+    def _drive(self, goal: Pose2D, tolerance: float | None) -> Task:
+        return self.robot.navigate_to(goal, tolerance=tolerance, partial=self.partial)
+
+    def _accepts(self) -> bool:
+        """Whether to drive with the coarser tolerance from now on."""
+        task, accept = self._task, self.accept
+        if accept is None or self._coarse or task.status is TaskStatus.SUCCEEDED:
+            return False
+        near = self.robot.pose.distance_to(self._goal) <= accept
+        if not near:
+            self._near = None
+        elif self._near is None:
+            self._near = self.start_timer()
+        occupied = task.failure is not None and task.failure.code == FailureCode.GOAL_OCCUPIED
+        failed = task.status is TaskStatus.FAILED and (near or occupied)
+        waited = self._near is not None and self._near.is_over(self.accept_after)
+        self._coarse = failed or (waited and task.status is TaskStatus.RUNNING)
+        return self._coarse

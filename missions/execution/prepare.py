@@ -14,6 +14,7 @@ from missions.execution.fit import (
     keepout_areas,
     setting_findings,
     start_problem,
+    tolerance_findings,
     zone_findings,
 )
 from missions.execution.fit.components import (
@@ -183,6 +184,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     misfits += dropped.items
     misfits += setting_findings(mission, robot, choices)
     misfits += component_findings(choices, marks, described)
+    misfits += tolerance_findings(mission, robot, choices)
     found.items += [item for item in misfits if item.severity == "error"]
     _gather(found, lambda: check_robot_fits(choices, marks, robot))
     _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))

@@ -62,7 +62,7 @@ def _lidar_lines(
     robot: RobotDescription, name: str, lidar: LidarDescription
 ) -> tuple[list[str], bool]:
     """Return the lines about a lidar, and whether it needs a mask that it lacks."""
-    ranges = own_ranges(robot.urdf, lidar)
+    ranges = own_ranges(robot.model, lidar)
     seen = np.isfinite(ranges) & (ranges >= lidar.range_min)
     left = seen & np.isfinite(_after_removal(robot, name, lidar, ranges))
     lines = [_sight_line(name, lidar, ranges, run, left) for run in _runs(seen)]

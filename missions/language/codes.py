@@ -275,6 +275,12 @@ CODES: dict[str, Code] = {
     "W147": Code("way closed by a zone", "every way from the start to the goal leads through zones",
                  "run: {navigate_to_pose: [9.5, 4.5]}",
                  "make the zone smaller, or move the goal"),
+    "W148": Code("tolerance too fine", "the robot cannot be expected to stop so exactly",
+                 "run: {navigate_to_pose: {goal: [2, 1], tolerance: 1 mm}}",
+                 "use a larger tolerance"),
+    "W149": Code("accepts nothing more", "`accept` is no coarser than `tolerance`",
+                 "run: {navigate_to_pose: {goal: [2, 1], tolerance: 10 cm, accept: 5 cm}}",
+                 "accept a larger tolerance, or leave it out"),
     "W170": Code("text without a case", "an argument can have a text for which there is no case",
                  "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",

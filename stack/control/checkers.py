@@ -213,7 +213,8 @@ class PoseProgressChecker(SimpleProgressChecker):
 
     At one place a turn counts only while it leads beyond the headings that the robot has had there,
     and at most for a full turn. So a robot that turns to and fro before an obstacle, or round and
-    round, makes no progress. A turn and a way that together are enough count too.
+    round, makes no progress. A turn and a way that together are enough count too. A car that drives
+    the distance to and fro must turn half as far as it does on its tightest circle.
     """
 
     Parameters = PoseProgressParameters
@@ -221,7 +222,7 @@ class PoseProgressChecker(SimpleProgressChecker):
 
     def __init__(self, parameters: PoseProgressParameters, robot: RobotDescription) -> None:
         super().__init__(parameters, robot)
-        self._heading = 0.0
+        self._heading, self._radius = 0.0, robot.turning_radius
         self._turn = 0.0
         self._counted = (0.0, 0.0)
 
@@ -236,6 +237,8 @@ class PoseProgressChecker(SimpleProgressChecker):
         if left - right >= 2.0 * pi:
             return 0.0
         fastest = _way(limits.angular_speed, limits.angular_acceleration, p.time)
+        if self._radius:
+            fastest = min(fastest, p.distance / self._radius)
         return max(0.0, self._turn - left, right - self._turn) / min(p.angle, LEAST_SHARE * fastest)
 
     def _count_turn(self) -> None:

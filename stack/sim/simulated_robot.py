@@ -81,7 +81,7 @@ class SimulatedRobot:
                 seed,
                 "lidar" if name == "lidar" else f"lidar:{name}",
                 body,
-                own_ranges(description.urdf, lidar),
+                own_ranges(description.model, lidar),
             )
             for name, lidar in description.real_lidars.items()
         }

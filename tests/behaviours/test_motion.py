@@ -184,3 +184,59 @@ def test_a_lost_robot_refuses_velocities_of_behaviours():
     robot.drive_for(STANDSTILL, 0.3)  # it can be stopped
     assert robot.spin(1.0).failure.code == FailureCode.LOST
     assert robot.spin(1.0, while_lost=True).failure is None
+
+
+FINE = {"tolerance": 0.02, "accept": 0.1, "accept_after": 5.0}
+
+
+def coarse_drives(robot):
+    return [call for call in robot.calls if call[1]["tolerance"] == 0.1]
+
+
+def test_a_coarser_tolerance_is_accepted_after_a_while_within_it(robot):
+    behaviour = NavigateToPose(goal=Pose2D(4.0, 1.5), **FINE)
+    tick(behaviour, robot)
+    robot.pose = Pose2D(3.95, 1.5)
+    for _ in range(4):
+        assert tick(behaviour, robot, 1.0) is Status.RUNNING
+        assert not coarse_drives(robot)
+    robot.pose = Pose2D(3.8, 1.5)
+    tick(behaviour, robot, 1.0)  # left: the time begins again
+    robot.pose = Pose2D(3.95, 1.5)
+    for _ in range(5):
+        assert not coarse_drives(robot)
+        assert tick(behaviour, robot, 1.0) is Status.RUNNING
+    assert len(coarse_drives(robot)) == 1
+    robot.task.succeed()
+    assert tick(behaviour, robot) is Status.SUCCESS
+    assert behaviour.remaining == pytest.approx(0.05)
+
+
+def test_the_finer_tolerance_met_in_time_is_the_end(robot):
+    behaviour = NavigateToPose(goal=Pose2D(4.0, 1.5), **FINE)
+    tick(behaviour, robot)
+    robot.pose = Pose2D(3.99, 1.5)
+    robot.task.succeed()
+    assert tick(behaviour, robot, 9.0) is Status.SUCCESS
+    assert not coarse_drives(robot)
+
+
+@pytest.mark.parametrize(
+    ("x", "code", "again"),
+    [
+        (3.95, FailureCode.NO_PROGRESS, True),
+        (3.0, FailureCode.NO_PROGRESS, False),
+        (1.0, FailureCode.GOAL_OCCUPIED, True),  # the nearest free pose may be near enough
+    ],
+)
+def test_a_drive_that_fails_where_the_coarser_tolerance_is_enough_goes_on(robot, x, code, again):
+    behaviour = NavigateToPose(goal=Pose2D(4.0, 1.5), **FINE)
+    tick(behaviour, robot)
+    robot.pose = Pose2D(x, 1.5)
+    robot.task.fail(code, "it does not get there")
+    assert tick(behaviour, robot) is (Status.RUNNING if again else Status.FAILURE)
+    assert len(coarse_drives(robot)) == int(again)
+    if again:
+        robot.task.fail(code, "nor there")
+        assert tick(behaviour, robot) is Status.FAILURE
+        assert len(coarse_drives(robot)) == 1

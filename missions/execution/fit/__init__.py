@@ -10,6 +10,7 @@ from missions.execution.fit.goals import goal_findings, start_problem
 from missions.execution.fit.needs import component_needs
 from missions.execution.fit.periods import period_findings
 from missions.execution.fit.speeds import setting_findings, speed_findings
+from missions.execution.fit.tolerances import tolerance_findings
 from missions.execution.fit.zones import keepout_areas, zone_findings
 from missions.language.model import Mission
 from stack.components import Choice
@@ -24,6 +25,7 @@ __all__ = [
     "keepout_areas",
     "setting_findings",
     "start_problem",
+    "tolerance_findings",
     "zone_findings",
 ]
 

@@ -340,13 +340,14 @@ class PhysicsRobot:
         return np.array(places)
 
 
-def load_robot(bullet: Any, client: int, model: str) -> int:
+def load_robot(bullet: Any, client: int, model: str, flags: int = 0) -> int:
     """Load a robot with its base frame at the world's origin and return its body number.
 
     Args:
         bullet: the pybullet module.
         client: number of the physics client.
         model: text of the URDF.
+        flags: more of PyBullet's for `loadURDF`.
 
     Raises:
         BodyError: PyBullet cannot read it.
@@ -356,9 +357,8 @@ def load_robot(bullet: Any, client: int, model: str) -> int:
         file.write_text(model, "utf-8")
         try:
             with loader.stdout_as_stderr():  # PyBullet prints warnings about the file to stdout
-                robot: int = bullet.loadURDF(
-                    str(file), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
-                )
+                flags |= bullet.URDF_USE_INERTIA_FROM_FILE
+                robot: int = bullet.loadURDF(str(file), flags=flags, physicsClientId=client)
         except bullet.error as error:
             raise BodyError(f"the robot's URDF cannot be loaded by PyBullet: {error}") from error
     return robot

@@ -18,7 +18,7 @@ from stack.control.checkers import (
 )
 from stack.drivetrain.limits import Limits
 from stack.types import Pose2D
-from tests.stack.navigation.toy_world import robot
+from tests.stack.navigation.toy_world import moving, robot
 
 GOAL = Pose2D(1.0, 1.0, 0.0)
 
@@ -267,3 +267,13 @@ def test_a_turn_and_a_way_count_together():
             left = 9.0 - 0.2 * share
             state = DriveState(7.0 * n + second, to_and_fro, standing=False, remaining=left)
             assert not checker.stuck(state)
+
+
+@pytest.mark.parametrize(("turn", "stays"), [(0.31, False), (0.29, True)])
+def test_a_car_turns_half_as_far_as_on_its_tightest_circle(turn, stays):
+    """0.3 m on a radius of 0.5 m are 0.6 rad."""
+    checker = PoseProgressChecker(PoseProgressParameters(), moving("ackermann"))
+    checker.start(0.0)
+    for n in range(4):
+        stuck(checker, 7.0 * n, Pose2D(0.0, 0.0, turn * n))
+    assert bool(stuck(checker, 7.0 * 3 + 2.0, Pose2D(0.0, 0.0, turn * 3))) == stays

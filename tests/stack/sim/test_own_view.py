@@ -57,7 +57,7 @@ def masted(folder, *, at="0.4 0 0", radius=0.025, length=0.6, housing="0 0 0.3")
 def test_a_mast_is_seen_and_the_housing_is_not(tmp_path):
     """Closed form: half the angle of a circle of 2.5 cm at 40 cm is asin(1/16) = 3.6 degrees."""
     robot = read_robot(masted(tmp_path))
-    ranges = own_ranges(robot.urdf, robot.lidar)
+    ranges = own_ranges(robot.model, robot.lidar)
     seen = np.degrees(robot.lidar.angles[np.isfinite(ranges)])
     assert seen == pytest.approx(np.arange(-3.0, 4.0), abs=1e-9)
     assert ranges.min() == pytest.approx(0.375, abs=0.003)
@@ -68,7 +68,7 @@ def test_what_is_below_or_above_the_plane_is_not_seen(tmp_path, height):
     """The mast ends at 0.6 m; at 0.1 m the lidar would be inside the base, which is left out."""
     robot = read_robot(masted(tmp_path, length=0.2))  # from 0.2 m to 0.4 m
     lidar = replace(robot.lidar, height=height, mount=Pose2D(0.0, 0.0))
-    beams = np.degrees(lidar.angles[np.isfinite(own_ranges(robot.urdf, lidar))])
+    beams = np.degrees(lidar.angles[np.isfinite(own_ranges(robot.model, lidar))])
     assert not (np.abs(beams) < 10.0).any()
 
 
@@ -76,7 +76,7 @@ def test_the_robots_of_treepilot_do_not_see_themselves():
     for file in HERE.glob("*/robot.yaml"):
         robot = read_robot(file)
         for lidar in robot.real_lidars.values():
-            assert np.isinf(own_ranges(robot.urdf, lidar)).all()
+            assert np.isinf(own_ranges(robot.model, lidar)).all()
 
 
 def test_the_mask_of_a_lidar_upside_down_is_proposed_in_its_own_angles(tmp_path, monkeypatch):
