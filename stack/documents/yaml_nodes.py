@@ -250,7 +250,7 @@ class _Composer:
                 first = seen[key.value]
                 self.findings.error(
                     "E011", key.mark, f"duplicate key {key.value!r}",
-                    f"the first is in line {first.line}",
+                    f"remove or rename one; the first is in line {first.line}",
                 )  # fmt: skip
             else:
                 seen[key.value] = key.mark
