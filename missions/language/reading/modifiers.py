@@ -176,7 +176,9 @@ class ModifierReader:
     def _needed(self, word: str, node: Node, context: NameContext) -> Value | None:
         given = node.get("attempts")
         if given is None:
-            if all(key.value in {*RETRY, *RECOVER} for key, _ in node.entries):
+            known = RETRY if word == "retry" else RECOVER
+            hints = [_hint(word, key, known) for key, _ in node.entries]
+            if "did you mean 'attempts'?" not in hints:
                 self.findings.error(
                     "E123", node.mark, f"{word} needs `attempts`", "write attempts: 3"
                 )
@@ -186,8 +188,12 @@ class ModifierReader:
     def _only(self, word: str, node: Node, known: Keys) -> None:
         for key, _ in node.entries:
             if key.value not in known:
-                hint = _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
-                self.findings.error("E123", key.mark, f"{word} has no key {key.value!r}", hint)
+                sentence = f"{word} has no key {key.value!r}"
+                self.findings.error("E123", key.mark, sentence, _hint(word, key, known))
+
+
+def _hint(word: str, key: Node, known: Keys) -> str:
+    return _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
 
 
 def _is_no_count(node: Node) -> bool:
