@@ -48,7 +48,7 @@ from stack.drivetrain.description import (
 )
 from stack.drivetrain.limits import Limits
 from stack.errors import InputError
-from stack.parameters import Declaration, suggestion
+from stack.parameters import Declaration, likely, suggestion
 from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
@@ -80,7 +80,9 @@ def find_robot(name_or_path: str, beside: Path) -> Path:
         except OSError as error:
             raise InputError(f"robot {name_or_path:.60}…: {error.strerror}") from None
     if name_or_path not in robot_names():
-        hint = f"{suggestion(name_or_path, robot_names())}; a path has a slash: ./{name_or_path}"
+        hint = likely(name_or_path, robot_names())
+        if not hint:
+            hint = f"available: {', '.join(robot_names())}; a path has a slash: ./{name_or_path}"
         raise InputError(f"there is no robot {name_or_path!r}; {hint}")
     return HERE / name_or_path / "robot.yaml"
 

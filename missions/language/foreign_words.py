@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from stack.parameters import likely, suggestion
+from stack.parameters import likely, nearest, suggestion
 
 NODES = {
     "selector": "fallback",
@@ -165,6 +165,9 @@ PORTS = {
 }
 """Names of ports elsewhere -> names here."""
 
+POSE_PARTS = {"x", "y", "z", "yaw", "theta", "th", "heading", "angle", "position", "orientation"}
+"""Names of the parts of a pose, which is a list here."""
+
 TYPES = {"string": "text", "str": "text", "integer": "int", "double": "float", "boolean": "bool",
          "number": "float", "time": "duration", "position": "Pose", "pose2d": "Pose"}  # fmt: skip
 """Types elsewhere, in lower case -> types here."""
@@ -219,7 +222,7 @@ def modifier_hint(word: str, known: Iterable[str]) -> str:
     return MODIFIERS.get(plain(word)) or suggestion(word, known)
 
 
-def port_hint(word: str, known: Iterable[str]) -> str:
-    """Return the hint for an unknown port."""
-    names, meant = list(known), PORTS.get(word.lower())
-    return f"did you mean {meant!r}?" if meant in names else suggestion(word, names)
+def meant_port(word: str, known: Iterable[str]) -> str:
+    """Return the port that an unknown name means; "" if none does."""
+    names, meant = list(known), PORTS.get(word.lower(), "")
+    return meant if meant in names else nearest(word, names) or ""

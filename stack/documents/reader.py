@@ -146,7 +146,8 @@ class Section:
         self._known.append(key)
         found = self.node.get(key)
         if found is None and required and self.node.is_mapping:
-            self.findings.error(self.code, self.node.mark, f"{self.what} needs the key {key!r}")
+            sentence = f"{self.what} needs the key {key!r}"
+            self.findings.error(self.code, self.node.mark, sentence, f"add `{key}: …`")
         return found
 
     def value(self, declared: Declaration) -> Any:
@@ -185,7 +186,8 @@ class Section:
             return []
         if not node.is_sequence:
             sentence = f"{key}: expected a list, got {node.words()}"
-            self.findings.error(self.code, node.mark, sentence)
+            hint = f"write {key}: [{node.value}]" if node.value is not None else ""
+            self.findings.error(self.code, node.mark, sentence, hint)
         return node.items
 
     def parts(

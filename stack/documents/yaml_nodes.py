@@ -269,7 +269,8 @@ class Composer:
         """Deal with an entry whose key stands in the mapping already, at `first`."""
         key, _ = entry
         sentence = f"duplicate key {key.value!r}"
-        self.findings.error("E011", key.mark, sentence, f"the first is in line {first.line}")
+        hint = f"remove or rename one; the first is in line {first.line}"
+        self.findings.error("E011", key.mark, sentence, hint)
 
     def _scalar(self, event: Any, mark: Mark) -> Node:
         if printable(event.value) != event.value:

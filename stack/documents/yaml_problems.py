@@ -104,7 +104,13 @@ def _second_colon(case: _Case) -> Problem:
     if above is not None and _indent(case.lines[above]) >= column:
         place = (above, _indent(case.lines[above]))
         hint = "is a `:` missing? A space must follow it"
+        if case.lines[above].lstrip().startswith("//"):
+            hint = "a comment begins with #"
         return case.at(place, "this line is not `key: value`", hint)
+    bare = re.fullmatch(r"(\s*(?:- +)?)(\w+)\s*", "" if above is None else case.lines[above])
+    if above is not None and bare and len(bare[1]) < column:
+        place, word = (above, len(bare[1])), bare[2]
+        return case.at(place, f"a `:` is missing after {word!r}", f"write `{word}:`")
     place = (line, column)
     sentence = "this line is indented deeper than the line above, which already has a value"
     return case.at(place, sentence, "begin both lines in the same column")
@@ -151,6 +157,9 @@ def _bracket(case: _Case) -> Problem:
         return case.at(case.here, sentence, hint)
     sentence = f"the {what} that opens here with `{sign}` is not closed"
     hint = f"add `{close}`"
+    if " #" in case.lines[case.opened[0]][case.opened[1] :]:
+        hint = f"` #` begins a comment: put a text with it in quotes, or add `{close}` before it"
+        return case.at(case.opened, sentence, hint)
     if case.found[2] != "<stream end>":
         hint += f", or a `,` before line {case.here[0] + 1}"
     return case.at(case.opened, sentence, hint)
@@ -193,7 +202,8 @@ def _star(case: _Case) -> Problem:
 
 
 def _tag(case: _Case) -> Problem:
-    return case.at(case.opened, "a value cannot begin with !", "put it in quotes")
+    hint = "write `not` for a negation, or put it in quotes"
+    return case.at(case.opened, "a value cannot begin with !", hint)
 
 
 def _block_text(case: _Case) -> Problem:

@@ -252,6 +252,10 @@ def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
         raise ParameterError(declared.name, error.sentence, error.hint) from None
 
 
+_SWITCHES = {"yes": "true", "on": "true", "1": "true", "no": "false", "off": "false", "0": "false"}
+"""Other words for true and false, which YAML 1.2 reads as texts."""
+
+
 def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branch per type
     if kind is typing.Any or kind is object:
         return raw
@@ -274,6 +278,9 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branc
         return _items(typing.get_args(kind)[0], unit, raw)
     words: dict[Any, str] = {bool: "true or false", int: "a whole number", str: "text"}
     expected = words.get(kind, f"a {kind.__name__ if isinstance(kind, type) else kind}")
+    meant = _SWITCHES.get(str(raw).lower()) if kind is bool else None
+    if meant:
+        raise ParameterError("", f"expected {expected}, got {shown(raw)}", f"write {meant}")
     if has_fields(kind):
         expected += f" {{{', '.join(declarations(kind))}}}"
     raise ParameterError("", f"expected {expected}, got {shown(raw)}")

@@ -33,7 +33,7 @@ NONE = "none are available"
 
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Hint for an unknown word: its new name, the most similar word, or all known words."""
-    names = sorted(known)
+    names = sorted(set(known))
     return likely(word, names) or (f"available: {', '.join(names)}" if names else NONE)
 
 

@@ -82,6 +82,9 @@ def read_quantity(text: str, unit: str) -> float:
             comma = re.fullmatch(r",(\d+)\s*(.*)", written)
             if comma:
                 hint = f"write a decimal point: {match[1]}.{comma[1]} {comma[2]}".rstrip()
+            clock = re.fullmatch(r":(\d\d)", written)
+            if clock and unit == "s":
+                hint = f"write {int(60 * number + int(clock[1]))} s"
             elif _ELSEWHERE.get(written.lower()):
                 hint = f"write {match[1]} {_ELSEWHERE[written.lower()]}"
             raise ParameterError("", f"unknown unit {written!r} in {text!r}", hint)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, isnan
 
 import numpy as np
 
@@ -128,6 +128,8 @@ class Goals:
             tolerance = _tolerance(step.ports.get("tolerance"))
             for port in step.behaviour.goal_ports:
                 for pose, mark, name in self._poses(step.ports.get(port), step.mark, ()):
+                    if isnan(pose.x):
+                        continue  # a place with an error
                     goal = Goal(pose, mark, name, is_partial, tolerance)
                     found.setdefault((mark, pose, is_partial, tolerance), goal)
         return list(found.values())

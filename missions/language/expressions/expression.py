@@ -184,6 +184,8 @@ def check_expression(
     if not check.problems and not wanted.accepts(found) and wanted is not ANYTHING:
         hint = "`/` always gives a number: use a key of the type float" if wanted == INT else ""
         hint = hint if found.of is float and "/" in source else ""
+        if wanted == BOOL and found.is_number:
+            hint = f"compare it: {source} > …"
         check.problem("E153", 0, f"expected {wanted}, got {found}", hint)
     if check.problems:
         return None, check.problems

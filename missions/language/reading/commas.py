@@ -1,6 +1,9 @@
-"""Expressions without quotes that YAML ends at a comma: `{set: {l: append($l, 1)}}`."""
+"""Values without quotes that YAML ends at a comma: `{set: {l: append($l, 1)}}`, `{wait: 0,5}`."""
 
 from __future__ import annotations
+
+import re
+from collections.abc import Sequence
 
 from missions.language.expressions.tokens import balance
 from stack.documents import Findings, Node
@@ -13,6 +16,12 @@ def report_cut_expression(node: Node, findings: Findings) -> bool:
     """
     entries = node.entries
     for number, (key, value) in enumerate(entries):
+        if _ends_at_a_decimal_comma(value, entries[number + 1 :]):
+            rest = str(entries[number + 1][0].value)
+            sentence = f"YAML ends {value.value} at the comma"
+            hint = f"write {value.value}.{rest}, or [{value.value}, {rest}] for two numbers"
+            findings.error("E132", value.mark, sentence, hint)
+            return True
         if not isinstance(value.value, str) or value.quoted or balance(value.value) <= 0:
             continue
         text = value.value
@@ -26,3 +35,12 @@ def report_cut_expression(node: Node, findings: Findings) -> bool:
             findings.error("E150", value.mark, sentence, hint)
             return True
     return False
+
+
+def _ends_at_a_decimal_comma(value: Node, after: Sequence[tuple[Node, Node]]) -> bool:
+    """Return whether a number is followed by a number as a key without a value: `0,5`."""
+    if not after or not isinstance(value.value, int) or isinstance(value.value, bool):
+        return False
+    key, nothing = after[0]
+    begins_with_digit = re.match(r"-?\d", str(key.value)) is not None
+    return begins_with_digit and nothing.kind == "scalar" and nothing.value is None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from math import inf
+from math import inf, nan
 from typing import Any
 
 from missions.language.expressions.expression import NameContext
@@ -61,7 +61,7 @@ class DeclarationReader:
                 pose = Declaration(name, Pose2D).read(entry.plain())
             except ParameterError as error:
                 self.findings.error("E106", entry.mark, str(error), error.hint)
-                pose = Pose2D(0.0, 0.0)
+                pose = Pose2D(nan, nan)  # reported once: no goal there is judged
             layer[name] = Symbol(name, Role.PLACE, POSE, key.mark, pose)
         return layer
 
@@ -149,7 +149,8 @@ class DeclarationReader:
                 guess = _OF_UNITS.get(units()[quantity_unit(entry.value) or ""][0], "float")
             hint = f"write {key.value}: {{type: {guess}, {value}: {text_of(entry)}}}"
         self.findings.error("E101", entry.mark, sentence, hint)
-        return Symbol(str(key.value), role, ANYTHING, key.mark, None)
+        known = UNSET if role is Role.ARGUMENT else None
+        return Symbol(str(key.value), role, ANYTHING, key.mark, known)
 
     def tree(self, key: Node, node: Node, scope: Scope) -> Tree:
         """Read a tree's name, `in` and `out`; its nodes are read when all trees are known.
@@ -314,12 +315,17 @@ class DeclarationReader:
             sentence = f"{what} must be a mapping, got {node.words()}"
             self.findings.error("E101", node.mark, sentence, hint)
         good = []
-        for key, value in node.entries:
+        inside = [entry for item in node.items for entry in item.entries]
+        for key, value in node.entries or inside:  # a list has been reported
             if isinstance(key.value, str) and IDENTIFIER.fullmatch(key.value):
                 good.append((key, value))
             else:
                 sentence = f"{key.words()} is not a valid name"
+                better = re.sub(r"\W+", "_", str(key.value)).strip("_")
                 hint = "use letters, digits and _; start with a letter"
+                if IDENTIFIER.fullmatch(better):
+                    hint += f": {better}"
+                self.values.refused.add(str(key.value))
                 self.findings.error("E144", key.mark, sentence, hint)
         return good
 

@@ -75,7 +75,9 @@ class EventReader:
         for needed in required(EVENT):
             meant = {EVENT_WORDS.get(str(word.value)) for word, _ in body.entries}
             if body.get(needed) is None and needed not in meant:
-                self.findings.error("E112", key.mark, f"the event {name!r} needs `{needed}`")
+                self.findings.error(
+                    "E112", key.mark, f"the event {name!r} needs `{needed}`", f"add `{needed}: …`"
+                )
         condition = self.values.expression(when, context) if when else None
         hold: Value | None = self.values.value(HOLD, held, context) if held else NO_HOLD
         given = body.get("again")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, TypeVar
 from missions.language.expressions.scope import Symbol
 from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Component, Replay, Resources
+from missions.language.reading.include import BESIDE
 from missions.language.reading.port_expressions import reference_name
 from missions.language.reading.robot import HeaderValues, RobotReader
 from missions.language.reading.words import WordRole, Words
@@ -64,7 +66,7 @@ class HeaderReader:
         node = self.top.node_of("format")
         if node is not None and (node.value != FORMAT or isinstance(node.value, bool)):
             sentence = f"this version reads format {FORMAT}, got {node.words()}"
-            self.findings.error("E105", node.mark, sentence)
+            self.findings.error("E105", node.mark, sentence, f"write format: {FORMAT}")
 
     def world_places(self, world: str) -> Mapping[str, Pose2D]:
         """Return the named poses of the world."""
@@ -134,6 +136,8 @@ class HeaderReader:
                 if self.knows_places:
                     sentence = f"{key}: there is no place {name!r}"
                     hint = suggestion(name, [*places, *words])
+                    if re.fullmatch(r"[-\d.]+\s*,[-\d\s.,]+", name):
+                        hint = f"write [{name}]"
                     self.findings.error("E106", node.mark, sentence, hint)
                 return None
             pose: Pose2D = places[name].value
@@ -324,7 +328,7 @@ class HeaderReader:
         for item in error.findings:
             if item.code == "E001":
                 sentence = f"{item.mark.file}: {item.sentence}"
-                self.findings.error(code, mark, sentence, item.hint)
+                self.findings.error(code, mark, sentence, item.hint or BESIDE)
             else:
                 self.findings.items.append(item)
 

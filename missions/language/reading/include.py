@@ -17,6 +17,7 @@ from missions.language.reading.declarations import DeclarationReader, Layer
 from stack.documents import Finding, Mark, Node, Section, read_file
 from stack.errors import InputError
 
+BESIDE = "paths are relative to the folder of the file that names them"
 MAX_FILES = 50
 
 
@@ -51,7 +52,8 @@ class IncludeReader:
         found, seen = TreeFile([], {}, {}), list[str]()
         items = [] if node is None else node.items
         if node is not None and not node.is_sequence and node.value is not None:
-            self._error(node.mark, f"include must be a list of files, got {node.words()}")
+            hint = f"write include: [{node.value}]" if isinstance(node.value, str) else ""
+            self._error(node.mark, f"include must be a list of files, got {node.words()}", hint)
         for item in items:
             if not isinstance(item.value, str) or not item.value:
                 self._error(item.mark, f"include must be a list of files, got {item.words()}")
@@ -120,7 +122,7 @@ class IncludeReader:
     def _add_findings(self, findings: Iterable[Finding], mark: Mark) -> None:
         for item in findings:
             if item.code == "E001":
-                self._error(mark, f"{item.mark.file}: {item.sentence}", item.hint)
+                self._error(mark, f"{item.mark.file}: {item.sentence}", item.hint or BESIDE)
             else:
                 self.findings.items.append(item)
 
@@ -135,5 +137,7 @@ class IncludeReader:
 
 
 def tree_entries(node: Node | None) -> list[tuple[Node, Node]]:
-    """Return names and bodies under `trees`."""
+    """Return names and bodies under `trees`; also of a list of mappings, which is reported."""
+    if node is not None and node.is_sequence:
+        return [entry for item in node.items for entry in item.entries]
     return node.entries if node else []

@@ -180,8 +180,9 @@ class _Reading:
         section = self.top.node_of("trees")
         if section is not None and not section.is_mapping and section.value is not None:
             self.findings.error(
-                "E101", section.mark, f"trees must be a mapping, got {section.words()}"
-            )
+                "E101", section.mark, f"trees must be a mapping, got {section.words()}",
+                "write `name: {do: …}` for each, without `- `",
+            )  # fmt: skip
         own = tree_entries(section)
         trees = {str(key.value): self.declarations.tree(key, node, scope) for key, node in own}
         self.includes.merge_trees(dict(included.trees), trees)

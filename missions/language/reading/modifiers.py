@@ -35,6 +35,8 @@ _HINTS = {
     ("repeat", "while"): "write `repeat: forever`, and `while: …` beside it",
     ("repeat", "times"): "write `repeat: 3`",
     ("repeat", "count"): "write `repeat: 3`",
+    ("retry", "times"): "did you mean 'attempts'?",
+    ("retry", "count"): "did you mean 'attempts'?",
     ("recover", "do"): "did you mean 'round_robin'?",
     ("recover", "recoveries"): "did you mean 'round_robin'?",
     ("recover", "actions"): "did you mean 'round_robin'?",
@@ -108,8 +110,8 @@ class ModifierReader:
                 hint = "write repeat: {until: condition}"
                 self.findings.error("E123", node.mark, "repeat needs `until`", hint)
             return Constant(None, f"until {until.value if until else '?'}")
-        if isinstance(node.value, str) and node.value.isalpha():
-            sentence = f"repeat: expected a whole number, got {node.words()}"
+        if _is_no_count(node):
+            sentence = f"repeat: expected a whole number from 1 on, got {node.words()}"
             self.findings.error("E132", node.mark, sentence, "or write `forever` or {until: …}")
             return None
         return self._scalar(TIMES, raw, context)
@@ -134,8 +136,8 @@ class ModifierReader:
         if "retry" not in raw:
             return None
         node = raw["retry"][1]
-        if isinstance(node.value, str) and node.value.isalpha():
-            sentence = f"retry: expected a number of attempts, got {node.words()}"
+        if _is_no_count(node):
+            sentence = f"retry: expected a number of attempts from 1 on, got {node.words()}"
             hint = "write retry: 3; nothing is tried again for ever"
             self.findings.error("E132", node.mark, sentence, hint)
             return None
@@ -174,15 +176,31 @@ class ModifierReader:
     def _needed(self, word: str, node: Node, context: NameContext) -> Value | None:
         given = node.get("attempts")
         if given is None:
-            self.findings.error("E123", node.mark, f"{word} needs `attempts`")
+            known = RETRY if word == "retry" else RECOVER
+            hints = [_hint(word, key, known) for key, _ in node.entries]
+            if "did you mean 'attempts'?" not in hints:
+                self.findings.error(
+                    "E123", node.mark, f"{word} needs `attempts`", "write attempts: 3"
+                )
             return None
         return self.values.value(ATTEMPTS, given, context)
 
     def _only(self, word: str, node: Node, known: Keys) -> None:
         for key, _ in node.entries:
             if key.value not in known:
-                hint = _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
-                self.findings.error("E123", key.mark, f"{word} has no key {key.value!r}", hint)
+                sentence = f"{word} has no key {key.value!r}"
+                self.findings.error("E123", key.mark, sentence, _hint(word, key, known))
+
+
+def _hint(word: str, key: Node, known: Keys) -> str:
+    return _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
+
+
+def _is_no_count(node: Node) -> bool:
+    """Return whether a number of runs is a word, true or false, or below 1."""
+    value = node.value
+    is_word = isinstance(value, str) and value.isalpha()
+    return is_word or isinstance(value, bool) or (isinstance(value, int) and value < 1)
 
 
 def keeps_going(raw: RawModifiers) -> bool:

@@ -11,7 +11,8 @@ from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.expressions.shown import shown
 from missions.language.expressions.texts import formatter
 from missions.language.expressions.value_types import type_of
-from missions.language.foreign_words import modifier_hint, node_meaning
+from missions.language.foreign_words import MODIFIERS as WORDS
+from missions.language.foreign_words import modifier_hint, node_meaning, plain
 from missions.language.keys import (
     MODIFIERS,
     ONLY_FOR,
@@ -73,7 +74,7 @@ class NodeReader:
         if node.kind == "scalar" and isinstance(node.value, str):
             return self._step(node, None, {}, context)
         if not node.is_mapping or not node.entries:
-            hint = "write a list under `sequence:`" if node.is_sequence else ""
+            hint = "write a list under `sequence:`" if node.is_sequence else "write `wait: 3 s`"
             sentence = f"a node must be one key that names its type, got {node.words()}"
             self.findings.error("E120", node.mark, sentence, hint)
             for item in node.items:
@@ -120,7 +121,7 @@ class NodeReader:
                 sentence = f"a node has one type, got {head[0].value!r} and {key.value!r}"
                 hint = "write each as a list item, with `- ` in front"
                 self.findings.error("E120", key.mark, sentence, hint)
-            else:
+            elif known or plain(str(head[0].value)) not in WORDS:  # `then` of an `if` is no mistake
                 self._unknown_modifier(head[0], key)
         return head
 
@@ -141,7 +142,8 @@ class NodeReader:
     ) -> Step | None:  # fmt: skip
         kind = str(head.value)
         self.values.words.add(head, WordRole.KIND, context.scope)
-        self._misplaced(kind, raw)
+        if kind in self.known or "." in kind:
+            self._misplaced(kind, raw)
         if kind not in ONLY_FOR["do"]:
             self.skim(value_in(raw, "do"), context)
         modifiers = self.modifiers.read(kind, raw, context)
@@ -162,7 +164,7 @@ class NodeReader:
             return read_unset(self, start, body, within)
         if kind in NODES:
             return self._composite(start, body, within)
-        return self._leaf(start, head, body, value_in(raw, "out"), within)
+        return self._leaf(start, head, body, raw, within)
 
     def _misplaced(self, kind: str, raw: RawModifiers) -> None:
         for word, owners in ONLY_FOR.items():
@@ -201,7 +203,9 @@ class NodeReader:
                 got = "an empty list"
             place = node.mark if node is not None and node.value is not None else mark
             is_mapping = node is not None and node.is_mapping
-            hint = "write `- ` in front of each node" if is_mapping else ""
+            hint = (
+                "write `- ` in front of each node" if is_mapping else f"write {kind}: [NODE, NODE]"
+            )
             self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}", hint)
             if node is not None and node.value is not None and not node.is_sequence:
                 self.skim(node, context)
@@ -340,7 +344,7 @@ class NodeReader:
             name: symbol.type.declaration(name, default=defaults.get(name, REQUIRED))
             for name, symbol in tree.inputs.items()
         }
-        owner = Owner(tree.name, body.mark, is_tree=True)
+        owner = Owner(tree.name, body.mark, is_tree=True, misplaced=raw)
         inputs = self.ports.by_name(declared, value_in(raw, "with"), owner, context, WordRole.INPUT)
         for name, value in defaults.items():
             text = formatter(tree.inputs[name].type, shown)(value)
@@ -359,13 +363,12 @@ class NodeReader:
                 self.values.words.add(value, role, context.scope)
 
     def _leaf(
-        self, start: Step, head: Node, body: Node | None, out: Node | None,
-        context: NameContext,
+        self, start: Step, head: Node, body: Node | None, raw: RawModifiers, context: NameContext,
     ) -> Leaf | None:  # fmt: skip
         kind = self._behaviour(head)
         if kind is None:
             return None
-        owner = Owner(start.kind, head.mark)
+        owner = Owner(start.kind, head.mark, misplaced=raw)
         ports = self.ports.of_behaviour(kind.ports, body, owner, context)
         if not kind.bindable:
             for name, value in ports.items():
@@ -375,7 +378,7 @@ class NodeReader:
         if start.kind == "fail":
             check_failure_code(ports, start.mark, self.findings)
         results = {name: type_of(declared) for name, declared in kind.outputs.items()}
-        outputs = self.ports.outputs(results, out, owner, context)
+        outputs = self.ports.outputs(results, value_in(raw, "out"), owner, context)
         return Leaf(
             start.kind, start.mark, start.name, start.modifiers, kind, ports, outputs
         )  # fmt: skip
@@ -384,6 +387,9 @@ class NodeReader:
         word = str(head.value)
         if word not in self.known and "." not in word:
             hint = node_meaning(word, self.known)
+            name, colon, value = word.partition(":")
+            if colon and (name in self.known or name in MODIFIERS):
+                hint = f"write a space after the colon: `{name}: {value.strip()}`"
             if word in self.trees:
                 hint = f"{word} is a tree: write `use: {word}`"
                 hint += ", with its inputs below `with:`" if self.trees[word].inputs else ""

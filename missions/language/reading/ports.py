@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol
-from missions.language.expressions.value_types import ASSIGNMENTS, EXPRESSION, ValueType, type_of
-from missions.language.foreign_words import port_hint
+from missions.language.expressions.value_types import (
+    ASSIGNMENTS,
+    EXPRESSION,
+    POSE,
+    ValueType,
+    type_of,
+)
+from missions.language.foreign_words import POSE_PARTS, meant_port
 from missions.language.keys import MODIFIERS
 from missions.language.model import Value
 from missions.language.reading.commas import report_cut_expression
@@ -20,11 +26,16 @@ from stack.parameters import Declaration, suggestion
 
 @dataclass(frozen=True, slots=True)
 class Owner:
-    """The behaviour or tree whose ports are read, with the position of its name."""
+    """The behaviour or tree whose ports are read, with the position of its name.
+
+    Attributes:
+        misplaced: names that are written beside it; they are reported as unknown modifiers.
+    """
 
     name: str
     mark: Mark
     is_tree: bool = False
+    misplaced: Collection[str] = ()
 
 
 class PortReader:
@@ -43,7 +54,10 @@ class PortReader:
         bare = bare_port(ports)
         if not body.is_mapping and bare is None:
             self.values.words.add(body, WordRole.PORT, context.scope, owner.name)
-        takes_keys = bare is not None and type_of(ports[bare]) == ASSIGNMENTS
+        takes_keys = bare is not None and (
+            type_of(ports[bare]) == ASSIGNMENTS
+            or (type_of(ports[bare]) == POSE and _is_like_a_pose(body, ports))
+        )
         if body.is_mapping and not takes_keys:
             return self.by_name(ports, body, owner, context)
         if bare is None:
@@ -70,21 +84,34 @@ class PortReader:
         if body is not None and report_cut_expression(body, self.values.findings):
             return values
         given = [] if body is None else body.entries
+        named = [str(key.value) for key, _ in given]
         for key, node in given:
             word = str(key.value)
             words.add(key, role, context.scope, owner.name, ports.get(word))
             if word not in ports:
-                sentence = f"{owner.name} has no port {word!r}"
-                hint = port_hint(word, ports)
-                if word in MODIFIERS and word not in ("name", "do", "out"):
-                    hint = f"{word} is a modifier: write it beside `{owner.name}:`"
-                self.findings.error("E130", key.mark, sentence, hint)
-                continue
+                word = self._unknown(key, ports, owner, named)
+                if not word:
+                    continue
+                named.append(word)
             value = self.values.value(ports[word], node, context, owner.name)
             if value is not None:
                 values[word] = value
-        self._missing(ports, [str(key.value) for key, _ in given], owner)
+        self._missing(ports, named, owner)
         return values
+
+    def _unknown(
+        self, key: Node, ports: Mapping[str, Declaration], owner: Owner, named: Collection[str]
+    ) -> str:
+        """Report an unknown port; return the port that is meant, "" if it is not clear."""
+        word = str(key.value)
+        meant = meant_port(word, ports)
+        hint = f"did you mean {meant!r}?" if meant else suggestion(word, ports)
+        if word in MODIFIERS and word not in ("name", "do", "out"):
+            meant, hint = "", f"{word} is a modifier: write it beside `{owner.name}:`"
+        elif owner.is_tree and not ports:
+            hint = f"declare it in the tree: in: {{{word}: TYPE}}"
+        self.findings.error("E130", key.mark, f"{owner.name} has no port {word!r}", hint)
+        return "" if meant in named else meant
 
     def outputs(
         self, results: Mapping[str, ValueType], node: Node | None, owner: Owner,
@@ -119,13 +146,19 @@ class PortReader:
     ) -> None:
         names = list(given)
         for name, declared in ports.items():
-            if declared.required and name not in names:
+            if declared.required and name not in names and name not in owner.misplaced:
                 kind = type_of(declared)
                 words = "expression" if kind == EXPRESSION else str(kind)
                 sentence = f"{owner.name} needs the port {name!r} ({words})"
                 hint = f"add `{name}: …`" + (" below `with:`" if owner.is_tree else "")
                 hint += f": {declared.help}" if declared.help else ""
                 self.findings.error("E131", owner.mark, sentence, hint)
+
+
+def _is_like_a_pose(body: Node, ports: Mapping[str, Declaration]) -> bool:
+    """Return whether a mapping is a pose by the names of its parts, as in other tools."""
+    names = {str(key.value) for key, _ in body.entries}
+    return bool(names) and names <= POSE_PARTS and not names & set(ports)
 
 
 def bare_port(ports: Mapping[str, Declaration]) -> str | None:

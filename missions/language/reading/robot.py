@@ -93,6 +93,12 @@ class RobotReader:
     def replay(self, node: Node) -> tuple[str, Replay | None]:
         """Return the robot that describes the drive, and the log; None after a finding."""
         self.values.words.keys(node, "replayed robot")
+        if node.get("use") is None and node.get("log") is None:
+            name = node.get("name") or node.get("type")
+            sentence = "`robot` is a name or a path; only a replayed robot has keys"
+            hint = f"write robot: {name.value if name else USUAL_ROBOT}"
+            self.findings.error("E101", node.mark, sentence, hint)
+            return USUAL_ROBOT, None
         section = Section(node, self.findings, "`robot`", "E101", [*REPLAYED_ROBOT])
         use = section.node_of("use", required=True)
         if use is not None:

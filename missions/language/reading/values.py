@@ -67,6 +67,7 @@ class ValueReader:
         used: symbols that are read or written, in the order of their first use.
         written: symbols that are written.
         words: the words of the values.
+        refused: invalid names, which were reported where they are declared.
     """
 
     def __init__(self, findings: Findings, words: Words | None = None) -> None:
@@ -74,6 +75,7 @@ class ValueReader:
         self.words = Words() if words is None else words
         self.used: dict[Symbol, None] = {}
         self.written: dict[Symbol, None] = {}
+        self.refused: set[str] = set()
 
     def value(
         self, declared: Declaration, node: Node, context: NameContext, owner: str = "",
@@ -122,7 +124,7 @@ class ValueReader:
             sentence = f"expected an expression, got {node.words()}"
             self.findings.error("E150", node.mark, sentence)
             return None
-        checked, problems = check_expression(source, context, wanted)
+        checked, problems = self._checked(source, context, wanted)
         for problem in problems:
             hint = problem.hint
             if problem.code == "E151" and wanted == TEXT:
@@ -162,7 +164,7 @@ class ValueReader:
     ) -> Value | None:
         """Read an expression at a port; one of places and arguments only is a constant."""
         kind = type_of(declared)
-        checked, problems = check_expression(source, context, kind)
+        checked, problems = self._checked(source, context, kind)
         for problem in problems:
             place = _within(node, problem.at) if node.kind == "scalar" else node.mark
             words = f"{declared.name}: " if problem.code == "E153" else ""
@@ -178,6 +180,12 @@ class ValueReader:
             sentence = f"{declared.name} = {source}: {error.sentence}"
             self.findings.error("E132", node.mark, sentence, error.hint)
         return None
+
+    def _checked(
+        self, source: str, context: NameContext, wanted: ValueType
+    ) -> tuple[CheckedExpression | None, list[ExpressionError]]:
+        checked, problems = check_expression(source, context, wanted)
+        return checked, [] if any(f"${name}" in source for name in self.refused) else problems
 
     def _recorded(self, checked: CheckedExpression | None, mark: Mark) -> CheckedExpression | None:
         """Set the position of an expression, and record the symbols that it reads."""
@@ -200,7 +208,7 @@ class ValueReader:
                     continue
                 mark = _within(node, piece.at)
                 source, moved = source_of(piece, context.scope)
-                checked, problems = check_expression(source, context, ANYTHING)
+                checked, problems = self._checked(source, context, ANYTHING)
                 for item in problems:
                     place = _within(node, piece.at + max(0, item.at + moved))
                     self.findings.error(item.code, place, item.sentence, item.hint)

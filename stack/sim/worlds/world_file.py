@@ -17,7 +17,7 @@ import numpy as np
 from stack.documents import Findings, Mark, Node, Section, read_document
 from stack.errors import InputError
 from stack.mapping.limits import FARTHEST, MAX_ITEMS
-from stack.parameters import Declaration, suggestion
+from stack.parameters import Declaration, likely, suggestion
 from stack.sim.worlds import items
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.people import people
@@ -69,7 +69,9 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
         return folder / Path(name_or_path).expanduser()
     known = [file.stem for file in shipped.glob("*.yaml")]
     if name_or_path not in known:
-        hint = f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}.yaml"
+        hint = likely(name_or_path, known)
+        if not hint:
+            hint = f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}.yaml"
         raise InputError(f"there is no world {name_or_path!r}; {hint}")
     return shipped / f"{name_or_path}.yaml"
 
