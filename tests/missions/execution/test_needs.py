@@ -133,11 +133,12 @@ def test_a_layer_without_its_sensor_is_refused(tmp_path):
 
 
 def test_a_lidar_in_no_layer_is_reported_and_a_layer_of_no_lidar(tmp_path):
-    text = "navigation: {costmap: {layers: [static, obstacle]}}\nrun: {wait: 3 s}\n"
+    front = "{use: obstacle, source: lidar}"
+    text = f"navigation: {{costmap: {{layers: [static, {front}]}}}}\nrun: {{wait: 3 s}}\n"
     [finding] = found(tmp_path, text, "lidar", "rear lidar")
     assert (finding.code, finding.severity) == ("W144", "warning")
     assert "{use: obstacle, name: obstacle_rear, source: rear}" in finding.hint
-    wrong = text.replace("obstacle]", "{use: obstacle, source: rare}]")
+    wrong = text.replace(front, "obstacle, {use: obstacle, name: back, source: rare}")
     (tmp_path / "wrong").mkdir()
     [finding] = found(tmp_path / "wrong", wrong, "lidar", "rear lidar")
     assert finding.code == "E183" and "available: lidar, rear" in finding.hint
@@ -145,8 +146,10 @@ def test_a_lidar_in_no_layer_is_reported_and_a_layer_of_no_lidar(tmp_path):
 
 def test_lists_that_read_every_lidar_and_the_default_are_fine(tmp_path):
     rear = "{use: obstacle, name: obstacle_rear, source: rear}"
-    text = f"navigation: {{costmap: {{layers: [static, obstacle, {rear}]}}}}\nrun: {{wait: 3 s}}\n"
-    assert found(tmp_path, text, "lidar", "rear lidar") == []
+    for name, layers in (("named", f"obstacle, {rear}"), ("all", "obstacle")):
+        (tmp_path / name).mkdir()
+        text = f"navigation: {{costmap: {{layers: [static, {layers}]}}}}\nrun: {{wait: 3 s}}\n"
+        assert found(tmp_path / name, text, "lidar", "rear lidar") == []
     (tmp_path / "usual").mkdir()
     assert found(tmp_path / "usual", "run: {wait: 3 s}\n", "lidar", "rear lidar") == []
 
