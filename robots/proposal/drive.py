@@ -65,7 +65,8 @@ def propose_drive(model: RobotModel) -> DriveProposal:
     Raises:
         InputError: no kind of drive fits the rolling joints; names them.
     """
-    wheels = _on_the_floor([wheel for joint in _rolling(model) if (wheel := _wheel(model, joint))])
+    rolling = {joint.name: _wheel(model, joint) for joint in _rolling(model)}
+    wheels = _on_the_floor([wheel for wheel in rolling.values() if wheel is not None])
     steered = [joint for joint in _steering(model) if _wheels_below(model, joint, wheels)]
     under = {wheel.name for joint in steered for wheel in _wheels_below(model, joint, wheels)}
     straight = [wheel for wheel in wheels if abs(wheel.axle[1]) > STRAIGHT]
@@ -87,10 +88,13 @@ def propose_drive(model: RobotModel) -> DriveProposal:
     if left and len(left) == len(right):
         return _sides(left, right)
     found = ", ".join(repr(wheel.name) for wheel in wheels) or "none"
+    unknown = ", ".join(repr(name) for name, wheel in rolling.items() if wheel is None)
     raise InputError(
         f"no drive is recognised in {model.element.mark.file}: the continuous joints with a "
-        f"horizontal axis and a shape that reaches the floor are {found}; expected the same number "
-        "on both sides, three around the base, or two behind two steered ones"
+        f"horizontal axis and a shape that reaches the floor are {found}"
+        + (f"; those without a shape that can be read: {unknown}" if unknown else "")
+        + "; expected the same number on both sides, three around the base, or two behind two "
+        "steered ones"
     )
 
 

@@ -272,3 +272,56 @@ def test_an_inertia_that_no_rigid_body_has_is_corrected_with_a_warning(read, cli
     body = load_robot(pybullet, client, robot.model)
     moments = sorted(pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[2])
     assert moments == pytest.approx([0.04, 0.04, 0.08], rel=1e-4)
+
+
+SKID = """robot: r
+footprint: [[0.3, 0.25], [-0.3, 0.25], [-0.3, -0.25], [0.3, -0.25]]
+height: 0.4
+urdf: r.urdf
+wheels:
+  drive: skid_steered
+  left: [fl, rl]
+  right: [fr, rr]
+  radius: 0.08
+  track: 0.4
+  effective_track: 0.6
+skid: {slip: 0}
+"""
+
+
+def four_wheels(x=0.0):
+    wheels = "".join(
+        link(
+            f"{name}_wheel",
+            inertial(1.5, 2e-3)
+            + '<collision><geometry><cylinder radius="0.08" length="0.04"/></geometry></collision>',
+        )
+        + joint(name, "base", f"{name}_wheel", f"{x + ahead} {side} 0.08", rpy, "continuous", axis)
+        for name, ahead, side in (
+            ("fl", 0.15, 0.2), ("rl", -0.15, 0.2), ("fr", 0.15, -0.2), ("rr", -0.15, -0.2)
+        )
+        for rpy, axis in [(f"{-pi / 2} 0 0", "0 0 1")]
+    )  # fmt: skip
+    body = (
+        f'<collision><origin xyz="{x} 0 0.2"/><geometry><box size="0.5 0.3 0.1"/></geometry>'
+        "</collision>"
+    )
+    return (
+        f'<robot name="r">{link("base", inertial(20, 0.5, f"{x} 0 0.15") + body)}{wheels}</robot>'
+    )
+
+
+@pytest.mark.parametrize("x", [0.0, 0.2])
+def test_four_skidding_wheels_are_carried_on_one_axle(read, placed, x):
+    robot = read(four_wheels(x), SKID)
+    assert robot.warnings == ()
+    physics, body = placed(robot)
+    # Spheres of 8 cm reach no further to the side than the wheels: 0.2 + 0.02 - 0.08 m.
+    assert body.wheel_places == pytest.approx(np.array([[0.0, 0.14], [0.0, -0.14]]), abs=1e-6)
+    ends = range(-1, pybullet.getNumJoints(body.robot, physicsClientId=body.client))
+    masses = [pybullet.getDynamicsInfo(body.robot, n, physicsClientId=body.client) for n in ends]
+    assert sum(mass[0] for mass in masses) == pytest.approx(26.0)  # 20 + 4 * 1.5 kg
+    body.set_wheel_speeds(3.0, 3.0)  # 3 rad/s at 8 cm: 0.24 m/s
+    physics.step(500)
+    assert body.truth().pose.x == pytest.approx(0.24, abs=0.03)
+    assert abs(body.truth().pose.heading) < 0.02 and body.tilt < 0.01

@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 import missions
+from missions.cli.new import new_robot
 from missions.execution.prepare import RunOptions, prepare
 from missions.inspection.scaffold import new_component
+from robots.load import read_robot
 from stack.errors import InputError
 
 ROOT = Path(__file__).parents[3]
@@ -158,3 +160,29 @@ def test_names_that_will_not_do(name, sentence, tmp_path):
     with pytest.raises(InputError, match=sentence):
         new_component("planner", name, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+CART = """<robot name="Cart"><link name="base"><inertial><mass value="3"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>WHEELS</robot>"""
+WHEEL = """<link name="NAME_wheel"><inertial><mass value="0.2"/>
+<inertia ixx="2e-4" iyy="2e-4" izz="2e-4"/></inertial><collision><geometry><sphere radius="0.05"/>
+</geometry></collision></link><joint name="NAME" type="continuous"><parent link="base"/>
+<child link="NAME_wheel"/><origin xyz="0 SIDE 0.05"/><axis xyz="0 1 0"/></joint>"""
+
+
+def test_a_new_robot_is_clean_and_named_by_its_urdf(tmp_path, monkeypatch, capsys):
+    wheels = WHEEL.replace("NAME", "left").replace("SIDE", "0.15")
+    wheels += WHEEL.replace("NAME", "right").replace("SIDE", "-0.15")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "cart.urdf").write_text(CART.replace("WHEELS", wheels))
+    monkeypatch.chdir(tmp_path)
+    new_robot(Path("in/cart.urdf"), folder=Path("mine"))
+    said = capsys.readouterr().out
+    assert "wrote mine/robot.yaml: drive differential, mass 3.4 kg" in said
+    assert "treepilot check ./mine/robot.yaml" in said
+    robot = read_robot(tmp_path / "mine" / "robot.yaml")
+    assert (robot.name, robot.warnings) == ("cart", ())
+    with pytest.raises(InputError, match="already exists"):
+        new_robot(Path("in/cart.urdf"), folder=Path("mine"))
+    with pytest.raises(InputError, match="'scout' is the name of a shipped robot"):
+        new_robot(Path("in/cart.urdf"), "scout", Path("other"))
