@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import floor
+from math import floor, hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from stack.types import FloatArray, OccupancyGrid, Pose2D
 TRUNCATION = 1.0
 """Metres at which distances to surfaces are truncated."""
 
+FINE = 0.05
+"""Side of the cells of a map, metres, whose deviation is part of that of the beams."""
+
 
 @dataclass(frozen=True, slots=True)
 class SignedDistanceField:
@@ -21,7 +24,8 @@ class SignedDistanceField:
 
     Attributes:
         distances: (rows, columns) float32 metres at the cells' centres: 0 on the edge between a
-            free and an occupied cell, negative inside, truncated at TRUNCATION.
+            free and an occupied cell, of coarse cells `surface_depth` behind it, negative inside,
+            truncated at TRUNCATION.
         occupancy: (rows, columns) uint8: 0 free, 1 occupied, 2 unknown.
         resolution: side of a cell, metres.
         origin: (x, y) of the outer corner of cell (0, 0), metres.
@@ -36,6 +40,21 @@ class SignedDistanceField:
     def placement(self) -> tuple[float, float, float]:
         """(resolution, origin x, origin y) in metres, the kernels' arguments."""
         return (self.resolution, *self.origin)
+
+    @property
+    def surface_depth(self) -> float:
+        """Mean distance of a surface behind the edge of its cells, metres; 0 for fine cells.
+
+        A surface is anywhere within its occupied cell: half a side behind the edge, with a
+        deviation of the side over the root of 12. What beams deviate from cells of FINE metres is
+        part of their own deviation.
+        """
+        return max(self.resolution - FINE, 0.0) / 2.0
+
+    @property
+    def surface_deviation(self) -> float:
+        """Standard deviation of a surface about its mean depth, metres; 0 for fine cells."""
+        return sqrt(max(self.resolution**2 - FINE**2, 0.0) / 12.0)
 
     def is_blocked(self, pose: Pose2D) -> bool:
         """Return whether a pose is in an occupied cell or outside the grid."""
@@ -54,9 +73,10 @@ class SignedDistanceField:
         return that the map does not explain.
 
         Args:
-            deviation: standard deviation of a hit, metres.
+            deviation: standard deviation of a hit, metres; that of coarse cells is added.
             hit_share: in (0, 1).
         """
+        deviation = hypot(deviation, self.surface_deviation)
 
         def mixture(distances: NDArray[np.float32]) -> NDArray[np.float32]:
             hit = np.exp(-0.5 * (distances.astype(np.float64) / deviation) ** 2)
@@ -112,7 +132,11 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
     occupancy = np.full(occupied.shape, 2, dtype=np.uint8)
     occupancy[free] = 0
     occupancy[occupied] = 1
-    return SignedDistanceField(distances, occupancy, grid.resolution, grid.origin)
+    field = SignedDistanceField(distances, occupancy, grid.resolution, grid.origin)
+    if field.surface_depth > 0.0:
+        distances += np.float32(field.surface_depth)
+        np.minimum(distances, np.float32(TRUNCATION), out=distances)
+    return field
 
 
 def as_row(pose: Pose2D) -> FloatArray:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
-from math import pi
+from math import hypot, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,7 +155,7 @@ class ScanEvaluator:
         kinds, credits = self._kernels.classify_beams(
             self._field.occupancy, self._field.distances, *self._field.placement, sensor,
             scan.angles[beams], scan.ranges[beams].astype(np.float64), scan.range_max,
-            FIT_DEVIATION,
+            hypot(FIT_DEVIATION, self._field.surface_deviation),
         )  # fmt: skip
         return kinds, credits
 
@@ -220,6 +220,7 @@ def calibrate(
             field.occupancy, *field.placement, as_row(pose.compose(like.mount)), angles,
             like.range_max,
         )  # fmt: skip
+        ranges += field.surface_depth
         ranges += generator.normal(0.0, deviation, like.ranges.size)[beams]
         ranges = _blocked(ranges, angles, parameters.health_obstacles, generator)
         scan = thin.with_ranges(ranges.astype(np.float32))

@@ -167,8 +167,9 @@ def _through(
     angle: float,
     limit: float,
     reach: float,
+    margin: float,
 ) -> bool:
-    """Return whether a beam of range `reach` passes a wall.
+    """Return whether a beam of range `reach` passes a wall by more than `margin`, metres.
 
     It does for angle errors up to 0.03 rad and sideways errors up to one cell, as the edges of a
     map's cells have.
@@ -176,11 +177,11 @@ def _through(
     across_x, across_y = -sin(angle) * resolution, cos(angle) * resolution
     for side in range(-1, 2, 2):
         turned, kind = _cast(occupancy, resolution, x, y, angle + 0.03 * side, limit)
-        if kind != WALL or reach <= turned + 0.25:
+        if kind != WALL or reach <= turned + margin:
             return False
         beside_x, beside_y = x + side * across_x, y + side * across_y
         beside, kind = _cast(occupancy, resolution, beside_x, beside_y, angle, limit)
-        if kind != WALL or reach <= beside + 0.25:
+        if kind != WALL or reach <= beside + margin:
             return False
     return True
 
@@ -221,6 +222,7 @@ def classify_beams(
         kinds (m,) int8 and credits (m,) float64.
     """
     count = angles.shape[0]
+    margin = max(0.25, 3.0 * deviation)
     kinds = np.zeros(count, dtype=np.int8)
     credits = np.zeros(count)
     x, y = sensor[0] - origin_x, sensor[1] - origin_y
@@ -236,8 +238,8 @@ def classify_beams(
             elif kind == WALL and distance < limit - 0.5:
                 kinds[i] = MISSING
             continue
-        if kind == WALL and reach > distance + 0.25:
-            if _through(occupancy, resolution, x, y, angle, limit, reach):
+        if kind == WALL and reach > distance + margin:
+            if _through(occupancy, resolution, x, y, angle, limit, reach, margin):
                 kinds[i] = LONG
                 continue
         u = (x + reach * cos(angle)) / resolution

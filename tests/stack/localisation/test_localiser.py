@@ -9,7 +9,7 @@ import pytest
 from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.particles import kld_bound
-from stack.types import Pose2D, wrap_angle
+from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import Drifting, along, office, twin_rooms
 from tests.stack.navigation.toy_world import robot
 
@@ -19,13 +19,26 @@ TOUR = [
 ]  # fmt: skip
 
 
+def covered(grid: OccupancyGrid, factor: int, shift: int) -> OccupancyGrid:
+    """A map with larger cells, each occupied if any part of it is; its edges are shifted."""
+    cells = np.pad(grid.cells, shift, constant_values=UNKNOWN)
+    cells = np.pad(cells, [(0, -side % factor) for side in cells.shape], constant_values=UNKNOWN)
+    rows, columns = (side // factor for side in cells.shape)
+    blocks = cells.reshape(rows, factor, columns, factor).swapaxes(1, 2).reshape(rows, columns, -1)
+    coarse = np.where((blocks == FREE).any(axis=2), FREE, UNKNOWN).astype(np.int8)
+    coarse[(blocks == OCCUPIED).any(axis=2)] = OCCUPIED
+    corner = (grid.origin[0] - shift * grid.resolution, grid.origin[1] - shift * grid.resolution)
+    return OccupancyGrid(coarse, grid.resolution * factor, corner)
+
+
 class Drive:
     """Run the filter on a drive; return its results step by step."""
 
-    def __init__(self, seed: int, *, crowd: bool = False) -> None:
+    def __init__(self, seed: int, *, crowd: bool = False, factor: int = 1, shift: int = 0) -> None:
         self.generator = np.random.default_rng(seed)
         self.place = office()
-        self.localiser = Localiser(LocaliserParameters(), robot(), self.place.grid, seed)
+        grid = covered(self.place.grid, factor, shift)
+        self.localiser = Localiser(LocaliserParameters(), robot(), grid, seed)
         self.odometry = Drifting(self.generator)
         self.errors: list[float] = []
         self.turned: list[float] = []
@@ -63,6 +76,15 @@ def test_the_pose_stays_within_the_target(crowd):
     assert max(drive.errors) < 0.10
     assert np.mean(drive.turned) < 0.01
     assert drifted > 0.1, "the drift that is to be corrected"
+
+
+@pytest.mark.parametrize(("factor", "shift"), [(2, 1), (4, 0), (4, 3)])
+def test_a_map_of_coarse_covered_cells_is_followed(factor, shift):
+    """Cells of 10 and 20 cm: walls are up to a cell off, and the robot is never lost."""
+    drive = Drive(seed=4, factor=factor, shift=shift)
+    drive.go()
+    assert min(drive.qualities) > LocaliserParameters().lost_health
+    assert max(drive.errors) < 0.05 * factor
 
 
 def test_the_same_seed_gives_the_same_pose_bit_by_bit():
