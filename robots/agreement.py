@@ -82,7 +82,6 @@ def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> P
     turned = {}
     for joint, place in zip(driven, described, strict=True):
         turned[joint.name] = checks.axle(joint, place, rollers=drivetrain.slides_along_axles)
-        checks.radius(joint)
     for joint in steered:
         turned[joint.name] = checks.pivot(joint)
     at = {
@@ -90,9 +89,23 @@ def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> P
         for joint in (*driven, *steered)
     }
     checks.lengths(at)
-    if not checks.found_errors:
+    if not top.findings.errors:  # a wrong radius or height puts everything at a wrong height
         checks.floor(base)
     return Placement(base, turned)
+
+
+def check_radii(top: Section, model: RobotModel, wheels: WheelGeometry) -> None:
+    """Report wheels that have no shape to roll on, or one of another radius.
+
+    Args:
+        top: the robot file.
+        model: with all joints that `wheels` names.
+        wheels: as described.
+    """
+    checks = _WheelChecks(top, model, wheels)
+    names = {name: None for side in wheels.sides for name in side} or wheels.places
+    for name in names:
+        checks.radius(model.joints[name])
 
 
 class _WheelChecks:
@@ -102,7 +115,6 @@ class _WheelChecks:
         node = top.node.get("wheels")
         assert node is not None
         self._node, self._findings, self._model, self._wheels = node, top.findings, model, wheels
-        self.found_errors = False
 
     def heights(self, driven: list[Joint], heights: FloatArray) -> None:
         """Report driven wheels that do not stand on one floor."""
@@ -193,7 +205,6 @@ class _WheelChecks:
     def _error(self, key: str, sentence: str, hint: str) -> None:
         node = (self._node.get(key) if key else None) or self._node
         self._findings.error(URDF, node.mark, f"wheels: {sentence}", hint)
-        self.found_errors = True
 
 
 def compare_body(

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from robots.agreement import compare_body, place_on_wheels
+from robots.agreement import check_radii, compare_body, place_on_wheels
 from robots.declared import (
     BODY,
     FOOTPRINT,
@@ -35,6 +35,7 @@ from robots.sensors import (
     read_sonars,
 )
 from robots.urdf.model import RobotModel
+from robots.urdf.one_axle import on_one_axle
 from robots.urdf.physics import physics_urdf
 from robots.urdf.reading import UrdfSource, read_urdf
 from robots.wheels import check_joints, check_lateral_speed, read_skid, read_wheels
@@ -118,13 +119,15 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     battery = parameters_of(top.section("battery"), BatteryDescription)
     components = _components(top)
     top.done()
-    placement = None
+    placement = simulated = None
     if model is not None and wheels is not None and check_joints(top, model, wheels):
-        placement = place_on_wheels(top, model, wheels)
+        check_radii(top, model, wheels)
+        simulated = on_one_axle(model, wheels.sides, wheels.radius)
+        placement = place_on_wheels(top, simulated, wheels)
     findings.raise_errors()
     assert footprint is not None and wheels is not None and source is not None
-    assert model is not None and placement is not None
-    text = physics_urdf(model, placement.base, placement.turned, findings)
+    assert model is not None and placement is not None and simulated is not None
+    text = physics_urdf(simulated, placement.base, placement.turned, findings)
     findings.raise_errors()
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,

@@ -151,12 +151,6 @@ def _skid_steered(section: Section) -> SkidWheels | None:
     offset = section.value(ICR_OFFSET)
     if sides is None or radius is None or track is None or effective is None or offset is None:
         return None
-    for side, joints in zip((LEFT.name, RIGHT.name), sides, strict=True):
-        if len(joints) > 1:
-            sentence = f"wheels: {side} has {len(joints)} joints, expected one"
-            hint = "model the robot in the URDF on one axle with casters; see docs/robots.md"
-            section.findings.error(SHAPE, section.node.mark, sentence, hint)
-            return None
     return SkidWheels(*sides, radius, track, effective, offset)
 
 

@@ -12,7 +12,6 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -171,34 +170,32 @@ def serve(descriptor: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the engine handles Ctrl-C and closes the pipe
     with Connection(descriptor) as pipe:
         try:
-            start = pipe.recv_bytes()
-            answer = _caught(lambda: _answers(*ForkingPickler.loads(start)))
+            answer = _caught(_answering, pipe.recv_bytes())
             while True:
                 request = pipe.recv_bytes()
                 # After a failed start the process goes on, else its reason would be lost with it.
-                pipe.send(
-                    answer
-                    if isinstance(answer, _Raised)
-                    else _caught(partial(_reply, answer, request))
-                )
+                failed = isinstance(answer, _Raised)
+                reply = answer if failed else _caught(_packed_answer, answer, request)
+                pipe.send_bytes(reply if isinstance(reply, bytes) else ForkingPickler.dumps(reply))
         except (EOFError, ConnectionResetError, BrokenPipeError):
             return
 
 
-def _answers(target: str, setup: Any) -> Any:
+def _answering(start: bytes) -> Any:
     """Return the function of a target that answers requests."""
+    target, setup = ForkingPickler.loads(start)
     module, _, function = target.partition(":")
     return getattr(import_module(module), function)(setup)
 
 
-def _reply(answer: Callable[[Any], Any], request: bytes) -> Any:
-    return answer(ForkingPickler.loads(request))
+def _packed_answer(answer: Callable[[Any], Any], request: bytes) -> bytes:
+    return bytes(ForkingPickler.dumps(answer(ForkingPickler.loads(request))))
 
 
-def _caught(call: Callable[[], Any]) -> Any:
+def _caught(call: Callable[..., Any], *arguments: Any) -> Any:
     """Return the result of a call, or what it raised."""
     try:
-        return call()
+        return call(*arguments)
     except TreepilotError as error:
         return _Raised(str(error), str(error))
     except Exception as error:

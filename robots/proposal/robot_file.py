@@ -24,6 +24,10 @@ LEAST_HEIGHT = 0.03
 """Of a lidar above the floor, metres."""
 
 
+RATES = (1, 2, 4, 5, 10, 20, 25, 50)
+"""Rates of a lidar, Hz, whose period is a multiple of the physics period."""
+
+
 @dataclass(frozen=True)
 class RobotProposal:
     """A proposed robot file: its text, the kind of drive, and the robot's mass in kg."""
@@ -123,7 +127,8 @@ def _lidar(model: RobotModel, name: str, base: FloatArray, sensor: Element | Non
     least, most = values.get("min", 0.1), values.get("max", 12.0)
     yield f"range_min: {least:g}"
     yield f"range_max: {max(most, least + 0.1):g}"
-    yield f"rate: {values.get('update_rate', 10.0) or 10.0:g} Hz"
+    rate = values.get("update_rate", 0.0) or 10.0
+    yield f"rate: {max((it for it in RATES if it <= rate), default=RATES[0])} Hz"
 
 
 def _camera(

@@ -39,9 +39,10 @@ class PackageSearch:
     _found: dict[str, Path | None] = field(default_factory=dict, compare=False)
 
     def package(self, name: str) -> Path | None:
-        """The folder of a package; None if there is none."""
+        """The absolute path of a package; None if there is none."""
         if name not in self._found:
-            self._found[name] = next(self._candidates(name), None)
+            found = next(self._candidates(name), None)
+            self._found[name] = None if found is None else found.resolve()
         return self._found[name]
 
     def resolve(self, filename: str, beside: Path) -> Path | None:

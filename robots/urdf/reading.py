@@ -5,6 +5,7 @@ Codes: E302 · W302 a shape that is left out.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
@@ -183,7 +184,7 @@ def _problem_of(part: Element, search: PackageSearch) -> tuple[object, str, str]
     problem = _mesh_problem(file)
     if problem:
         return shape.mark, f"<mesh>: {problem[0]}", problem[1]
-    shape.attributes["filename"] = str(file.absolute())
+    shape.attributes["filename"] = os.path.normpath(file.absolute())
     return None
 
 

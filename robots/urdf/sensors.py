@@ -23,18 +23,23 @@ WORDS = {
 }
 """Names of links of a kind of sensor."""
 
+LEAST_SAMPLES, LEAST_RANGE = 30, 1.5
+"""Beams, and metres, of a lidar."""
+
 OTHER_PARTS = re.compile(r"(^|_)(mount|base|bracket|optical|bottom_screw|support|tower|arch)(_|$)")
 """Words of links that hold a sensor, or are other frames of it."""
 
 
 def sensor_links(model: RobotModel) -> dict[str, list[str]]:
-    """Names of the links with sensors by kind: lidar, camera, depth, imu, sonar.
+    """Names of the links with sensors by kind: lidar, camera, depth, imu, sonar, range.
 
     Links that Gazebo's sensors name come alone; without any of a kind, links are taken by name.
     """
     found: dict[str, list[str]] = {}
     for link, sensor in gazebo_sensors(model):
         kind = GAZEBO_TYPES.get(sensor.attributes.get("type", "").lower(), "")
+        if kind == "lidar" and _is_single_beam(sensor):
+            kind = "range"
         if kind and link not in found.setdefault(kind, []):
             found[kind].append(link)
     for kind, word in WORDS.items():
@@ -45,6 +50,14 @@ def sensor_links(model: RobotModel) -> dict[str, list[str]]:
         if frames or named:
             found[kind] = (frames or named)[:1]
     return found
+
+
+def _is_single_beam(sensor: Element) -> bool:
+    """Whether a ray sensor measures one distance: an infrared or ultrasonic sensor."""
+    ranges = [e for e in sensor.within() if e.tag == "max" and e.text]
+    samples = [e for e in sensor.within() if e.tag == "samples" and e.text]
+    few = bool(samples) and float(samples[0].text) < LEAST_SAMPLES
+    return few or (bool(ranges) and float(ranges[0].text) < LEAST_RANGE)
 
 
 def gazebo_sensors(model: RobotModel) -> Iterator[tuple[str, Element]]:

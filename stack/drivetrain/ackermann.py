@@ -53,6 +53,11 @@ class SteeredWheels:
         left, right = self.rear
         return places_on_sides([left], [right], Pose2D(0.0, 0.0), self.track)
 
+    @property
+    def sides(self) -> Sequence[Sequence[str]]:
+        """None: each wheel is driven by itself."""
+        return ()
+
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the track and the wheelbase with the URDF's."""
         (left, right), (front_left, front_right) = self.rear, self.steering

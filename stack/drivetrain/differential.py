@@ -31,6 +31,11 @@ class Wheels:
         """Centres of the wheels, base frame; those of one side may be anywhere along it."""
         return places_on_sides(self.left, self.right, Pose2D(0.0, 0.0), self.separation)
 
+    @property
+    def sides(self) -> Sequence[Sequence[str]]:
+        """None: each wheel is driven by itself."""
+        return ()
+
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the separation with the URDF's."""
         apart = mean_of(at, self.left)[1] - mean_of(at, self.right)[1]

@@ -76,6 +76,11 @@ class WheelGeometry(Protocol):
         """
         ...
 
+    @property
+    def sides(self) -> Sequence[Sequence[str]]:
+        """Joints of the wheels that stand for one driven wheel, the first; empty: each is one."""
+        ...
+
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the description with the URDF.
 

@@ -41,6 +41,11 @@ class OmniWheels:
         """Contact points and driving directions of the wheels, base frame."""
         return dict(zip(self.joints, self.mounts, strict=True))
 
+    @property
+    def sides(self) -> Sequence[Sequence[str]]:
+        """None: each wheel is driven by itself."""
+        return ()
+
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the coordinates of each mount with the URDF's."""
         return [

@@ -35,8 +35,15 @@ class SkidWheels:
 
     @property
     def places(self) -> Mapping[str, Pose2D]:
-        """Centres of the wheels, base frame, which stand on the axle of the centres of rotation."""
-        return places_on_sides(self.left, self.right, Pose2D(self.icr_offset, 0.0), self.track)
+        """Centres of the driven wheels, on the axle of the centres of rotation, base frame."""
+        return places_on_sides(
+            self.left[:1], self.right[:1], Pose2D(self.icr_offset, 0.0), self.track
+        )
+
+    @property
+    def sides(self) -> Sequence[Sequence[str]]:
+        """The wheels of the left and of the right side, which turn together."""
+        return self.left, self.right
 
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare nothing: the URDF's wheels may be closer together than the track."""
@@ -104,7 +111,8 @@ class SkidSteered(Differential):
     skids = True
 
     def __init__(self, wheels: SkidWheels, limits: Limits) -> None:
-        rolling = Wheels(wheels.left, wheels.right, wheels.radius, wheels.effective_track)
+        left, right = wheels.left[:1], wheels.right[:1]  # the others of a side turn as the first
+        rolling = Wheels(left, right, wheels.radius, wheels.effective_track)
         super().__init__(rolling, limits)
         self.track, self._icr_offset = wheels.track, wheels.icr_offset
 

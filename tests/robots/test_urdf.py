@@ -141,7 +141,7 @@ def workspace(tmp_path, monkeypatch):
     ("filename", "folder"),
     [
         ("meshes/a.stl", "src/car/urdf"),
-        ("../meshes/a.stl", "src/car/urdf/.."),
+        ("../meshes/a.stl", "src/car"),
         ("package://car/meshes/a.stl", "src/car"),  # by the name of the folder
         ("package://car_description/meshes/a.stl", "src/car"),  # by its package.xml
         ("package://parts/meshes/a.stl", "src/parts"),  # beside it in the workspace

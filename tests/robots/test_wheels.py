@@ -131,7 +131,6 @@ def test_a_car(read):
          "5:71 E301 wheels: 'track' is for drive: skid_steered or ackermann"),
         (SIDES, "0.3}", "0.3, trak: 0.3}", "5:64 E301 `wheels` has no key 'trak'"),
         (SIDES, "0.3}", "0.3}\nskid: {}", "6:7 E301 skid: these wheels do not skid in turns"),
-        (SKID, "[a]", "[a, c]", "6:3 E301 wheels: left has 2 joints, expected one"),
         (SKID, "  track: 40 cm\n", "", "6:3 E301 `wheels` needs the key 'track'"),
         (OMNI, "  radius", "  left: [a]\n  radius", "7:9 E301 wheels: 'left' is for drive: diff"),
         (OMNI, "  radius: 5 cm\n", "", "6:3 E301 `wheels` needs the key 'radius'"),

@@ -39,6 +39,7 @@ def test_requests_are_answered_in_their_order(worker_of):
 FAULTS = {
     "raises": ("failing", 0, "the worker failed: ZeroDivisionError: division by zero"),
     "refuses": ("refusing", 7, "the worker failed: 7 is not possible"),
+    "cannot be sent": ("unsendable", 0, "the worker failed: .*lambda"),
     "cannot be started": ("bad_start", 0, "the worker failed: ImportError: libworker.so"),
     "does not exist": ("nobody", 0, "the worker failed: AttributeError: .*nobody"),
     "ends": ("exiting", 4, "the worker ended with exit code 4"),
@@ -69,9 +70,8 @@ def test_a_killed_process_is_named_with_its_signal(worker_of):
         worker.send(None)
 
 
-@pytest.mark.parametrize("target", ["suspending", "half"])
-def test_a_suspended_process_is_given_up(worker_of, target):
-    worker = worker_of(target, longest=SHORT)
+def test_a_suspended_process_is_given_up(worker_of):
+    worker = worker_of("suspending", longest=SHORT)
     worker.send(None)
     with pytest.raises(WorkerError, match=r"the worker gave no answer for 0\.2 s"):
         worker.receive()

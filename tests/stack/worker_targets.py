@@ -43,14 +43,10 @@ def suspending(_):
     return lambda request: os.kill(os.getpid(), signal.SIGSTOP)
 
 
-def half(_):
-    """Suspend the own process in the middle of an answer."""
-    return lambda request: _SuspendsWhenSent()
+def unsendable(_):
+    """Answer what cannot be sent."""
+    return lambda request: lambda: None
 
 
-class _SuspendsWhenSent:
-    """Its end is pickled by a process that stops: the reader has the length, and a part."""
-
-    def __reduce__(self):
-        os.kill(os.getpid(), signal.SIGSTOP)
-        return (int, ())
+def unprepared(_):
+    return lambda request: request + 1

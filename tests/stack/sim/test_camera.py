@@ -1,4 +1,5 @@
 import os
+import re
 import select
 import subprocess
 import sys
@@ -9,6 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
+from stack import child_process
+from stack.child_process import Worker
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
 from stack.sim.sensors.camera import Camera
@@ -193,6 +196,32 @@ def test_a_killed_renderer_costs_a_picture_and_the_next_one_starts_another():
         camera.expose(0.2, SHOT)
         assert camera.take(0.3).stamp == 0.2
         assert camera.take_problems() == []
+    finally:
+        camera.close()
+
+
+RENDERERS = {
+    "is suspended": ("suspending", "gave no answer for 0.2 s"),
+    "raises": ("unprepared", "failed: TypeError: .*"),
+}
+
+
+@pytest.mark.parametrize(("target", "how"), RENDERERS.values(), ids=RENDERERS)
+def test_a_renderer_that_fails_costs_a_picture_and_no_more(monkeypatch, target, how):
+    """The step loop waits in naps; the mission goes on without the picture."""
+    monkeypatch.setattr(child_process, "LONGEST_WAIT", 0.2 if target == "suspending" else 30.0)
+    camera = Camera(setup())
+    name = "the renderer of the camera camera"
+    camera._renderer = Worker(name, f"tests.stack.worker_targets:{target}")
+    try:
+        camera.expose(0.0, SHOT)
+        while not camera.await_picture(0.1, 0.01):
+            pass
+        assert camera.take(0.1) is None
+        (problem,) = camera.take_problems()
+        begin = f"the renderer of the camera camera {how}; the next picture starts another one"
+        assert re.fullmatch(begin, problem)
+        assert camera.await_picture(0.2, 1000.0)  # nothing is waited for
     finally:
         camera.close()
 
