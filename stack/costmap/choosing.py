@@ -20,7 +20,7 @@ COSTMAPS = ("both", "global", "local")
 SENSORS = "sensors"
 """Entry of a list of layers that stands for the usual layers of the robot's sensors."""
 
-LIDAR_ONLY = ({"use": "obstacle"},)
+LIDAR_ONLY = ("obstacle",)
 """The usual layers of a robot whose only sensor is a lidar."""
 
 _WORDS = ("use", "name", "only", "inflated")
