@@ -16,8 +16,9 @@ from missions.language.model import Mission
 from missions.language.reading.trees import read_trees
 from missions.language.reading.words import Draft
 from robots.load import read_robot
-from stack.documents import Findings, read_file
-from stack.documents.files import XML_BYTES, decoded, near_file, read_input
+from stack.documents import Findings, read_file, read_text, require_kind
+from stack.documents.files import XML_BYTES, decoded, near_file, read_input, refuse_foreign
+from stack.documents.foreign_kinds import BEGINNING
 from stack.drivetrain.description import (
     CameraDescription,
     DepthCameraDescription,
@@ -33,6 +34,8 @@ CURRENT_FOLDER = Path()
 SUFFIXES = (".yaml", ".yml", ".world", ".sdf")
 SHOWN = 6
 """Values of an argument that is a list."""
+
+DESCRIBED = "robot, world, map, mission or file of trees"
 
 IN_FOLDERS = ("robot.yaml", "map.yaml")
 """Files by which a folder is known: that of a robot, and that of a saved map."""
@@ -54,7 +57,8 @@ def file_description(name: str) -> str:
         InputError: it cannot be read, has errors, or is of another kind.
     """
     path = _file_of(Path(name).expanduser())
-    kind = file_kind(path, decoded(read_input(path, "file", XML_BYTES), path))
+    raw = read_input(path, "file", XML_BYTES)
+    kind = file_kind(path, raw.decode("utf-8", errors="replace"))
     if kind is FileKind.ROBOT:
         return robot_description(read_robot(path))
     if kind in (FileKind.WORLD, FileKind.GAZEBO, FileKind.MAP):
@@ -63,8 +67,9 @@ def file_description(name: str) -> str:
         return _trees_description(path)
     if kind is FileKind.MISSION:
         return mission_description(path)
-    sentence = "not a robot, world, map, mission or file of trees"
-    raise InputError([Finding(Mark(str(path)), "E001", sentence)])
+    refuse_foreign(raw[:BEGINNING], path, DESCRIBED)
+    require_kind(read_text(decoded(raw, path), str(path), DESCRIBED), DESCRIBED)
+    raise InputError([Finding(Mark(str(path)), "E007", f"not a {DESCRIBED}")])
 
 
 def _file_of(path: Path) -> Path:

@@ -7,6 +7,7 @@ from pathlib import Path
 from robots.logs.recording import NOT_A_LOG, Recording, refuse
 from robots.logs.rosbag import Topics
 from stack.documents.files import near_file, open_regular
+from stack.documents.foreign_kinds import BEGINNING, recognised
 from stack.errors import InputError
 
 MCAP = b"\x89MCAP0\r\n"
@@ -14,6 +15,7 @@ SQLITE = b"SQLite format 3\0"
 ROSBAG1 = b"#ROSBAG V"
 LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 LFS_BYTES = 1024
+LOG = "log"
 SUFFIXES = {MCAP: ".mcap", SQLITE: ".db3", ROSBAG1: ".bag"}
 
 
@@ -47,6 +49,7 @@ def open_log(path: Path, topics: Topics = Topics()) -> Recording:
                 hint = f"rename it to {path.stem}{suffix}"
                 raise refuse(path, NOT_A_LOG, f"a ROS bag of this kind ends in {suffix}", hint)
             return read_bag(path, topics)
+    _refuse_other(path)
     if topics != Topics():
         raise refuse(path, NOT_A_LOG, "topics are of ROS bags; this is not one", "remove them")
     return read_carmen_log(path)
@@ -68,6 +71,14 @@ def beginning(path: Path) -> bytes:
         raise refuse(path, "E001", "there is no such log", near_file(path)) from None
     except OSError as error:
         raise refuse(path, "E001", f"cannot be read: {error.strerror}") from None
+
+
+def _refuse_other(path: Path) -> None:
+    """Raise InputError for a file of which is known that it is no log."""
+    with open_regular(path) as file:
+        kind = recognised(file.read(BEGINNING), path.name)
+    if kind is not None and LOG not in kind.read_as:
+        raise refuse(path, NOT_A_LOG, f"this is {kind.name}, not a log", kind.advice)
 
 
 def _refuse_pointer(path: Path, rest: bytes) -> InputError:

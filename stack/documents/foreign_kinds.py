@@ -62,7 +62,7 @@ FOREIGN: tuple[ForeignKind, ...] = (
     _kind("a web page", "download the raw file", rb"(?i)\A\s*<(?:!DOCTYPE )?html"),
     # Archives
     _kind("a zip archive", _UNPACK, rb"\APK\x03\x04"),
-    _kind("a gzip archive", _UNPACK, rb"\A\x1f\x8b"),
+    _kind("a gzip archive", _UNPACK, rb"\A\x1f\x8b", read_as="log"),
     _kind("an archive", _UNPACK,
           rb"\A(?:BZh|\xfd7zXZ\0|7z\xbc\xaf|\x28\xb5\x2f\xfd)|\A(?s:.){257}ustar"),
     # Recordings
@@ -71,7 +71,8 @@ FOREIGN: tuple[ForeignKind, ...] = (
     _kind("a bag of ROS 1", _LOG, rb"\A#ROSBAG V"),
     _kind("a list of the files of a ROS bag", "give its folder: " + _LOG,
           rb"^rosbag2_bagfile_information\s*:"),
-    _kind("a CARMEN log", _LOG, rb"^(?:FLASER|ROBOTLASER1|RLASER|RAWLASER1|PARAM robot_\w+|ODOM) "),
+    _kind("a CARMEN log", _LOG,
+          rb"^(?:FLASER|ROBOTLASER1|RLASER|RAWLASER1|PARAM robot_\w+|ODOM) ", read_as="log"),
     _kind("an event log of a run", "show it with `treepilot trace` or `treepilot watch RUN`",
           rb'\A\{"fields":\{', ".jsonl"),
     # Maps of other programs
@@ -103,7 +104,7 @@ FOREIGN: tuple[ForeignKind, ...] = (
           _XML + rb"<(?:sdf|gazebo)\b(?s:.)*?<world\b", read_as="Gazebo world file"),
     _kind("a model of Gazebo (SDF)",
           "include it in a Gazebo world; for a robot, write a robot.yaml (docs/robots.md)",
-          _XML + rb"<(?:sdf|gazebo)\b", read_as="Gazebo world file"),
+          _XML + rb"<(?:sdf|gazebo)\b"),
     _kind("a description of a Gazebo model", "give the world or the URDF that uses it",
           _XML + rb"<model>"),
     _kind("a world of Webots", _GAZEBO, rb"\A#VRML_SIM [^\n]*(?<!PROTO)$"),

@@ -109,13 +109,14 @@ def test_a_compressed_log_with_a_rear_laser(tmp_path):
     [
         (b"", "the log is empty"),
         (b"hello\nworld\n", "it has no measurements"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "it is not text in lines"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "this is a picture"),
+        (b"a" * 5000 + b"\0", "it is not text in lines"),
         (gzip.compress(flaser(1.0, RANGES, Pose2D(0.0, 0.0)).encode() * 50)[:-90], "compressed"),
         (b"FLASER 180 1.0 2.0\nODOM 0 0 0 0 0 0 1.0 h 1.0\n", "it has 2 of 180 readings"),
         (b"ODOM 0 nan 0 0 0 0 1.0 h 1.0\n", "its pose is not finite"),
         (b"ODOM 0 0\nODOM 0 0 0 0 0 0 1.0 h 1.0\n", "the ODOM message is damaged"),
     ],
-    ids=["empty", "text", "picture", "cut gzip", "few readings", "NaN", "short"],
+    ids=["empty", "text", "picture", "no text", "cut gzip", "few readings", "NaN", "short"],
 )
 def test_a_wrong_file_is_refused_with_the_reason(tmp_path, content, words):
     file = tmp_path / "a.log"
