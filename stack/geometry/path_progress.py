@@ -165,8 +165,9 @@ def _leads_backward(steps: FloatArray, headings: FloatArray) -> FloatArray:
 def split_at_turns(path: Path, *, directional: bool = True) -> Iterator[DirectedPath]:
     """Split a path at its cusps, and where it turns back without a cusp.
 
-    There the robot stops, and turns in place if it can. Each part ends in its own direction, except
-    the last one, and those of a robot whose heading is free.
+    There the robot stops, and turns in place if it can. The heading at a turn belongs to the part
+    that begins there; the part before ends in its own direction, or as a robot whose heading is
+    free has come.
 
     Args:
         path: to split.
@@ -176,7 +177,7 @@ def split_at_turns(path: Path, *, directional: bool = True) -> Iterator[Directed
     for part in parts:
         pieces = _pieces(part.path.points)
         for piece in pieces[:-1]:
-            points = _facing_its_end(piece, part.backward) if directional else piece
+            points = _facing_its_end(piece, backward=part.backward, directional=directional)
             yield DirectedPath(Path(points), part.backward)
         yield DirectedPath(Path(pieces[-1]), part.backward) if len(pieces) > 1 else part
 
@@ -217,12 +218,13 @@ def _turns(points: FloatArray, span: float) -> list[int]:
     ]
 
 
-def _facing_its_end(points: FloatArray, backward: bool) -> FloatArray:
+def _facing_its_end(points: FloatArray, *, backward: bool, directional: bool) -> FloatArray:
     """Return poses (n, 3) of which the last one has the heading in which the robot gets there."""
     steps = np.diff(points[:, :2], axis=0)
-    x, y = steps[np.flatnonzero(np.hypot(*steps.T))[-1]]
-    last = [*points[-1, :2], atan2(y, x) + (pi if backward else 0.0)]
-    return np.vstack([points[:-1], last])
+    final = np.flatnonzero(np.hypot(*steps.T))[-1]
+    x, y = steps[final]
+    heading = atan2(y, x) + (pi if backward else 0.0) if directional else points[final, 2]
+    return np.vstack([points[:-1], [*points[-1, :2], heading]])
 
 
 def turned(path: Path) -> Path:

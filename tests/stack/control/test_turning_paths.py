@@ -96,9 +96,10 @@ def test_every_controller_follows_lanes_there_and_back(name):
     assert 0.85 * length_of(places) - 0.2 < metres < 1.1 * length_of(places) + 0.2
 
 
-def test_an_omnidirectional_robot_follows_them_too():
+@pytest.mark.parametrize("name", ["pure_pursuit", "mppi"])
+def test_an_omnidirectional_robot_follows_them_too(name):
     places = SHAPES["there and back"]
-    _, metres, nearest = driven("pure_pursuit", places, kind="omni")
+    _, metres, nearest = driven(name, places, kind="omni")
     assert nearest.max() < 0.1
     assert metres == pytest.approx(length_of(places), abs=0.3)
 
@@ -233,6 +234,8 @@ def test_the_last_heading_of_a_part_is_that_in_which_it_ends():
     assert first.path.points[-1] == pytest.approx([2.0, 0.0, 0.0])
     assert last.path.points[0] == pytest.approx([2.0, 0.0, pi])
     assert last.path.goal.heading == 1.0
+    first, _ = split_at_turns(read_path([[0, 0, 0.5], [2, 0, 2.0], [1, 0]]), directional=False)
+    assert first.path.goal.heading == 0.5
 
 
 def test_positions_that_jitter_do_not_cut_a_path():
