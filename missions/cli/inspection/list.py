@@ -57,7 +57,7 @@ def describe(
     ],
     mission: PluginsOf = None,
 ) -> None:
-    """Describe a behaviour, node, component or parameter; a robot, world or mission; or a file.
+    """Describe a behaviour, component, robot, world or any file.
 
     \b
     treepilot describe navigate_to_pose
