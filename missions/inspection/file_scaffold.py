@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Template
-
-import yaml
 
 from behaviours.scaffold import write_new
 from missions.execution.resources import WORLDS, load_robot, mission_files, world_files
@@ -85,17 +84,16 @@ def new_robot(
     """
     if name:
         check_file_name(name, "robot", robot_names())
-    listed = [os.path.relpath(package, folder) for package in packages]
     path = os.path.relpath(urdf, folder)
-    value = yaml.safe_dump(path).split("\n")[0]
-    if listed or arguments:
-        more = {"packages": listed} if listed else {}
-        given = {"arguments": dict(arguments)} if arguments else {}
-        value = yaml.safe_dump(
-            {"file": path, **more, **given}, default_flow_style=True, sort_keys=False, width=10_000
-        ).strip()
+    value: dict[str, object] = {"file": path}
+    if packages:
+        value["packages"] = [os.path.relpath(package, folder) for package in packages]
+    if arguments:
+        value["arguments"] = dict(arguments)
+    # JSON is YAML as well, whatever the texts contain.
+    written_value = json.dumps(value if len(value) > 1 else path, ensure_ascii=False)
     source = UrdfSource(urdf, tuple(map(Path, packages)), arguments)
-    proposal = propose_robot(source, name, value)
+    proposal = propose_robot(source, name, written_value)
     (written,) = write_new({folder / "robot.yaml": proposal.text})
     return written, proposal
 

@@ -127,9 +127,9 @@ class _Writer:
 
     def _inertial(self, body: Body) -> Iterator[str]:
         found = {
-            name: inertial
+            name: part
             for name in body.parts
-            if (inertial := inertial_of(self._model.links[name])) is not None and inertial.mass
+            if (part := inertial_of(self._model.links[name])) is not None and part.mass
         }
         total = combined([part.moved(body.parts[name]) for name, part in found.items()])
         lift = self._lift(body, total)
@@ -151,7 +151,7 @@ class _Writer:
                 hint = "add <inertial> to it, or to a link that is fixed to it"
                 self._findings.error(URDF, element.mark, sentence, hint)
             return 0.0
-        moments: FloatArray = np.linalg.eigvalsh(total.inertia)
+        moments: FloatArray = np.asarray(np.linalg.eigvalsh(total.inertia), dtype=np.float64)
         lift = _lacking(moments)
         told = f"the inertia of the link {body.name!r} is not possible: its principal moments are "
         told += f"{', '.join(f'{moment:.3g}' for moment in moments)} kg m²"

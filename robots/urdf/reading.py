@@ -14,7 +14,7 @@ from pathlib import Path
 from robots.declared import LEFT_OUT, URDF
 from robots.urdf.packages import PackageSearch
 from robots.urdf.xacro_file import expand, is_xacro, package_hint
-from stack.documents import Findings
+from stack.documents import Findings, Mark
 from stack.documents.files import MESH_BYTES, URDF_BYTES, open_regular, read_input
 from stack.documents.xml_file import Element, parse_xml
 
@@ -167,7 +167,7 @@ def _check_shapes(link: Element, search: PackageSearch, findings: Findings) -> N
             findings.warning(LEFT_OUT, mark, f"{where}; the link is drawn without it", hint)
 
 
-def _problem_of(part: Element, search: PackageSearch) -> tuple[object, str, str] | None:
+def _problem_of(part: Element, search: PackageSearch) -> tuple[Mark, str, str] | None:
     """Why a shape cannot be used: mark, sentence, hint. Makes the name of its mesh a path."""
     geometry = part.first("geometry")
     shapes = [] if geometry is None else [c for c in geometry.children if c.tag in SHAPES]

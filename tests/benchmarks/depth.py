@@ -122,7 +122,7 @@ def _resized(camera: DepthCameraDescription, width: int) -> DepthCameraDescripti
 def _rendered(
     robot: RobotDescription, world: World, camera: DepthCameraDescription, poses: list[Pose2D]
 ) -> list[FloatArray]:
-    renderer = CameraRenderer(RenderSetup(world, robot.urdf, camera, 1, "depth"))
+    renderer = CameraRenderer(RenderSetup(world, robot.model, camera, 1, "depth"))
     try:
         return [
             np.asarray(renderer.render(RenderRequest(

@@ -43,7 +43,7 @@ def run() -> Rows:
     robot = read_robot(find_robot("scout", Path()))
     assert robot.camera is not None
     world = replace(EMPTY, markers=(MARKER,), walls=(WALL,))
-    setup = RenderSetup(world, robot.urdf, robot.camera, 1, "camera")
+    setup = RenderSetup(world, robot.model, robot.camera, 1, "camera")
     renderer, detector = CameraRenderer(setup), MarkerDetector([MARKER])
     places = [(distance, angle) for distance in DISTANCES for angle in ANGLES]
     try:

@@ -107,7 +107,7 @@ class Office:
         self.robot = load_robot("scout", MISSIONS)
         assert self.robot.camera is not None
         world = self.case.world
-        setup = RenderSetup(world, self.robot.urdf, self.robot.camera, seed)
+        setup = RenderSetup(world, self.robot.model, self.robot.camera, seed)
         self._renderer = CameraRenderer(setup)
         lidar = replace(self.robot.all_lidars["lidar"], rotation_time=0.0)
         self._lidar, self._taken = Lidar(lidar, world, seed), 0

@@ -27,7 +27,7 @@ def portrait(robot: RobotDescription) -> NDArray[np.uint8]:
     """The robot (height, width, 3) RGB, seen from ahead and its left; a car steers a little."""
     bullet = loader.load()
     client = bullet.connect(bullet.DIRECT)
-    body = load_robot(bullet, client, robot.urdf)
+    body = load_robot(bullet, client, robot.model)
     steering = robot.wheels.steering if isinstance(robot.wheels, SteeredWheels) else ()
     for joint in range(bullet.getNumJoints(body, physicsClientId=client)):
         if bullet.getJointInfo(body, joint, physicsClientId=client)[1].decode() in steering:
