@@ -56,8 +56,8 @@ def scans_of(robot: RobotDescription, world: World) -> Script:
         name: Sonar(replace(sonar, noise=0.0), world, 0, name)
         for name, sonar in robot.sonars.items()
     }
-    sensors = {**robot.real_lidars, **robot.sonars}
-    schedules = {name: Schedule(1.0 / sensor.rate) for name, sensor in sensors.items()}
+    schedules = {name: Schedule(1.0 / lidar.rate) for name, lidar in robot.real_lidars.items()}
+    schedules |= {name: Schedule(1.0 / sonar.rate) for name, sonar in robot.sonars.items()}
     scene = SceneState(doors={door.name: door.closed for door in world.doors})
 
     def measure(time: float, pose: Pose2D) -> Mapping[str, Measurement]:

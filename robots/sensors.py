@@ -114,7 +114,7 @@ def _upside_down(section: Section) -> bool:
         sentence = f"{key}: a lidar tilted by {tilt:.0f} deg does not scan parallel to the floor"
         hint = "mount it level, or upside down (`roll: 180 deg`); tilted lidars are not supported"
         section.findings.error(SHAPE, mark, sentence, hint)
-    return abs(roll) > pi / 2
+    return bool(abs(roll) > pi / 2)
 
 
 def _mask(section: Section) -> tuple[tuple[float, float], ...]:

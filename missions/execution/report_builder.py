@@ -128,7 +128,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
             "obscured_metres": round(monitor.obscured_distance, 3),
         },
         links_lost=milestones.links_lost,
-        scans_dropped=dict(runtime.deskewer.dropped),
+        scans_dropped=runtime.sensing.dropped_scans,
         people=scorer.among_people.summary() if scorer is not None and plan.world.people else {},
     )
 

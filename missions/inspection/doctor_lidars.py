@@ -48,7 +48,8 @@ def diagnose_lidars(name: str) -> Diagnosis:
         InputError: it cannot be read.
     """
     robot = load_robot(name, Path.cwd())
-    lines, wanting = [], 0
+    lines: list[str] = []
+    wanting = 0
     for sensor, lidar in robot.real_lidars.items():
         found, is_wanting = _lidar_lines(robot, sensor, lidar)
         lines += found
@@ -122,7 +123,7 @@ def _runs(seen: NDArray[np.bool_]) -> Iterator[range]:
         yield range(len(seen))
         return
     start = 0 if not len(seen) else int(np.flatnonzero(~seen)[0])
-    begin = None
+    begin: int | None = None
     for beam in range(start, start + len(seen) + 1):
         if seen[beam % len(seen)] and beam < start + len(seen):
             begin = beam if begin is None else begin

@@ -209,7 +209,8 @@ def _read_geometry(reader: BagReader, layout: _Layout, tf_topics: list[str]) -> 
 def _read_imu_mount(reader: BagReader, layout: _Layout, frames: Frames) -> None:
     """Find how the IMU is turned, by its frame and the acceleration of its first messages."""
     connections = [item for item in reader.connections if item.topic == layout.imu]
-    frame, forces = "", []
+    frame = ""
+    forces: list[tuple[float, float, float]] = []
     for connection, _, raw in islice(reader.messages(connections), IMU_SAMPLES):
         message: Any = reader.deserialize(raw, connection.msgtype)
         a, frame = message.linear_acceleration, message.header.frame_id.lstrip("/")

@@ -84,7 +84,8 @@ class LidarDescription:
     @property
     def angles(self) -> FloatArray:
         """(beams,) directions in the sensor frame, radians."""
-        return self.angle_min + self.angle_increment * np.arange(self.beams)
+        beams = np.arange(self.beams, dtype=np.float64)
+        return self.angle_min + self.angle_increment * beams
 
     def masks(self, angles: FloatArray, least: float = 0.0) -> NDArray[np.bool_]:
         """Return which directions (n,) are masked, by masks wider than `least`, radians."""

@@ -52,7 +52,8 @@ class Deskewer:
 
     def _ready(self, name: str, scans: list[Scan], frames: TransformBuffer) -> Scan | None:
         """Return the newest scan that odometry covers, deskewed; keep those that are too new."""
-        ready, late = None, []
+        ready: Scan | None = None
+        late: list[Scan] = []
         for scan in scans:
             first, last = scan.interval
             if last > frames.newest and not frames.covers(last):

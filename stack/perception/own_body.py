@@ -55,7 +55,7 @@ def _ends_inside(scan: Scan, footprint: Footprint) -> NDArray[np.bool_]:
     reach = footprint.circumscribed_radius + hypot(scan.mount.x, scan.mount.y)
     own: NDArray[np.bool_] = scan.ranges < reach
     if own.any():
-        ranges, angles = scan.ranges[own], scan.angles[own]
+        ranges, angles = scan.ranges[own].astype(np.float64), scan.angles[own]
         ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
         own[own] = _deep_inside(scan.mount.transform(ends), footprint.points)
     return own
@@ -68,4 +68,5 @@ def _deep_inside(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
     along = np.einsum("nkd,kd->nk", away, edges) / np.einsum("kd,kd->k", edges, edges)
     nearest = away - np.clip(along, 0.0, 1.0)[..., None] * edges
     deep = (np.hypot(nearest[..., 0], nearest[..., 1]) >= INSIDE).all(axis=1)
-    return deep & points_inside(points, corners)
+    inside: NDArray[np.bool_] = deep & points_inside(points, corners)
+    return inside

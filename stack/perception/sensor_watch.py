@@ -37,8 +37,8 @@ class SensorWatch:
     """
 
     def __init__(self, robot: RobotDescription) -> None:
-        sensors = {**robot.real_lidars, **robot.sonars}
-        rates = {name: sensor.rate for name, sensor in sensors.items()}
+        rates = {name: lidar.rate for name, lidar in robot.real_lidars.items()}
+        rates |= {name: sonar.rate for name, sonar in robot.sonars.items()}
         if robot.imu is not None:
             rates["imu"] = robot.imu.rate
         self._rates = rates

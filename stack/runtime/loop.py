@@ -10,23 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import hypot
 
-from stack.body import HEALTHY, BodyCommand, BodyHealth, SimulatedWorld
-from stack.frames.deskew import Deskewer
+from stack.body import BodyCommand, SimulatedWorld
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
-from stack.perception.cameras.watch import COLOUR_CAMERA
-from stack.perception.own_body import OwnBody
-from stack.perception.sensor_watch import SensorWatch
 from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
+from stack.runtime.sensing import Sensing
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
 from stack.schedule import Schedule
-from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
@@ -66,14 +62,10 @@ class Runtime:
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance = 0.0
-        self.deskewer, self._sensors = Deskewer(), SensorWatch(parts.body.description)
-        self._own_body = OwnBody(parts.body.description)
+        self.sensing = Sensing(parts, self.mission)
         self._pace = PaceMeter()
-        self._image: Image | None = None
-        self._depth_image: DepthImage | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
-        self._health: BodyHealth = HEALTHY
         self._ticks_every = parameters.steps_per_tick
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
         self._commands = CommandHandler(parts, self.mission, self.end)
@@ -113,12 +105,11 @@ class Runtime:
         with measure("commands"):
             self._commands.apply_all()
         with measure("sense"):
-            observation = self._sense()
+            observation = self.sensing.sense()
         with measure("estimate"):
             motion = p.odometry.update(observation)
             p.frames.add(motion)
-            observation = self.deskewer.update(observation, p.frames)
-            self._watch_sensors(observation)
+            observation = self.sensing.deskewed(observation)
             before = p.estimator.estimate
             estimate = p.estimator.update(observation, p.frames)
             fix = p.markers.update(observation, p.frames)
@@ -155,7 +146,7 @@ class Runtime:
                 emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
             )  # fmt: skip
         state.commanded = command
-        p.body.command(BodyCommand(command, self._captures, self._measures_depth))
+        p.body.command(BodyCommand(command, self.sensing.captures, self.sensing.measures_depth))
         self._log_pose()
         with measure("publish"):
             p.telemetry.publish(lambda: compose_snapshot(self))
@@ -233,12 +224,12 @@ class Runtime:
     @property
     def image(self) -> Image | None:
         """The newest picture of the camera."""
-        return self._image
+        return self.sensing.image
 
     @property
     def depth_image(self) -> DepthImage | None:
         """The newest picture of a depth camera."""
-        return self._depth_image
+        return self.sensing.depth_image
 
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""
@@ -287,72 +278,6 @@ class Runtime:
     @property
     def _navigates(self) -> bool:
         return self.mission.ticks or self._commands.drives_to_operator_goal
-
-    def _sense(self) -> Observation:
-        """Return the new measurements; pause the mission when the body reports a problem."""
-        observation, health = self.parts.body.sense(), self.parts.body.health
-        if health != self._health:
-            self._health = health
-            text = health.problem or "the robot works again"
-            level = "error" if health.problem else "info"
-            self.parts.telemetry.emit("body", text, source="body", level=level)
-            if health.problem:
-                self.mission.send(MissionEvent.PAUSE, health.problem)
-        self._record(observation)
-        observation = self._with_usable_pictures(observation)
-        self._image = next(iter(observation.of(Image).values()), self._image)
-        depth = observation.of(DepthImage)
-        self._depth_image = next(iter(depth.values()), self._depth_image)
-        return self._own_body.removed(self.parts.depth_scans.added_to(observation))
-
-    @property
-    def _captures(self) -> bool:
-        p, now = self.parts, self.parts.body.time
-        asked = p.camera.is_active(now) or p.markers.wants_picture(now)
-        return asked or p.places.wants_picture
-
-    @property
-    def _measures_depth(self) -> bool:
-        p = self.parts
-        return p.depth.is_on or p.depth_scans.is_on or p.depth_camera.is_active(p.body.time)
-
-    def _with_usable_pictures(self, observation: Observation) -> Observation:
-        """Return the observation without pictures that cannot be used; report faulty cameras."""
-        watch, robot = self.parts.cameras, self.parts.body.description
-        requested = [COLOUR_CAMERA] if self._captures else []
-        if self._measures_depth:
-            requested += robot.depth_cameras
-        usable = watch.update(observation, self.parts.state.motion.pose, requested)
-        for event in watch.take_events():
-            self.parts.telemetry.emit(
-                "camera", event.text, source="perception",
-                level="warning" if event.fault else "info",
-                camera=event.camera, fault=event.fault,
-            )  # fmt: skip
-        return usable
-
-    def _watch_sensors(self, observation: Observation) -> None:
-        """Report sensors that deliver nothing; after a recording none does."""
-        if self.parts.body.recording_over:
-            return
-        for event in self._sensors.update(observation, self.deskewer.dropped):
-            self.parts.telemetry.emit(
-                "sensor", event.text, source="perception",
-                level="warning" if event.fault else "info",
-                sensor=event.sensor, fault=event.fault,
-            )  # fmt: skip
-
-    def _record(self, observation: Observation) -> None:
-        """Append to the sensor log; a full disk ends the log, not the mission."""
-        if self.parts.sensor_log is None:
-            return
-        try:
-            self.parts.sensor_log.write(observation)
-        except OSError as error:
-            self.parts.sensor_log = None
-            text = f"the sensor log ends here: {error.strerror}"
-            self.parts.telemetry.emit("record", text, source="records", level="error")
-            self.parts.telemetry.lose(SENSORS, reason_of(error))
 
     def _publish_state(
         self, observation: Observation, motion: Odometry, estimate: PoseEstimate,

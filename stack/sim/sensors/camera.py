@@ -74,7 +74,7 @@ class Camera:
         Raises:
             BodyError: the renderer cannot render this world or robot.
         """
-        picture = None
+        picture: Image | DepthImage | None = None
         while self._is_due(time):
             picture = self._received() or picture
         return picture

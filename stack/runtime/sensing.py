@@ -1,0 +1,114 @@
+"""Sensing stage of the step loop: what the body has measured, and which of it can be used."""
+
+from __future__ import annotations
+
+from stack.body import HEALTHY, BodyHealth
+from stack.frames.deskew import Deskewer
+from stack.perception.cameras.watch import COLOUR_CAMERA
+from stack.perception.own_body import OwnBody
+from stack.perception.sensor_watch import SensorWatch
+from stack.runtime.interfaces import Parts
+from stack.runtime.mission_state import MissionEvent, MissionStateMachine
+from stack.telemetry.hub import SENSORS, reason_of
+from stack.types import DepthImage, Image, Observation
+
+
+class Sensing:
+    """Takes observations from the body and removes what cannot be used.
+
+    Args:
+        parts: of the loop.
+        mission: paused when the body reports a problem.
+
+    Attributes:
+        image: the newest picture of the camera.
+        depth_image: the newest picture of a depth camera.
+    """
+
+    def __init__(self, parts: Parts, mission: MissionStateMachine) -> None:
+        self._parts, self._mission = parts, mission
+        robot = parts.body.description
+        self._deskewer, self._sensors = Deskewer(), SensorWatch(robot)
+        self._own_body = OwnBody(robot)
+        self._health: BodyHealth = HEALTHY
+        self.image: Image | None = None
+        self.depth_image: DepthImage | None = None
+
+    def sense(self) -> Observation:
+        """Return the new measurements; pause the mission when the body reports a problem."""
+        observation, health = self._parts.body.sense(), self._parts.body.health
+        if health != self._health:
+            self._health = health
+            text = health.problem or "the robot works again"
+            level = "error" if health.problem else "info"
+            self._parts.telemetry.emit("body", text, source="body", level=level)
+            if health.problem:
+                self._mission.send(MissionEvent.PAUSE, health.problem)
+        self._record(observation)
+        observation = self._with_usable_pictures(observation)
+        self.image = next(iter(observation.of(Image).values()), self.image)
+        depth = observation.of(DepthImage)
+        self.depth_image = next(iter(depth.values()), self.depth_image)
+        return self._own_body.removed(self._parts.depth_scans.added_to(observation))
+
+    @property
+    def captures(self) -> bool:
+        """Whether the colour camera shall take pictures."""
+        p, now = self._parts, self._parts.body.time
+        asked = p.camera.is_active(now) or p.markers.wants_picture(now)
+        return asked or p.places.wants_picture
+
+    @property
+    def measures_depth(self) -> bool:
+        """Whether the depth cameras shall take pictures."""
+        p = self._parts
+        return p.depth.is_on or p.depth_scans.is_on or p.depth_camera.is_active(p.body.time)
+
+    def _with_usable_pictures(self, observation: Observation) -> Observation:
+        """Return the observation without pictures that cannot be used; report faulty cameras."""
+        watch, robot = self._parts.cameras, self._parts.body.description
+        requested = [COLOUR_CAMERA] if self.captures else []
+        if self.measures_depth:
+            requested += robot.depth_cameras
+        usable = watch.update(observation, self._parts.state.motion.pose, requested)
+        for event in watch.take_events():
+            self._parts.telemetry.emit(
+                "camera", event.text, source="perception",
+                level="warning" if event.fault else "info",
+                camera=event.camera, fault=event.fault,
+            )  # fmt: skip
+        return usable
+
+    def deskewed(self, observation: Observation) -> Observation:
+        """Return the observation with the scans that odometry covers; report silent sensors."""
+        usable = self._deskewer.update(observation, self._parts.frames)
+        self._watch_sensors(usable)
+        return usable
+
+    @property
+    def dropped_scans(self) -> dict[str, int]:
+        """Number of scans by sensor that could not be used."""
+        return dict(self._deskewer.dropped)
+
+    def _watch_sensors(self, observation: Observation) -> None:
+        """Report sensors that deliver nothing; after a recording none does."""
+        if self._parts.body.recording_over:
+            return
+        for event in self._sensors.update(observation, self._deskewer.dropped):
+            self._parts.telemetry.emit(
+                "sensor", event.text, source="perception",
+                level="warning" if event.fault else "info",
+                sensor=event.sensor, fault=event.fault,
+            )  # fmt: skip
+
+    def _record(self, observation: Observation) -> None:
+        """Append to the sensor log; a full disk ends the log, not the mission."""
+        if self._parts.sensor_log is None:
+            return
+        try:
+            self._parts.sensor_log.write(observation)
+        except OSError as error:
+            self._parts.sensor_log = None
+            text = f"the sensor log ends here: {error.strerror}"
+            self._parts.telemetry.emit("record", text, source="records", level="error")
+            self._parts.telemetry.lose(SENSORS, reason_of(error))
