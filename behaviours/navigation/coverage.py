@@ -9,7 +9,7 @@ from behaviours._motion.driving import Steps
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
-from stack.types import FailureCode, Path, Pose2D
+from stack.types import Failure, FailureCode, Path, Pose2D
 
 SPACING = 0.1
 """Metres between two poses of a lane."""
@@ -18,9 +18,10 @@ SPACING = 0.1
 class Coverage(RobotBehaviour):
     """Drive over all of a room or polygon in parallel lanes, as a vacuum cleaner does.
 
-    The lanes keep the robot's clearance from obstacles on the map. A lane that is blocked is left
-    out after one attempt around the obstacle. Fails with NO_VALID_PATH if no lane fits, and with
-    CHECK_FAILED if less than `least` of the free area was covered.
+    The lanes keep the robot's clearance from obstacles on the map and from keep-out zones. A lane
+    that is blocked is left out after one attempt around the obstacle. Fails with NO_VALID_PATH if
+    no lane fits, for example inside a keep-out zone, and with CHECK_FAILED if less than `least` of
+    the free area was covered.
     """
 
     area: list[Pose2D] = port(
@@ -50,6 +51,7 @@ class Coverage(RobotBehaviour):
         self._plan = self.robot.coverage(list(self.area), spacing)
         self._seen = np.zeros(len(self._plan.points), dtype=bool)
         self._timer, self._trail = self.start_timer(), OdometryTrail()
+        self._left_out: Failure | None = None
         self._steps = self._cover()
 
     def update(self) -> Status:
@@ -57,7 +59,9 @@ class Coverage(RobotBehaviour):
         self._trail.record(self.robot.time, self.robot.odometry)
         self._mark()
         if not self._plan.lanes:
-            return self.fail(FailureCode.NO_VALID_PATH, "no lane fits into the area")
+            zones = " and ".join(repr(name) for name in self._plan.zones)
+            why = f"; keep-out zones in it: {zones}" if zones else ""
+            return self.fail(FailureCode.NO_VALID_PATH, f"no lane fits into the area{why}")
         try:
             next(self._steps)
         except StopIteration:
@@ -70,18 +74,25 @@ class Coverage(RobotBehaviour):
         self.path_length, self.time_taken = self._trail.distance, self._timer.elapsed
         if share < self.least:
             sentence = f"covered {share:.0%} of the free area, expected at least {self.least:.0%}"
+            if self._left_out is not None:
+                sentence += f"; the first lane that was left out: {self._left_out.sentence}"
             return self.fail(FailureCode.CHECK_FAILED, sentence)
         return Status.SUCCESS
 
     def _cover(self) -> Steps:
         for number, (start, end) in enumerate(self._plan.lanes, 1):
             self._progress = f"lane {number} of {len(self._plan.lanes)}"
-            if not (yield from self._drive(start)):
-                continue
-            path = _straight(start, end)
-            if not (yield from self._done(self.robot.follow_path(path))):
-                yield from self._drive(end)
+            if not (yield from self._lane(start, end)) and self._left_out is None:
+                self._left_out = self.failure
         return True
+
+    def _lane(self, start: Pose2D, end: Pose2D) -> Steps:
+        if not (yield from self._drive(start)):
+            return False
+        path = _straight(start, end)
+        if (yield from self._done(self.robot.follow_path(path))):
+            return True
+        return (yield from self._drive(end))
 
     def _drive(self, goal: Pose2D) -> Steps:
         return (yield from self._done(self.robot.navigate_to(goal)))

@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import TypeVar
 
 from missions.execution.component_choices import choices_of
-from missions.execution.fit import fit_findings, setting_findings, start_problem
+from missions.execution.fit import (
+    fit_findings,
+    keepout_areas,
+    setting_findings,
+    start_problem,
+    zone_findings,
+)
 from missions.execution.fit.components import (
     Marks,
     check_estimator,
@@ -173,10 +179,15 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     _gather(found, lambda: check_map_size(marks, world, choices["costmap"].parameters))
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
+    areas = _gather(found, lambda: keepout_areas(layers)) or ()
+    if recording is None:
+        zoned = zone_findings(mission, world, robot, (start, marks.of("start")), areas)
+        found.items += [item for item in zoned if item.severity == "error"]
+        misfits += zoned
     limits = choices["speed_limits"]
     choices["speed_limits"] = replace(limits, parameters=limits.parameters.located(folder))
     planner = choices["planner"]
-    located = _gather(found, lambda: located_planner(planner, mission, robot, world))
+    located = _gather(found, lambda: located_planner(planner, mission, robot, world, areas))
     choices["planner"], warnings = located or (planner, ())
     detector = _gather(found, lambda: located_detector(choices, mission, robot))
     if detector is not None:

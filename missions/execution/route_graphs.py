@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from missions.execution.fit.zones import KeepoutArea
 from missions.language.analysis.data_flow import children_of
 from missions.language.model import Constant, Leaf, Mission, Step
 from stack.components import Choice, Planner
@@ -24,8 +25,9 @@ SPACING = 0.1
 
 
 def located_planner(
-    choice: Choice, mission: Mission, robot: RobotDescription, world: World
-) -> tuple[Choice, tuple[Finding, ...]]:
+    choice: Choice, mission: Mission, robot: RobotDescription, world: World,
+    areas: Sequence[KeepoutArea] = (),
+) -> tuple[Choice, tuple[Finding, ...]]:  # fmt: skip
     """Return the planner with the path of its graph resolved, and the warnings about the graph.
 
     Raises:
@@ -43,7 +45,10 @@ def located_planner(
     file = mission.source.parent / Path(given).expanduser()
     graph = _read(file, mission)
     drawn = outlines(world, mapped_only=True) if mission.map != "none" else []
-    through = through_walls(graph, drawn, robot.footprint.inscribed_radius)
+    radius = robot.footprint.inscribed_radius
+    through = [*through_walls(graph, drawn, radius)]
+    if mission.map != "none":
+        through += through_zones(graph, areas, radius)
     unknown = list(_unknown_edges(mission, graph))
     if unknown:
         raise InputError(unknown)
@@ -76,6 +81,33 @@ def through_walls(
                 "move the edge; the robot drives around the obstacle if there is room", "warning",
             )  # fmt: skip
             break
+
+
+def through_zones(
+    graph: RouteGraph, areas: Sequence[KeepoutArea], clearance: float
+) -> Iterator[Finding]:
+    """Yield a warning for each lane on which the robot would enter a keep-out zone.
+
+    Args:
+        graph: graph of lanes.
+        areas: keep-out zones, map frame.
+        clearance: inscribed radius of the robot, metres.
+    """
+    for edge in graph.edges.values():
+        points = edge.line.at(edge.line.samples(SPACING))
+        for area in areas:
+            depths = area.depth_at(points) + (clearance if area.whole else 0.0)
+            worst = int(depths.argmax())
+            if depths[worst] > 0.0:
+                x, y = points[worst]
+                yield Finding(
+                    Mark(graph.source), "W431",
+                    f"feature {edge.feature}: the edge {edge.id!r} leads through {area.words()} "
+                    f"at ({x:.2f}, {y:.2f})",
+                    "move the edge or the zone; the robot drives around if there is room",
+                    "warning",
+                )  # fmt: skip
+                break
 
 
 def _refuse_edges(mission: Mission, planner: str) -> None:

@@ -74,7 +74,7 @@ FILE_CODES: dict[str, Code] = {
                  "use the suggested id"),
     "W430": Code("route graph: unused", "a property is not supported, or a node has no edge",
                  '"properties": {"id": 1, "metadata": {}}', "remove it if it is not needed"),
-    "W431": Code("route graph: collision", "an edge leads through an obstacle of the map",
+    "W431": Code("route graph: collision", "an edge leads through an obstacle of the map or a zone",
                  "", "move the edge"),
     "E403": Code("map: pose graph", "graph.json, graph.npz or a g2o file is damaged, or of another "
                  "version", "", "save the map again, or use the kept `.bak`"),

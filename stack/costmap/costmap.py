@@ -10,9 +10,11 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
 from stack.costmap.choosing import LayerChoice, usual_layers
+from stack.costmap.closing_zones import zones_between
 from stack.costmap.grid_copies import REMEMBERED, GridCopies, GridCopy
 from stack.costmap.inflation import Inflation
 from stack.costmap.lattice import Lattice
@@ -71,6 +73,7 @@ class Costmap:
         self._inflation = Inflation(self._inflation_parameters(), footprint)
         self._painting = LayerCompositor(self._marking_layers(), self._inflation, adding)
         self._adding = adding
+        self._radius = footprint.inscribed_radius
         self._version = 0
         self._grid: CostGrid | None = None
         self._copies = GridCopies()
@@ -171,6 +174,28 @@ class Costmap:
             if origin is not None:
                 return CellProvenance(name, *origin)
         return None
+
+    @property
+    def way_out(self) -> Pose2D | None:
+        """First place outside, map frame, for a robot in a keep-out zone; None elsewhere."""
+        return next((layer.way_out for layer in self._layers.values() if layer.way_out), None)
+
+    @property
+    def forbidden(self) -> dict[str, NDArray[np.bool_]]:
+        """Cells (rows, columns) of each keep-out zone, by name."""
+        zones: dict[str, NDArray[np.bool_]] = {}
+        for layer in self._layers.values():
+            for name, cells in layer.forbidden().items():
+                zones[name] = cells | zones.get(name, False)
+        return zones
+
+    def zones_between(self, start: Pose2D, goal: Pose2D) -> tuple[str, ...]:
+        """Return the names of the keep-out zones that alone close the way between two places."""
+        zones = self.forbidden
+        if not zones:
+            return ()
+        ground = self._painting.ground(self._frame.everywhere)
+        return zones_between(self.view, ground, zones, (start, goal), self._radius)
 
     def clear(self, *, layer: str | None = None) -> None:
         """Clear sensed obstacles everywhere, in one layer or all. The map and zones stay.

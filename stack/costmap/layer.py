@@ -61,6 +61,11 @@ class Frame:
         """The box of all cells."""
         return 0, self.shape[0], 0, self.shape[1]
 
+    def cell_at(self, pose: Pose2D) -> tuple[int, int]:
+        """(row, column) of the cell at a position; may be outside the costmap."""
+        (x, y), step = self.origin, self.resolution
+        return floor((pose.y - y) / step), floor((pose.x - x) / step)
+
     def grown(self, box: Box, by: int) -> Box:
         """A box grown by `by` cells on each side, clipped to the costmap."""
         rows, columns = self.shape
@@ -238,6 +243,15 @@ class Layer(ABC):
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
         """Source and time of this layer's lethal mark in a cell; None without a mark."""
+        return None
+
+    def forbidden(self) -> dict[str, NDArray[np.bool_]]:
+        """Cells (rows, columns) that are closed by a rule, not by an obstacle, by zone name."""
+        return {}
+
+    @property
+    def way_out(self) -> Pose2D | None:
+        """First place outside, map frame, for a robot in a forbidden area; None elsewhere."""
         return None
 
 

@@ -106,7 +106,7 @@ class LayerCompositor:
         far = sum(layer.reach for layer in self.marking)
         around = self._frame.grown(box, far)
         cells = np.full((around[1] - around[0], around[3] - around[2]), UNKNOWN_COST, np.uint8)
-        canvas = Canvas(cells, self._ground(around), around)
+        canvas = Canvas(cells, self.ground(around), around)
         for layer in self.marking:
             layer.paint(canvas)
         changed: Box = self._kernels.write_changed(self._base, cells, around[0], around[2], *box)
@@ -124,11 +124,12 @@ class LayerCompositor:
         for box in (*bands, *_bands(added)):
             cells = part(self.cells, box)
             cells[:] = part(self._inflated, box)
-            canvas = Canvas(cells, self._ground(box), box)
+            canvas = Canvas(cells, self.ground(box), box)
             for layer in self._adding:
                 layer.paint(canvas)
 
-    def _ground(self, box: Box) -> Costs:
+    def ground(self, box: Box) -> Costs:
+        """Return the costs of the map alone in a box; unknown without a map."""
         for layer in self.marking:
             costs = layer.ground(box)
             if costs is not None:

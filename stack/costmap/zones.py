@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 
 from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, sampled, shifted
 from stack.errors import InputError, ParameterError
-from stack.geometry.polygons import points_inside
+from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.parameters import Declaration, build, parameter
-from stack.types import FREE, FloatArray, OccupancyGrid
+from stack.types import FREE, FloatArray, OccupancyGrid, Pose2D
 
 Corners = tuple[tuple[float, float], ...]
 _METRES = Declaration("corners", float, unit="m")
@@ -111,15 +112,22 @@ def read_mask(file: str) -> OccupancyGrid | None:
 class ZoneCells:
     """Zone number of each cell of a costmap, updated as the costmap moves.
 
+    Args:
+        zones: polygons.
+        mask: its occupied cells are a zone too; None without one.
+        margin: metres by which the zones are drawn larger; 0, or at least a cell's diagonal.
+
     Attributes:
         cells: (rows, columns) uint8: 0 for no zone, n for the n-th zone (the last one where zones
             overlap), IN_MASK where only the mask is occupied.
     """
 
-    def __init__(self, zones: tuple[Zone, ...], mask: OccupancyGrid | None) -> None:
+    def __init__(
+        self, zones: tuple[Zone, ...], mask: OccupancyGrid | None, margin: float = 0.0
+    ) -> None:
         if len(zones) >= IN_MASK:
             raise ParameterError("zones", f"{len(zones)} zones, at most {IN_MASK - 1} fit")
-        self._zones, self._mask = zones, mask
+        self._zones, self._mask, self._margin = zones, mask, margin
         self.frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self.cells: NDArray[np.uint8] = np.empty((0, 0), dtype=np.uint8)
 
@@ -142,15 +150,48 @@ class ZoneCells:
             return None
         return "mask" if number == IN_MASK else self._zones[number - 1].name
 
+    def by_name(self) -> dict[str, NDArray[np.bool_]]:
+        """Return the cells of each zone, (rows, columns)."""
+        found: dict[str, NDArray[np.bool_]] = {}
+        for number in np.unique(self.cells[self.cells > 0]).tolist():
+            name = "mask" if number == IN_MASK else self._zones[number - 1].name
+            found[name] = (self.cells == number) | found.get(name, False)
+        return found
+
+    def covers(self, pose: Pose2D) -> bool:
+        """Whether a pose is in a zone, or within the margin of one."""
+        row, column = self.frame.cell_at(pose)
+        rows, columns = self.cells.shape
+        return bool(0 <= row < rows and 0 <= column < columns and self.cells[row, column])
+
     def _draw(self, box: Box) -> None:
         target = part(self.cells, box)
         target[:] = 0
+        margin = max(self._margin, 1.4 * self.frame.resolution) if self._margin else 0.0
         if self._mask is not None:
-            values = sampled(self._mask, self.frame, box, FREE)
-            target[self._mask.are_occupied(values)] = IN_MASK
+            target[self._in_mask(self._mask, box, margin)] = IN_MASK
+        for number, zone in enumerate(self._zones, start=1):
+            if margin:
+                near, found = cells_beside(self.frame, zone.points, box, margin)
+                cells = part(self.cells, near)
+                cells[found & (cells == 0)] = number
         for number, zone in enumerate(self._zones, start=1):
             region = cells_inside(self.frame, zone.points, box)
             part(self.cells, region[0])[region[1]] = number
+
+    def _in_mask(self, mask: OccupancyGrid, box: Box, margin: float) -> NDArray[np.bool_]:
+        """Return the cells of a box that are in the mask or within the margin of it."""
+        import cv2
+
+        by = ceil(margin / self.frame.resolution - 1e-9)
+        top, bottom, left, right = box
+        around = top - by, bottom + by, left - by, right + by
+        occupied = mask.are_occupied(sampled(mask, self.frame, around, FREE))
+        if not by or not occupied.any():
+            return occupied[by : by + bottom - top, by : by + right - left]
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * by + 1, 2 * by + 1))
+        grown = cv2.dilate(occupied.astype(np.uint8), disc) > 0
+        return np.asarray(grown[by : by + bottom - top, by : by + right - left])
 
 
 def cells_inside(frame: Frame, corners: FloatArray, within: Box) -> tuple[Box, NDArray[np.bool_]]:
@@ -163,14 +204,30 @@ def cells_inside(frame: Frame, corners: FloatArray, within: Box) -> tuple[Box, N
         corners: (n, 2) of the polygon, metres, map frame.
         within: limit of the box, cells.
     """
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    box, points = _centres(frame, corners, within, 0.0)
+    return box, points_inside(points, corners).reshape(box[1] - box[0], box[3] - box[2])
+
+
+def cells_beside(
+    frame: Frame, corners: FloatArray, within: Box, margin: float
+) -> tuple[Box, NDArray[np.bool_]]:
+    """Return the cells within `margin` metres of a polygon's edges, as `cells_inside`."""
+    box, points = _centres(frame, corners, within, margin)
+    near = distances_to_edges(points, corners) <= margin + 1e-9
+    return box, near.reshape(box[1] - box[0], box[3] - box[2])
+
+
+def _centres(
+    frame: Frame, corners: FloatArray, within: Box, margin: float
+) -> tuple[Box, FloatArray]:
+    """Return a polygon's bounding box, grown by metres, and the (n, 2) centres of its cells."""
+    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     around = frame.box_around((low[0], low[1]), (high[0], high[1]))
     box = (
         max(around[0], within[0]), min(around[1], within[1]),
         max(around[2], within[2]), min(around[3], within[3]),
     )  # fmt: skip
     if not is_some(box):
-        return NO_BOX, np.zeros((0, 0), dtype=np.bool_)
+        return NO_BOX, np.empty((0, 2))
     x, y = np.broadcast_arrays(*frame.middles(box))
-    found = points_inside(np.column_stack([x.ravel(), y.ravel()]), corners)
-    return box, found.reshape(x.shape)
+    return box, np.column_stack([x.ravel(), y.ravel()])

@@ -36,6 +36,17 @@ def points_inside(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
     return inside
 
 
+def distances_to_edges(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return (m,) distances of points (m, 2) to the nearest edge of a polygon, metres."""
+    nearest = np.full(len(points), np.inf)
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        edge = end - start
+        along = np.clip((points - start) @ edge / max(float(edge @ edge), 1e-18), 0.0, 1.0)
+        off = points - start - along[:, None] * edge
+        nearest = np.minimum(nearest, np.hypot(off[:, 0], off[:, 1]))
+    return nearest
+
+
 def outline_points(corners: FloatArray, spacing: float) -> FloatArray:
     """Return points along the edges in order, corners included, at most `spacing` metres apart.
 

@@ -22,6 +22,7 @@ from stack.navigation.plans.path_check import PathCheck
 from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
+from stack.navigation.plans.zone_names import with_zones
 from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
@@ -313,7 +314,8 @@ class GoalDrive(Drive):
             answer = self._choice.within_tolerance(answer)
         if isinstance(answer, Failure):
             self._planner = self._requested_from
-            self._plan_failed(answer, state)
+            request, costmap = future.request, self._tools.global_costmap
+            self._plan_failed(with_zones(answer, costmap, request.start, request.goals), state)
             return
         self._patience.reset()
         if future.request.goals != self._goals.left:

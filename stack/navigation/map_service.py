@@ -7,8 +7,10 @@ from pathlib import Path as FilePath
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.components import Estimator
+from stack.costmap.layer import Frame, sampled
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError, ParameterError
 from stack.mapping.exploration.coverage import coverage_plan
@@ -122,9 +124,20 @@ class MapService:
     def coverage(
         self, pose: Pose2D, corners: FloatArray | None, spacing: float, clearance: float | None
     ) -> CoveragePlan:
-        """Return lanes that cover a polygon, or the robot's room."""
+        """Return lanes that cover a polygon, or the robot's room, except keep-out zones."""
         radius = self._robot.footprint.inscribed_radius + SPARE
-        return coverage_plan(self.grid, pose, clearance or radius, spacing, corners)
+        zones = self._zones()
+        return coverage_plan(self.grid, pose, clearance or radius, spacing, corners, zones)
+
+    def _zones(self) -> dict[str, NDArray[np.bool_]]:
+        """Return the cells (rows, columns) of the map in each keep-out zone, by name."""
+        grid, view = self.grid, self._costmap.view
+        frame = Frame(grid.cells.shape, grid.resolution, grid.origin)
+        found = {}
+        for name, cells in self._costmap.forbidden.items():
+            zone = OccupancyGrid(cells.astype(np.int8), view.resolution, view.origin)
+            found[name] = sampled(zone, frame, frame.everywhere, 0) > 0
+        return found
 
     def save(self, name: str) -> str:
         """Save the map, its keyframes and what the estimator adds, for example its pose graph.

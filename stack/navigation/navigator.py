@@ -338,6 +338,9 @@ class Navigator:
     ) -> MotionTask:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry alone.
 
+        Sensors do not see keep-out zones: a robot that stands in one and knows where it is drives
+        out of it on the map.
+
         Args:
             clearance: desired metres around the outline; None: room to turn, at least 15 cm.
             distance: maximum metres to drive.
@@ -355,6 +358,10 @@ class Navigator:
             _positive("speed", self.parameters.escape_speed if speed is None else speed),
         )
         task = self._task("escape to free space")
+        way_out, state = self._tools.global_costmap.way_out, self._state
+        lost = state is None or self.localisation_monitor.refuses(self.parameters)
+        if way_out is not None and not lost:
+            return self._recover(GoalDrive(task, self._tools, [way_out], None), while_lost)
         executor = Escape(task, escape_goal, self._surroundings, self._recovery_tools())
         return self._recover(executor, while_lost)
 

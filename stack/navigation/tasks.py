@@ -7,6 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.plans.planner_worker import PlanFuture
 from stack.types import (
@@ -96,6 +99,20 @@ class CostmapLike(Protocol):
     @property
     def layers(self) -> tuple[str, ...]:
         """Names of the layers."""
+        ...
+
+    @property
+    def way_out(self) -> Pose2D | None:
+        """First place outside, map frame, for a robot in a keep-out zone; None elsewhere."""
+        ...
+
+    @property
+    def forbidden(self) -> dict[str, NDArray[np.bool_]]:
+        """Cells (rows, columns) of each keep-out zone, by name."""
+        ...
+
+    def zones_between(self, start: Pose2D, goal: Pose2D) -> tuple[str, ...]:
+        """Return the names of the keep-out zones that alone close the way between two places."""
         ...
 
     def clear(self, *, layer: str | None = None) -> None:

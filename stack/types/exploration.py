@@ -34,8 +34,10 @@ class CoveragePlan:
         lanes: start and end of each, with the heading along it, in the order of driving.
         points: (n, 2) centres of the free cells of the area, metres, map frame.
         resolution: side of a cell, metres.
+        zones: names of the keep-out zones in the area; they are left out.
     """
 
     lanes: tuple[tuple[Pose2D, Pose2D], ...]
     points: FloatArray
     resolution: float
+    zones: tuple[str, ...] = ()

@@ -24,19 +24,20 @@ from missions.language.model import (
 )
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
+from stack.geometry.polygons import outline_points
 from stack.planning.parameters import PlannerParameters
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.world import World
-from stack.types import FloatArray, Footprint, Pose2D
+from stack.types import Footprint, Pose2D
 
 CLEARANCE = 0.05
 """Metres to the nearest obstacle below which a goal is a tight fit."""
-_SPACING = 0.02
+SPACING = 0.02
 """Metres between the points of the robot's outline that are compared with obstacles."""
 
 
 @dataclass(frozen=True)
-class _Goal:
+class Goal:
     """A goal: its pose, where it is written, and how near to it is enough.
 
     Attributes:
@@ -65,7 +66,7 @@ def goal_findings(
         robot: its footprint and height count.
         start: where the mission starts; in an obstacle, no goal is called unreachable.
     """
-    goals = _Goals(mission).all()
+    goals = Goals(mission).all()
     found = list(_goal_findings(goals, world, robot.footprint))
     faulty = {item.mark for item in found if item.severity == "error"}
     sound = [goal for goal in goals if not goal.is_partial and goal.mark not in faulty]
@@ -96,7 +97,7 @@ def _area(world: World) -> str:
     return f"x {x_min:g} to {x_max:g} m and y {y_min:g} to {y_max:g} m"
 
 
-class _Goals:
+class Goals:
     """Follows goals from the ports of drives to the poses in the file."""
 
     def __init__(self, mission: Mission) -> None:
@@ -110,9 +111,9 @@ class _Goals:
             elif isinstance(step, ForEach):
                 self.sources.setdefault(step.variable, []).append((step.items, step.mark))
 
-    def all(self) -> list[_Goal]:
+    def all(self) -> list[Goal]:
         """Return every goal that is known before the mission runs, each position once."""
-        found: dict[tuple[Mark, Pose2D, bool, float], _Goal] = {}
+        found: dict[tuple[Mark, Pose2D, bool, float], Goal] = {}
         for step in every_step(self.mission):
             if not isinstance(step, Leaf):
                 continue
@@ -121,7 +122,7 @@ class _Goals:
             tolerance = _tolerance(step.ports.get("tolerance"))
             for port in step.behaviour.goal_ports:
                 for pose, mark, name in self._poses(step.ports.get(port), step.mark, ()):
-                    goal = _Goal(pose, mark, name, is_partial, tolerance)
+                    goal = Goal(pose, mark, name, is_partial, tolerance)
                     found.setdefault((mark, pose, is_partial, tolerance), goal)
         return list(found.values())
 
@@ -165,7 +166,7 @@ def _tolerance(value: Value | None) -> float:
 
 
 def _unreachable(
-    goals: Sequence[_Goal], world: World, robot: RobotDescription, start: Pose2D
+    goals: Sequence[Goal], world: World, robot: RobotDescription, start: Pose2D
 ) -> Iterator[Finding]:
     """Report goals to which no way of the robot's width leads."""
     floor = ReachableFloor(world, robot, start)
@@ -181,10 +182,10 @@ def _unreachable(
         yield Finding(goal.mark, "W143", sentence, hint, "warning")
 
 
-def _goal_findings(goals: Sequence[_Goal], world: World, footprint: Footprint) -> Iterator[Finding]:
+def _goal_findings(goals: Sequence[Goal], world: World, footprint: Footprint) -> Iterator[Finding]:
     if not goals:
         return
-    inside: list[_Goal] = []
+    inside: list[Goal] = []
     for goal in goals:
         if _covers(world, goal.pose):
             inside.append(goal)
@@ -216,12 +217,12 @@ def _goal_findings(goals: Sequence[_Goal], world: World, footprint: Footprint) -
 
 
 def _tight(
-    goal: _Goal, near: Sequence[Outline], world: World, footprint: Footprint
+    goal: Goal, near: Sequence[Outline], world: World, footprint: Footprint
 ) -> Iterator[Finding]:
     """Report a goal at which the robot's outline, at its heading, touches an obstacle."""
     if not near:
         return
-    rim = goal.pose.transform(_rim(footprint))
+    rim = goal.pose.transform(outline_points(footprint.points, SPACING))
     gaps = [float(shape.distance_to(rim).min()) for shape in near]
     least = min(gaps)
     if least >= CLEARANCE:
@@ -234,23 +235,11 @@ def _tight(
     yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it", "warning")
 
 
-def _rim(footprint: Footprint) -> FloatArray:
-    """Return points along the outline of the robot, (n, 2) metres in the base frame."""
-    corners = footprint.points
-    sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
-    parts = []
-    for start, end in sides:
-        count = max(2, int(np.ceil(np.linalg.norm(end - start) / _SPACING)))
-        share = np.linspace(0.0, 1.0, count, endpoint=False)[:, None]
-        parts.append(start + share * (end - start))
-    return np.concatenate(parts)
-
-
 def _thing(shape: Outline) -> str:
     return shape.name or "a wall"
 
 
-def _hint(goal: _Goal, world: World) -> str:
+def _hint(goal: Goal, world: World) -> str:
     for unit, factor in (("cm", 0.01), ("mm", 0.001)):
         x, y = goal.pose.x * factor, goal.pose.y * factor
         if _covers(world, Pose2D(x, y)) and max(abs(x), abs(y)) > 1.0:

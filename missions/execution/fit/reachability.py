@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from math import hypot, sqrt
@@ -10,6 +10,7 @@ from math import hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.costmap.layer import Frame
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.connected import Cell, connected_to
 from stack.sim.worlds.rasterise import RESOLUTION, cells_near, map_shape
@@ -33,9 +34,15 @@ class ReachableFloor:
         world: world as it is.
         robot: its footprint and height count.
         start: world frame.
+        closed: areas that are closed by a rule: a function that returns the cells within metres of
+            the area, and the metres by which it is larger to the robot than an obstacle. A robot
+            that starts in one leaves it to the nearest place outside.
     """
 
-    def __init__(self, world: World, robot: RobotDescription, start: Pose2D) -> None:
+    def __init__(
+        self, world: World, robot: RobotDescription, start: Pose2D,
+        closed: Sequence[tuple[Callable[[Frame, float], NDArray[np.bool_]], float]] = (),
+    ) -> None:  # fmt: skip
         low = tuple(box for box in world.boxes if box.elevation < robot.height)
         self._world, self._footprint = replace(world, boxes=low), robot.footprint
         x_min, y_min, x_max, y_max = world.bounds
@@ -45,9 +52,12 @@ class ReachableFloor:
         # A point of a way is at most half a diagonal from the middle of its cell.
         spare = self._resolution / sqrt(2.0)
         starts = [start, *(event.move_robot for event in world.timeline if event.move_robot)]
-        self._reached = connected_to(
-            self._free(robot.footprint.inscribed_radius - spare), self._cells_of(starts)
-        )
+        self._areas = closed
+        free = self._free(robot.footprint.inscribed_radius - spare)
+        begins = self._cells_of(starts)
+        if closed and free.any():
+            begins = [self._left(cell, free) for cell in begins]
+        self._reached = connected_to(free, begins)
 
     def reaches(self, pose: Pose2D, tolerance: float) -> bool:
         """Return whether the robot can get to within a distance of a pose, metres.
@@ -73,9 +83,26 @@ class ReachableFloor:
         return self._middles_of(roomy) if roomy.any() else self._reached_xy
 
     def _free(self, clearance: float) -> NDArray[np.bool_]:
-        if clearance <= 0.0:
-            return np.ones(self._shape, dtype=np.bool_)
-        return ~cells_near(self._world, self._resolution, clearance)
+        free = ~self._closed(clearance)
+        if clearance > 0.0:
+            free &= ~cells_near(self._world, self._resolution, clearance)
+        return free
+
+    def _closed(self, clearance: float) -> NDArray[np.bool_]:
+        """Return the cells within metres of an area that is closed by a rule."""
+        frame = Frame(self._shape, self._resolution, self._world.bounds[:2])
+        closed = np.zeros(self._shape, dtype=np.bool_)
+        for cells, more in self._areas:
+            closed |= cells(frame, max(clearance + more, 0.0))
+        return closed
+
+    def _left(self, cell: Cell, free: NDArray[np.bool_]) -> Cell:
+        """Return the free cell nearest to one in a closed area; other cells unchanged."""
+        if free[cell] or not self._closed(self._footprint.inscribed_radius)[cell]:
+            return cell
+        rows, columns = np.nonzero(free)
+        nearest = int(np.argmin((rows - cell[0]) ** 2 + (columns - cell[1]) ** 2))
+        return int(rows[nearest]), int(columns[nearest])
 
     def _cells_of(self, poses: Sequence[Pose2D]) -> list[Cell]:
         """Return the cell of each pose, or the nearest one."""

@@ -8,10 +8,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stack.costmap.layer import Canvas, Frame, Layer, part
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.costmap.layer import (
+    NO_BOX,
+    Box,
+    Canvas,
+    Frame,
+    Layer,
+    LayerUpdate,
+    joined,
+    part,
+    sampled,
+)
+from stack.costmap.way_out import Lane, WayOut
 from stack.costmap.zones import Zone, ZoneCells, read_mask, read_zones
 from stack.parameters import parameter
-from stack.types import LETHAL_COST, Footprint
+from stack.types import FREE, LETHAL_COST, Footprint, OccupancyGrid, Pose2D
 
 
 @dataclass(frozen=True)
@@ -32,8 +46,13 @@ class _Zoned:
 class KeepoutLayer(Layer):
     """Zones that the robot must not enter; their cells are lethal.
 
-    The whole footprint stays outside; with `inflated: false`, only the centre.
+    The whole footprint stays outside; with `inflated: false`, only the centre. A robot that stands
+    in a zone may leave it by the shortest way, and by no other.
     """
+
+    MARGIN: ClassVar[float] = 0.07
+    """Metres by which zones are drawn larger: half a diagonal of a cell of 5 cm for the edge of the
+    zone, and another one for a robot that is anywhere in its cell."""
 
     @dataclass(frozen=True)
     class Parameters(_Zoned):
@@ -43,21 +62,65 @@ class KeepoutLayer(Layer):
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
-        self._cells = ZoneCells(parameters.zones, read_mask(parameters.mask))
+        self._mask = read_mask(parameters.mask)
+        self._cells = ZoneCells(parameters.zones, self._mask, self.MARGIN)
+        self._leaving: WayOut | None = None
+        self._lane: Lane | None = None
+
+    def set_map(self, grid: OccupancyGrid | None) -> None:
+        """Use another map: ways out lead round its walls."""
+        super().set_map(grid)
+        self._leaving = self._lane = None
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Draw the zones in the new frame."""
         super().lay_out(frame, shift)
         self._cells.lay_out(frame, shift)
 
+    def update(self, update: LayerUpdate) -> Box:
+        """Open the shortest way out for a robot that stands in a zone."""
+        pose, before = update.pose, self._lane
+        if self._leaving is None:
+            if not self._cells.covers(pose):
+                return NO_BOX
+            self._leaving = WayOut(
+                self.parameters.zones, self._mask, self.MARGIN, self.footprint, self.map, pose
+            )
+        if self._leaving.is_outside(pose):
+            self._leaving = self._lane = None
+        elif before is None or before.left_by(pose):
+            self._lane = self._leaving.lane(pose)
+        if self._lane is before:
+            return NO_BOX
+        return joined([self._box_of(before), self._box_of(self._lane)])
+
     def paint(self, canvas: Canvas) -> None:
         """Paint cells inside a zone as lethal."""
-        canvas.cells[part(self._cells.cells, canvas.box) > 0] = LETHAL_COST
+        closed = part(self._cells.cells, canvas.box) > 0
+        if self._lane is not None:
+            closed &= sampled(self._lane.cells, self.frame, canvas.box, FREE) == FREE
+        canvas.cells[closed] = LETHAL_COST
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
         """The name of the zone, None outside."""
         name = self._cells.name_at(row, column)
         return None if name is None else (name, None)
+
+    def forbidden(self) -> dict[str, NDArray[np.bool_]]:
+        """Cells of each zone."""
+        return self._cells.by_name()
+
+    @property
+    def way_out(self) -> Pose2D | None:
+        """First place outside the zone in which the robot stands."""
+        return None if self._lane is None else self._lane.end
+
+    def _box_of(self, lane: Lane | None) -> Box:
+        if lane is None:
+            return NO_BOX
+        (x, y), (rows, columns) = lane.cells.origin, lane.cells.cells.shape
+        side = lane.cells.resolution
+        return self.frame.box_around((x, y), (x + columns * side, y + rows * side))
 
 
 class PreferredLanesLayer(Layer):

@@ -8,7 +8,8 @@ Choset, P. Pignon, "Coverage path planning: the boustrophedon cellular decomposi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from math import cos, hypot, sin
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from stack.geometry.polygons import points_inside
 from stack.mapping.exploration.frontiers import passable_cells
-from stack.types import CoveragePlan, FloatArray, OccupancyGrid, Pose2D
+from stack.types import OCCUPIED, CoveragePlan, FloatArray, OccupancyGrid, Pose2D
 
 
 @dataclass
@@ -28,9 +29,9 @@ class _Run:
     offset: float
 
 
-def coverage_plan(
+def coverage_plan(  # noqa: PLR0913 - an area, its limits, and what drives over it
     grid: OccupancyGrid, pose: Pose2D, radius: float, spacing: float,
-    corners: FloatArray | None = None,
+    corners: FloatArray | None = None, zones: Mapping[str, NDArray[np.bool_]] | None = None,
 ) -> CoveragePlan:  # fmt: skip
     """Return lanes that cover an area.
 
@@ -41,19 +42,25 @@ def coverage_plan(
         spacing: distance of two lanes, metres.
         corners: (n, 2) of a polygon, map frame; None: the room that contains the robot. Rooms are
             parts of the free space that meet in passages (stack.mapping.passages).
+        zones: cells (rows, columns) that the robot must not enter, by name; they count as walls.
     """
+    whole = grid
+    for cells in (zones or {}).values():
+        grid = replace(grid, cells=np.where(cells, OCCUPIED, grid.cells).astype(np.int8))
     area = _room(grid, pose) if corners is None else _inside(grid, corners)
+    meant = area if corners is not None or not zones else _room(whole, pose)
+    in_area = tuple(name for name, cells in (zones or {}).items() if (cells & meant).any())
     passable = passable_cells(grid, radius).astype(bool)
     driven = area & passable
     goals = np.argwhere(area & grid.free).astype(np.float64)
     points = np.column_stack([goals[:, 1], goals[:, 0]]) + 0.5
     points = points * grid.resolution + grid.origin
     if not driven.any():
-        return CoveragePlan((), points, grid.resolution)
+        return CoveragePlan((), points, grid.resolution, in_area)
     angle = _direction(driven)
     runs = _runs(grid, driven, angle, spacing)
     lanes = _ordered(_cells(runs), pose, angle)
-    return CoveragePlan(tuple(lanes), points, grid.resolution)
+    return CoveragePlan(tuple(lanes), points, grid.resolution, in_area)
 
 
 def _room(grid: OccupancyGrid, pose: Pose2D) -> NDArray[np.bool_]:

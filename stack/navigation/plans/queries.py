@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
+from stack.navigation.plans.zone_names import with_zones
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import Pose2D
 
@@ -58,4 +59,6 @@ class PlanQueries:
             task.path = answer.path
             task.succeed(f"plan found, {answer.path.length:.1f} m")
         elif answer is not None:
+            start = task.future.request.start
+            answer = with_zones(answer, tools.global_costmap, start, (planning.goal,))
             task.fail(answer.code, answer.sentence)

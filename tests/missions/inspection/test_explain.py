@@ -41,8 +41,8 @@ def test_an_unknown_code_names_the_nearest():
 
 
 OUTSIDE = {
-    "E109", "E110", "E111", "E114", "E116", "E126", "E127", "E180", "E181", "W110", "W140", "W141",
-    "W142", "W143",
+    "E109", "E110", "E111", "E114", "E116", "E126", "E127", "E180", "E181", "E182", "W110", "W140",
+    "W141", "W142", "W143", "W144", "W145",
 }  # fmt: skip
 """Codes that need options, other files, a world, a robot or an installation to provoke."""
 NEEDS = {

@@ -295,8 +295,8 @@ def test_a_keepout_zone_keeps_the_whole_footprint_out():
         parameters=CostmapParameters(), footprint=ROUND,
     )  # fmt: skip
     cells = costmap.grid.cells
-    assert np.count_nonzero(cells == LETHAL_COST) == 20 * 20  # 1 m² of 5 cm cells
-    assert at(costmap, 0.825, 0.5) == 253  # 0.175 m + half a cell from it, within 0.22 m
+    assert np.count_nonzero(cells == LETHAL_COST) == 22 * 22  # 1 m² of 5 cm cells, grown by 7 cm
+    assert at(costmap, 0.775, 0.5) == 253  # 0.175 m + half a cell from 0.95 m, within 0.22 m
     costmap.clear()
     assert at(costmap, 1.5, 0.5) == LETHAL_COST
 
@@ -308,8 +308,9 @@ def test_a_keepout_zone_stays_where_it_is_under_a_rolling_window():
         costmap.update(seen(Pose2D(x, y), None, 0.0))
         for row, column in np.argwhere(costmap.grid.cells == LETHAL_COST):
             place = costmap.grid.centre_of(row, column)
-            assert 1.0 < place[0] < 2.0 and 0.0 < place[1] < 1.0
-    assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 400
+            assert 0.93 < place[0] < 2.07 and -0.07 < place[1] < 1.07  # 7 cm larger
+    # All 22 x 22 cells, except the way out of the robot, which stands in its middle: 13 x 7 cells.
+    assert 22 * 22 - 110 < np.count_nonzero(costmap.grid.cells == LETHAL_COST) < 22 * 22 - 60
 
 
 def test_a_mask_picture_is_a_zone(tmp_path):
@@ -318,7 +319,9 @@ def test_a_mask_picture_is_a_zone(tmp_path):
     write_ros_map(mask, tmp_path / "keepout.yaml")
     (choice,) = read_layers([{"use": "keepout", "mask": "keepout.yaml"}], ONLY_CELLS)
     costmap = Costmap(ONLY_CELLS, TINY, room(), layers=[choice.located(tmp_path)])
-    assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 50
+    assert (
+        np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 7 * 14 + 2 * 10
+    )  # grown by two cells
     assert costmap.explain(0.5, 0.3) == CellProvenance("keepout", "mask")
     with pytest.raises(InputError, match=r"mask file keepout.yaml does not exist"):
         choice.located(tmp_path / "elsewhere")

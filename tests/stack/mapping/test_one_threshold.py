@@ -5,7 +5,9 @@ import pytest
 
 from stack.costmap.choosing import read_layers
 from stack.costmap.costmap import Costmap
+from stack.costmap.layer import Frame
 from stack.costmap.parameters import CostmapParameters
+from stack.costmap.zones import ZoneCells, read_mask
 from stack.localisation.distance_field import surface_field
 from stack.mapping.passages import clearance_of
 from stack.mapping.ros_map import read_ros_map, write_ros_map
@@ -60,10 +62,9 @@ def test_the_doctor_and_the_tracker_see_them_as_well():
 
 def test_a_mask_forbids_cells_from_the_threshold_on(tmp_path):
     write_ros_map(row_of(), tmp_path / "mask.yaml")
-    layers = read_layers([{"use": "keepout", "mask": str(tmp_path / "mask.yaml")}], ONLY_CELLS)
-    floor = OccupancyGrid(np.zeros((3, 24), np.int8), 0.1)
-    cells = Costmap(ONLY_CELLS, TINY, floor, layers=layers).grid.cells
-    assert kinds(cells == UNKNOWN_COST, cells == LETHAL_COST) == "fffffooo"
+    zone = ZoneCells((), read_mask(str(tmp_path / "mask.yaml")))
+    zone.lay_out(Frame((3, 24), 0.1, (0.0, 0.0)), None)
+    assert kinds(zone.cells == 0, zone.cells > 0) == "fffffooo"
 
 
 def test_the_walls_of_a_simulated_map_are_those_of_its_readers(tmp_path):

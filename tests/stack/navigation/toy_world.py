@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 from math import atan2, cos, hypot, pi, sin, sqrt
 from pathlib import Path as FilePath
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -218,6 +219,11 @@ class ToyCostmap:
         self.version += 1
 
     layers = ("static", "obstacle")
+    way_out = None
+    forbidden: ClassVar[dict[str, np.ndarray]] = {}
+
+    def zones_between(self, start: Pose2D, goal: Pose2D) -> tuple[str, ...]:
+        return ()
 
     @property
     def view(self) -> CostGrid:

@@ -1,0 +1,201 @@
+"""Start and goals of a mission, compared with its keep-out zones."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missions.execution.fit.goals import CLEARANCE, SPACING, Goal, Goals
+from missions.execution.fit.reachability import ReachableFloor
+from missions.language.model import Mission
+from stack.costmap.choosing import LayerChoice
+from stack.costmap.closing_zones import closing_zones, zone_words
+from stack.costmap.layer import Frame
+from stack.costmap.layers.zone_layers import KeepoutLayer
+from stack.costmap.parameters import CostmapParameters
+from stack.costmap.zones import Zone, ZoneCells, read_mask
+from stack.documents import Finding, Mark
+from stack.drivetrain.description import RobotDescription
+from stack.geometry.polygons import distances_to_edges, outline_points, points_inside
+from stack.sim.worlds.world import World
+from stack.types import FloatArray, OccupancyGrid, Pose2D
+
+
+@dataclass(frozen=True)
+class KeepoutArea:
+    """A keep-out zone as checks see it: a polygon or a mask.
+
+    Attributes:
+        name: of the zone, or of the layer of a mask.
+        zone: the polygon; None for a mask.
+        mask: its occupied cells are the area; None for a polygon.
+        whole: whether the whole footprint stays outside, or only the centre.
+    """
+
+    name: str
+    zone: Zone | None
+    mask: OccupancyGrid | None
+    whole: bool = True
+
+    def words(self) -> str:
+        """Return what it is, for messages."""
+        return zone_words((self.name,))
+
+    def distance_to(self, points: FloatArray) -> FloatArray:
+        """Return the distance of points (n, 2) to the area: (n,) metres, negative inside."""
+        if self.zone is not None:
+            corners = self.zone.points
+            away = distances_to_edges(points, corners)
+            return np.where(points_inside(points, corners), -away, away)
+        grid = self.mask
+        assert grid is not None
+        rows, columns = np.nonzero(grid.occupied)
+        away = np.full(len(points), np.inf)
+        if not rows.size:
+            return away
+        half = 0.5 * grid.resolution
+        middles = (np.column_stack([columns, rows]) + 0.5) * grid.resolution + grid.origin
+        for number, point in enumerate(points):
+            beyond = np.abs(middles - point) - half
+            outside = np.hypot(*np.maximum(beyond, 0.0).T)
+            away[number] = float((outside + np.minimum(beyond.max(axis=1), 0.0)).min())
+        return away
+
+    def depth_at(self, points: FloatArray) -> FloatArray:
+        """Return the depth of points (n, 2) in the area: (n,) metres, negative outside."""
+        return -self.distance_to(points)
+
+    def cells(self, frame: Frame, margin: float) -> NDArray[np.bool_]:
+        """Return the cells (rows, columns) within metres of the area."""
+        zones = () if self.zone is None else (self.zone,)
+        drawn = ZoneCells(zones, self.mask, margin)
+        drawn.lay_out(frame, None)
+        return drawn.cells > 0
+
+
+def keepout_areas(layers: Sequence[LayerChoice]) -> tuple[KeepoutArea, ...]:
+    """Return the keep-out zones of a mission's costmap layers.
+
+    Raises:
+        InputError: a mask cannot be read.
+    """
+    found: list[KeepoutArea] = []
+    for layer in layers:
+        if not issubclass(layer.component, KeepoutLayer):
+            continue
+        parameters = layer.parameters(CostmapParameters())
+        whole, mask = layer.is_inflated, read_mask(parameters.mask)
+        found += [KeepoutArea(zone.name, zone, None, whole) for zone in parameters.zones]
+        if mask is not None:
+            found.append(KeepoutArea(layer.name, None, mask, whole))
+    return tuple(found)
+
+
+def zone_findings(
+    mission: Mission, world: World, robot: RobotDescription, start: tuple[Pose2D, Mark],
+    areas: Sequence[KeepoutArea],
+) -> list[Finding]:  # fmt: skip
+    """Return errors and warnings about keep-out zones at the start, at goals and between them.
+
+    Args:
+        mission: a checked mission with poses in the world frame.
+        world: as it is when the mission starts.
+        robot: its footprint and height count.
+        start: pose, and where it is written.
+        areas: keep-out zones.
+    """
+    if not areas or mission.map == "none":  # else poses are relative to the start
+        return []
+    found = list(_start_findings(start, robot, areas))
+    sound = []
+    for goal in Goals(mission).all():
+        here = [] if goal.is_partial else list(_goal_findings(goal, robot, areas))
+        found += here
+        if not goal.is_partial and not any(item.severity == "error" for item in here):
+            sound.append(goal)
+    if sound:
+        found += _closed_ways(sound, world, robot, start[0], areas)
+    return found
+
+
+def _need(area: KeepoutArea, robot: RobotDescription) -> float:
+    """Return the metres that the robot's centre must stay away from an area."""
+    return robot.footprint.inscribed_radius if area.whole else 0.0
+
+
+def _start_findings(
+    start: tuple[Pose2D, Mark], robot: RobotDescription, areas: Sequence[KeepoutArea]
+) -> Iterator[Finding]:
+    pose, mark = start
+    for area in areas:
+        if _distance(area, pose) < _need(area, robot):
+            sentence = f"the start ({pose.x:g}, {pose.y:g}) is in {area.words()}"
+            hint = "the robot leaves it by the shortest way; start outside, or move the zone"
+            yield Finding(mark, "W144", sentence, hint, "warning")
+
+
+def _goal_findings(
+    goal: Goal, robot: RobotDescription, areas: Sequence[KeepoutArea]
+) -> Iterator[Finding]:
+    for area in areas:
+        gap, need = _distance(area, goal.pose), _need(area, robot)
+        if gap < need:
+            sentence = f"{goal.words()} is in {area.words()}"
+            if gap > 0.0:
+                sentence = f"{goal.words()} is too near to {area.words()}: {gap:.2f} m, "
+                sentence += f"the robot needs {need:.2f} m"
+            hint = "move the goal or the zone, or use `partial: true`: the robot stops at the "
+            yield Finding(goal.mark, "E182", sentence, hint + "nearest place and succeeds")
+            return
+    for area in areas:
+        if not area.whole:
+            continue
+        rim = goal.pose.transform(outline_points(robot.footprint.points, SPACING))
+        gap = float(area.distance_to(rim).min())
+        if gap < CLEARANCE:
+            state = f"leaves {100.0 * gap:.0f} cm to" if gap > 0.0 else "overlaps"
+            sentence = f"{goal.words()} is a tight fit: at {np.degrees(goal.pose.heading):.0f} deg "
+            sentence += f"the robot {state} {area.words()}"
+            yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it", "warning")
+            return
+
+
+def _closed_ways(
+    goals: Sequence[Goal], world: World, robot: RobotDescription, start: Pose2D,
+    areas: Sequence[KeepoutArea],
+) -> Iterator[Finding]:  # fmt: skip
+    """Report goals to which every way leads through zones."""
+    names = tuple(dict.fromkeys(area.name for area in areas))
+
+    def more(area: KeepoutArea) -> float:
+        return KeepoutLayer.MARGIN if area.whole else -robot.footprint.circumscribed_radius
+
+    floors: dict[frozenset[str], ReachableFloor] = {}
+
+    def floor(without: Collection[str]) -> ReachableFloor:
+        left = frozenset(names) - frozenset(without)
+        if left not in floors:
+            closed = [(area.cells, more(area)) for area in areas if area.name in left]
+            floors[left] = ReachableFloor(world, robot, start, closed)
+        return floors[left]
+
+    for goal in goals:
+        closing = closing_zones(
+            names, lambda without, goal=goal: floor(without).reaches(goal.pose, goal.tolerance)
+        )
+        if not closing:
+            continue
+        x, y = floor(()).nearest(goal.pose)
+        verb = "closes" if len(closing) == 1 else "close"
+        sentence = f"{zone_words(closing)} {verb} the way from the start ({start.x:g}, "
+        sentence += f"{start.y:g}) to {goal.words()}; the nearest place that {robot.name} can "
+        sentence += f"reach is ({x:.2f}, {y:.2f})"
+        hint = "make the zone smaller, move the goal, or use `partial: true`"
+        yield Finding(goal.mark, "W145", sentence, hint, "warning")
+
+
+def _distance(area: KeepoutArea, pose: Pose2D) -> float:
+    return float(area.distance_to(np.array([[pose.x, pose.y]]))[0])
