@@ -12,6 +12,7 @@ from stack.costmap.parameters import CostmapParameters
 from stack.documents import Finding, Mark, read_file
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
+from stack.geometry.polygons import widest_disc
 from stack.mapping.passages import Passage, clearance_of, passages_of, widest_path_to, widest_paths
 from stack.mapping.ros_map import read_ros_map
 from stack.sim.worlds.rasterise import map_problem, rasterise
@@ -139,7 +140,7 @@ def _head(place: Place, robot: RobotDescription) -> Iterator[str]:
 
 
 def _needed(robot: RobotDescription) -> float:
-    return 2.0 * robot.footprint.inscribed_radius
+    return robot.footprint.width
 
 
 def _passage_line(passage: Passage, robot: RobotDescription) -> tuple[str, bool]:
@@ -164,14 +165,18 @@ def _place_lines(
 ) -> Iterator[tuple[str, bool]]:
     if place.start is None:
         return
-    widest = widest_paths(place.grid, clearance, (place.start.x, place.start.y))
-    needed = _needed(robot)
+    x, y, radius = widest_disc(robot.footprint.points)
+    disc = Pose2D(x, y)
+    begin = place.start.compose(disc)
+    widest = widest_paths(place.grid, clearance, (begin.x, begin.y))
+    needed = 2.0 * radius
     for name, pose in place.places.items():
         where = f"place {name} ({pose.x:.2f}, {pose.y:.2f})"
-        row, column = place.grid.cell_at(pose.x, pose.y)
+        middle = pose.compose(disc)
+        row, column = place.grid.cell_at(middle.x, middle.y)
         inside = place.grid.contains(row, column)
         free = 2.0 * float(clearance[row, column]) if inside else 0.0
-        route = widest_path_to(place.grid, widest, pose.x, pose.y)
+        route = widest_path_to(place.grid, widest, middle.x, middle.y)
         if not inside:
             yield f"✘ {where}: outside the map", True
         elif free < needed:

@@ -62,9 +62,12 @@ class Planner(Component, ABC):
 
     Attributes:
         has_route_graph: whether `with_edge` opens and closes edges of a route graph.
+        ignores_outline: whether it keeps only a disc about the base free. Its paths are then
+            checked with the outline of robots that are not compact (`Footprint.is_compact`).
     """
 
     has_route_graph: ClassVar[bool] = False
+    ignores_outline: ClassVar[bool] = False
 
     def __init__(self, parameters: Any, robot: RobotDescription) -> None:
         self.parameters = parameters

@@ -17,6 +17,7 @@ from stack.planning.endpoints import (
     straight_path,
     through_centres,
 )
+from stack.planning.outline_check import fallback_kernels
 from stack.planning.parameters import PlannerParameters
 from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, point_smoother_kernels
@@ -52,6 +53,7 @@ class Astar(Planner):
     """
 
     Parameters: ClassVar[type] = AstarParameters
+    ignores_outline: ClassVar[bool] = True
 
     @staticmethod
     def kernels(parameters: AstarParameters, robot: RobotDescription) -> KernelTypes:
@@ -59,7 +61,8 @@ class Astar(Planner):
         from stack.planning import kernels
 
         used = (*kernels.SEARCH, *kernels.EXTRACTION, *kernels.ENDPOINTS)
-        return (*used, *point_smoother_kernels(parameters.smoother))
+        more = fallback_kernels(robot)
+        return (*used, *point_smoother_kernels(parameters.smoother), *more)
 
     def __init__(self, parameters: AstarParameters, robot: RobotDescription) -> None:
         from stack.planning import kernels

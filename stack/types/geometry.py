@@ -145,6 +145,28 @@ class Footprint:
         return self.inscribed_radius >= (cos(pi / CORNERS) - 1e-9) * self.circumscribed_radius
 
     @property
+    def is_compact(self) -> bool:
+        """Whether a disc about the base describes it: at most one and a half times as long as wide.
+
+        A rectangle of these sides with the base in its middle has sqrt(1 + 1.5²) = 1.80 as the
+        ratio of its radii; with the base off its middle it has more.
+        """
+        return self.circumscribed_radius <= 1.81 * self.inscribed_radius
+
+    @property
+    def width(self) -> float:
+        """Narrowest gap through which it passes straight: the least width over all directions, m.
+
+        That of its convex hull, at right angles to one of the hull's edges (Houle and Toussaint,
+        "Computing the width of a set", PAMI 1988).
+        """
+        offsets = self.points[:, None] - self.points[None, :]
+        lengths = np.hypot(offsets[..., 0], offsets[..., 1])
+        edges = offsets[lengths > 1e-9] / lengths[lengths > 1e-9][:, None]
+        across = self.points @ np.column_stack([-edges[:, 1], edges[:, 0]]).T
+        return float((across.max(axis=0) - across.min(axis=0)).min())
+
+    @property
     def front(self) -> float:
         """Distance from the base to the foremost corner, in metres."""
         return float(self.points[:, 0].max())

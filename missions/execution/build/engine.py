@@ -44,6 +44,7 @@ from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
+from stack.planning.outline_check import outline_checked
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
 from stack.safety.safety import Safety
@@ -289,7 +290,7 @@ def _navigator(
     controller = choices["controller"]
     return Navigator(
         robot=robot,
-        planner=choices["planner"].create(robot),
+        planner=outline_checked(choices["planner"], robot),
         path_follower=PathFollower(controller.created_with, controller.parameters, robot, period),
         goal_checker=choices["goal_checker"].create(robot),
         progress_checker=choices["progress_checker"].create(robot),

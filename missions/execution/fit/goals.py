@@ -32,6 +32,8 @@ from stack.types import Footprint, Pose2D
 
 CLEARANCE = 0.05
 """Metres to the nearest obstacle below which a goal is a tight fit."""
+OVERLAP = 0.01
+"""Metres of overlap at the start that rounding of poses and outlines explains."""
 SPACING = 0.02
 """Metres between the points of the robot's outline that are compared with obstacles."""
 
@@ -81,9 +83,13 @@ def start_problem(start: Pose2D, world: World, footprint: Footprint) -> str:
     if not _covers(world, start):
         return f"{where} is outside {world.name}, which covers {_area(world)}"
     point = np.array([[start.x, start.y]])
+    rim = start.transform(outline_points(footprint.points, SPACING))
     for outline in outlines(world):
         if outline.distance_to(point)[0] < footprint.inscribed_radius:
             return f"{where} collides with {_thing(outline)} of {world.name}"
+        if outline.distance_to(rim).min() < -OVERLAP:
+            turned = f"at {np.degrees(start.heading):.0f} deg the robot"
+            return f"{where}: {turned} overlaps {_thing(outline)} of {world.name}"
     return ""
 
 
@@ -170,7 +176,7 @@ def _unreachable(
 ) -> Iterator[Finding]:
     """Report goals to which no way of the robot's width leads."""
     floor = ReachableFloor(world, robot, start)
-    width = 2.0 * robot.footprint.inscribed_radius
+    width = robot.footprint.width
     for goal in goals:
         if floor.reaches(goal.pose, goal.tolerance):
             continue

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stack.costmap.layer import Frame
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.connected import Cell, connected_to
+from stack.geometry.polygons import widest_disc
 from stack.sim.worlds.rasterise import RESOLUTION, cells_near, map_shape
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Pose2D
@@ -24,7 +25,7 @@ ROOM = 0.06
 
 
 class ReachableFloor:
-    """The floor that a disc of the robot's inscribed radius reaches from the start.
+    """The floor that the largest disc in the robot's outline reaches from the start.
 
     Walls, boxes and cylinders count, except boxes above the robot. Doors are open, and people and
     drops do not count. Where the timeline moves the robot, it may be too. A passage that is
@@ -45,6 +46,8 @@ class ReachableFloor:
     ) -> None:  # fmt: skip
         low = tuple(box for box in world.boxes if box.elevation < robot.height)
         self._world, self._footprint = replace(world, boxes=low), robot.footprint
+        x, y, self._radius = widest_disc(robot.footprint.points)
+        self._middle = Pose2D(x, y)
         x_min, y_min, x_max, y_max = world.bounds
         area = (x_max - x_min) * (y_max - y_min)
         self._resolution = max(RESOLUTION, sqrt(area / MAX_CELLS))
@@ -53,7 +56,7 @@ class ReachableFloor:
         spare = self._resolution / sqrt(2.0)
         starts = [start, *(event.move_robot for event in world.timeline if event.move_robot)]
         self._areas = closed
-        free = self._free(robot.footprint.inscribed_radius - spare)
+        free = self._free(self._radius - spare)
         begins = self._cells_of(starts)
         if closed and free.any():
             begins = [self._left(cell, free) for cell in begins]
@@ -66,8 +69,9 @@ class ReachableFloor:
         """
         if self._reached[self._cells_of([pose])[0]] or not self._reached_xy.size:
             return True
-        x, y = _nearest(self._reached_xy, pose)
-        return hypot(x - pose.x, y - pose.y) <= tolerance + self._resolution / sqrt(2.0)
+        middle = pose.compose(self._middle)
+        x, y = _nearest(self._reached_xy, middle)
+        return hypot(x - middle.x, y - middle.y) <= tolerance + self._resolution / sqrt(2.0)
 
     def nearest(self, pose: Pose2D) -> tuple[float, float]:
         """Return the reachable place nearest to a pose, metres, with room to turn if possible."""
@@ -98,18 +102,18 @@ class ReachableFloor:
 
     def _left(self, cell: Cell, free: NDArray[np.bool_]) -> Cell:
         """Return the free cell nearest to one in a closed area; other cells unchanged."""
-        if free[cell] or not self._closed(self._footprint.inscribed_radius)[cell]:
+        if free[cell] or not self._closed(self._radius)[cell]:
             return cell
         rows, columns = np.nonzero(free)
         nearest = int(np.argmin((rows - cell[0]) ** 2 + (columns - cell[1]) ** 2))
         return int(rows[nearest]), int(columns[nearest])
 
     def _cells_of(self, poses: Sequence[Pose2D]) -> list[Cell]:
-        """Return the cell of each pose, or the nearest one."""
+        """Return the cell of the disc's middle at each pose, or the nearest one."""
         rows, columns = self._shape
         x_min, y_min = self._world.bounds[:2]
         found = []
-        for pose in poses:
+        for pose in (base.compose(self._middle) for base in poses):
             row = int((pose.y - y_min) // self._resolution)
             column = int((pose.x - x_min) // self._resolution)
             found.append((min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)))

@@ -22,6 +22,7 @@ from stack.planning.endpoints import (
     straight_path,
     through_centres,
 )
+from stack.planning.outline_check import fallback_kernels
 from stack.planning.parameters import PlannerParameters
 from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, point_smoother_kernels
@@ -56,6 +57,7 @@ class ThetaStar(Planner):
     """
 
     Parameters: ClassVar[type] = ThetaStarParameters
+    ignores_outline: ClassVar[bool] = True
 
     @staticmethod
     def kernels(parameters: ThetaStarParameters, robot: RobotDescription) -> KernelTypes:
@@ -64,7 +66,8 @@ class ThetaStar(Planner):
         from stack.planning.theta_star.kernels import SEARCH
 
         used = (*SEARCH, *kernels.EXTRACTION, *kernels.ENDPOINTS)
-        return (*used, *point_smoother_kernels(parameters.smoother))
+        more = fallback_kernels(robot)
+        return (*used, *point_smoother_kernels(parameters.smoother), *more)
 
     def __init__(self, parameters: ThetaStarParameters, robot: RobotDescription) -> None:
         self.parameters = parameters

@@ -7,6 +7,7 @@ import pytest
 from missions.execution.resources import MISSIONS
 from missions.inspection.doctor import diagnose, show_world
 from missions.inspection.map_picture import FOOTER, TEXT
+from robots.load import find_robot
 from stack.errors import InputError
 
 WORLD = """\
@@ -95,3 +96,20 @@ def test_a_door_askew_to_the_cells_is_open_to_whom_it_lets_through():
     passage = next(line for line in found.lines if "passage" in line)
     assert "2.5 cm" in found.lines[0]
     assert 0.48 <= float(passage.split("), ")[1].split()[0]) <= 0.54
+
+
+@pytest.mark.parametrize("ahead", ["100 cm", "60 cm", "40 cm"])
+def test_the_width_of_a_robot_does_not_depend_on_the_place_of_its_base(tmp_path, ahead):
+    back = int(ahead.split()[0]) - 120
+    shape = f"[[{ahead}, -35 cm], [{ahead}, 35 cm], [{back} cm, 35 cm], [{back} cm, -35 cm]]"
+    file = find_robot("scout", tmp_path)
+    folder, text = file.parent, file.read_text("utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("footprint")]
+    lines = [line.replace("urdf: ", f"urdf: {folder}/") for line in lines]
+    (tmp_path / "robot.yaml").write_text("\n".join([*lines, f"footprint: {shape}"]), "utf-8")
+    for gap, closed in ((0.6, True), (0.8, False)):
+        world = world_with_a_gap(tmp_path, gap)
+        found = diagnose(world, str(tmp_path / "robot.yaml"), None)
+        text = "\n".join(found.lines)
+        assert "is 0.70 m wide" in text
+        assert ("place east (4.00, 1.50): not reachable" in text) is closed
