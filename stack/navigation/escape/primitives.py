@@ -23,6 +23,10 @@ SPACING = 0.02
 CURVATURES = (0.0, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0)
 """Curvatures of arcs, 1/m."""
 
+GENTLE = (0.3, -0.3, 0.1, -0.1)
+"""Curvatures tried where no other motion is clear, 1/m. A box that leaves a wall beside it by an arc
+of curvature k comes nearer by k L² / 2 with its rear corner, L behind the base."""
+
 TURN_STEPS = (5, 2)
 """Steps of the turns in place before driving straight, degrees: coarse; fine if these fail.
 
@@ -120,7 +124,8 @@ def motions(
         (_turn(a), EscapeSegment(Twist(sign), length)) for a in turns for sign in _signs(robot)
     ]
     if fine:
-        return straight
+        arcs = [(_arc(sign, k, length),) for sign in _signs(robot) for k in GENTLE]
+        return [*straight, *arcs]
     own = _omnidirectional if robot.drivetrain.can_move_sideways else _differential
     return [*own(robot, length), *straight]
 
