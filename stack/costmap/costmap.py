@@ -108,6 +108,13 @@ class Costmap:
         return CostGrid(self._painting.marks, view.resolution, view.origin)
 
     @property
+    def ground(self) -> CostGrid:
+        """Costs of the map alone, without a copy; unknown without a map."""
+        view = self.view
+        cells = self._painting.ground(self._frame.everywhere)
+        return CostGrid(cells, view.resolution, view.origin)
+
+    @property
     def shown(self) -> CostGrid:
         """The current costs for displays: a copy that the first call after a change renews.
 
@@ -194,8 +201,7 @@ class Costmap:
         zones = self.forbidden
         if not zones:
             return ()
-        ground = self._painting.ground(self._frame.everywhere)
-        return zones_between(self.view, ground, zones, (start, goal), self._radius)
+        return zones_between(self.view, self.ground.cells, zones, (start, goal), self._radius)
 
     def clear(self, *, layer: str | None = None) -> None:
         """Clear sensed obstacles everywhere, in one layer or all. The map and zones stay.

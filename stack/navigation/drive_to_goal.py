@@ -11,6 +11,7 @@ from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Drive, drive_feedback
+from stack.navigation.making_room import MakingRoom
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
 from stack.navigation.people.narrow_meeting import REACH
@@ -83,11 +84,12 @@ class GoalDrive(Drive):
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections, self._turns_elsewhere = 0, False
         self._has_evaded, self._may_back_out, self._backs_out = False, aside, False
+        self._making_room = MakingRoom(tools, self.timers)
         self._give_way = None if aside else GiveWay(tools, self._drive_aside, self.timers)
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
-        aside = self._twist_aside(state)
+        aside = self._twist_aside(state) or self._twist_making_room(state)
         if aside is not None:
             return aside
         try:
@@ -114,12 +116,14 @@ class GoalDrive(Drive):
     def pause(self, now: float) -> None:
         """Hold the drive."""
         super().pause(now)
+        self._making_room.pause(now)
         if self._give_way is not None:
             self._give_way.pause(now)
 
     def resume(self, now: float) -> None:
         """Continue from where the robot stands."""
         super().resume(now)
+        self._making_room.resume(now)
         if self.task.future is not None:
             self._drop_request()
         if self._give_way is not None:
@@ -129,6 +133,7 @@ class GoalDrive(Drive):
         """Release the controller."""
         if self._give_way is not None:
             self._give_way.stop(now)
+        self._making_room.stop(now)
         super().stop(now)
 
     @property
@@ -151,11 +156,27 @@ class GoalDrive(Drive):
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
         elif left_way:
-            self._drop_request()
-            self._path_check.forget_blockage()
-            if self.path is not None:
-                self._follower.set_path(self.path, state.time)
+            self._start_again(state.time)
         return twist
+
+    def _twist_making_room(self, state: NavigationState) -> Twist | None:
+        """Return the velocity of a robot that makes room to turn; None when it does not."""
+        was_driving = self._making_room.is_driving
+        twist = self._making_room.step(state, self._follower)
+        if twist is not None:
+            self.task.report("making room to turn", 0.0)
+        elif was_driving:
+            self._follower.forget_obstacle()
+            self._tools.progress_checker.start(state.time)
+            self._start_again(state.time)
+        return twist
+
+    def _start_again(self, now: float) -> None:
+        """Plan from where the robot is after a detour, and follow the old path until then."""
+        self._drop_request()
+        self._path_check.forget_blockage()
+        if self.path is not None:
+            self._follower.set_path(self.path, now)
 
     def _drop_request(self) -> None:
         """Drop the pending plan, which begins where the robot was, and request another at once."""

@@ -24,6 +24,8 @@ class DriveTools:
         turns_in_place: whether the robot can turn in place; a car cannot.
         bodies: radii of the robot.
         back_up: returns the motion straight back by a distance in metres; None if the robot cannot.
+        make_room: returns the motion to where there is room to turn.
+        is_round: whether the robot touches nothing by turning in place.
         counters: plans, replans, recoveries and distance, for the snapshot.
         steered_by: the drive whose path is followed.
     """
@@ -39,6 +41,8 @@ class DriveTools:
     clear_of: float
     bodies: Bodies
     back_up: Callable[[float], MotionExecutor | None]
+    make_room: Callable[[], MotionExecutor]
+    is_round: bool = True
     deceleration: float = 1.0
     turns_in_place: bool = True
     counters: dict[str, float] = field(default_factory=dict)

@@ -15,6 +15,7 @@ from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.standoff import Standoff
 from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
+from stack.navigation.unseen_walls import unseen_walls
 from stack.safety.monitor import moving_discs
 from stack.types import (
     STANDSTILL,
@@ -29,6 +30,9 @@ from stack.types import (
 
 IDLE_BEFORE_REPLAN = 0.5
 """Seconds of standing before the goal after which a new plan is requested."""
+
+BEHIND_BLIND = 0.5
+"""Metres beyond its outline in which a robot minds the map's walls in its blind sectors."""
 
 
 class Follower:
@@ -192,7 +196,7 @@ class Follower:
         control_state = ControlState(
             state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
             state.tracks,
-            _points(state),
+            self._seen_and_mapped(state),
             blind_behind=state.obstacles.is_blind(pi),
         )  # fmt: skip
         try:
@@ -209,6 +213,13 @@ class Follower:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
 
+    def _seen_and_mapped(self, state: NavigationState) -> FloatArray:
+        """Return the obstacle points of the controller, and the map's walls in blind sectors."""
+        points, tools = _points(state), self._tools
+        ground, reach = tools.global_costmap.ground, tools.bodies.circumscribed + BEHIND_BLIND
+        walls = unseen_walls(ground, state.estimate.pose, state.obstacles, reach)
+        return np.concatenate([points, walls]) if len(walls) else points
+
     def _keeps_distance(self, state: NavigationState) -> bool:
         """Whether the robot stands before a person on its path, far enough away to turn."""
         tools, person, progress = self._tools, self.standoff.person, self.progress
@@ -222,13 +233,13 @@ class Follower:
         holds = room <= keep and aside <= person.radius + bodies.inscribed and not self.at_position
         if holds:
             self._blocked.start_once(state.time)
-            self._forget_obstacle()
+            self.forget_obstacle()
             waited = self._blocked.elapsed(state.time)
             self.waiting = waited >= tools.parameters.replan_patience
         return holds
 
-    def _forget_obstacle(self) -> None:
-        """Start over with an obstacle's patience: a person is waited for."""
+    def forget_obstacle(self) -> None:
+        """Start over with an obstacle's patience: the robot waits for a person, or has moved."""
         self._obstructed.reset()
         self._waited.reset()
 
@@ -240,7 +251,7 @@ class Follower:
         self._blocked.start_once(time)
         self.waiting = self._blocked.elapsed(time) >= p.replan_patience
         if self.standoff.person is not None:
-            self._forget_obstacle()
+            self.forget_obstacle()
             return
         self._obstructed.start_once(time)
         obstructed = self._obstructed.elapsed(time)

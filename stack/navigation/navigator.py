@@ -45,6 +45,9 @@ from stack.types import (
     Twist,
 )
 
+MAKES_ROOM = 1.5
+"""Metres that a drive may move away from an obstacle to turn onto its path."""
+
 First = Callable[[GoalDrive], MotionExecutor]
 
 
@@ -101,6 +104,8 @@ class Navigator:
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
             back_up=self._backing,
+            make_room=self._making_room,
+            is_round=robot.footprint.is_round,
             turns_in_place=robot.drivetrain.turns_in_place,
             bodies=Bodies(
                 robot.footprint.inscribed_radius, robot.footprint.circumscribed_radius
@@ -350,8 +355,7 @@ class Navigator:
         Raises:
             ParameterError: a value that is not above 0.
         """
-        outline = self._robot.footprint
-        room = max(0.15, outline.circumscribed_radius - outline.inscribed_radius + 0.05)
+        room = self._room_to_turn
         escape_goal = EscapeGoal(
             _positive("clearance", room if clearance is None else clearance),
             _positive("distance", distance),
@@ -458,6 +462,18 @@ class Navigator:
             return None
         task = MotionTask(f"back up {distance:.2f} m", lambda _: None)
         return BackUp(task, distance, self.parameters.back_up_speed, self._recovery_tools())
+
+    @property
+    def _room_to_turn(self) -> float:
+        """Clearance around the outline with room to turn, at least 15 cm, metres."""
+        outline = self._robot.footprint
+        return max(0.15, outline.circumscribed_radius - outline.inscribed_radius + 0.05)
+
+    def _making_room(self) -> MotionExecutor:
+        """Return a motion to where the robot can turn, as part of a drive."""
+        task = MotionTask("make room to turn", lambda _: None)
+        escape_goal = EscapeGoal(self._room_to_turn, MAKES_ROOM, self.parameters.escape_speed)
+        return Escape(task, escape_goal, self._surroundings, self._recovery_tools())
 
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)

@@ -83,6 +83,11 @@ class CostmapLike(Protocol):
         """Free, lethal and unknown cells before inflation, without a copy: read them at once."""
         ...
 
+    @property
+    def ground(self) -> CostGrid:
+        """Costs of the map alone, without a copy; unknown without a map."""
+        ...
+
     def copied(self) -> CopyLike:
         """Return a copy of the current costs for a worker thread, until it is released."""
         ...

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.types.geometry import FloatArray, Pose2D
 from stack.types.sensors import RangeReading, Scan
@@ -105,9 +106,14 @@ class ObstaclePoints:
     views: Mapping[str, RangeView] = field(default_factory=dict)
     ground: SeenGround | None = None
 
+    def are_blind(self, bearings: FloatArray) -> NDArray[np.bool_]:
+        """(n,) whether no sensor covers bearings (n,) from the base, radians."""
+        turns = (bearings[:, None] - self.blind_sectors[:, 0]) % (2.0 * np.pi)
+        blind: NDArray[np.bool_] = (turns <= self.blind_sectors[:, 1]).any(axis=1)
+        return blind
+
     def is_blind(self, bearing: float) -> bool:
         """Return whether no sensor covers a bearing, radians in the base frame."""
         if not len(self.blind_sectors):
             return False
-        turn = (bearing - self.blind_sectors[:, 0]) % (2.0 * np.pi)
-        return bool(np.any(turn <= self.blind_sectors[:, 1]))
+        return bool(self.are_blind(np.array([bearing]))[0])

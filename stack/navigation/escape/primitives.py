@@ -23,9 +23,9 @@ SPACING = 0.02
 CURVATURES = (0.0, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0)
 """Curvatures of arcs, 1/m."""
 
-GENTLE = (0.3, -0.3, 0.1, -0.1)
-"""Curvatures tried where no other motion is clear, 1/m. A box that leaves a wall beside it by an arc
-of curvature k comes nearer by k L² / 2 with its rear corner, L behind the base."""
+GENTLE = (0.3, -0.3, 0.1, -0.1, 0.04, -0.04)
+"""Curvatures tried where no other motion is clear, 1/m. A box that leaves a wall beside it on an
+arc of curvature k comes nearer by k L² / 2 with its rear corner, L behind the base."""
 
 TURN_STEPS = (5, 2)
 """Steps of the turns in place before driving straight, degrees: coarse; fine if these fail.

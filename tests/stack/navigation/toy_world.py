@@ -229,6 +229,10 @@ class ToyCostmap:
     def view(self) -> CostGrid:
         return self.grid
 
+    @property
+    def ground(self) -> CostGrid:
+        return self.marks
+
     def copied(self) -> ToyCostmap:
         return self
 

@@ -1,0 +1,113 @@
+"""Making room: a drive that stands too close to something to turn onto its path first leaves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import atan2, inf
+
+from stack.lifecycle import Timers
+from stack.navigation.drive_tools import DriveTools
+from stack.navigation.following import Follower
+from stack.navigation.people.backing_out import can_turn
+from stack.navigation.people.standoff import nearest
+from stack.navigation.standstill import standing
+from stack.navigation.tasks import MotionExecutor, NavigationState
+from stack.types import Pose2D, Twist
+
+PATIENCE = 0.4
+"""Share of `collision_patience` after which a robot that cannot turn where it is makes room."""
+
+AHEAD, LEAST_TURN = 0.5, 0.3
+"""Metres ahead on the path, and radians to there from which on the robot turns onto its path."""
+
+ELSEWHERE = 0.3
+"""Metres from the last place where the robot made room at which it may do so again."""
+
+
+class MakingRoom:
+    """Drives a robot away from what keeps it from turning, by its range sensors.
+
+    The plans of a grid begin in any direction, but a box beside a wall cannot turn: it leaves the
+    wall along a gentle arc. A round robot can always turn. It stands still where a person is near.
+
+    Args:
+        tools: of the drive.
+        timers: of the drive.
+    """
+
+    def __init__(self, tools: DriveTools, timers: Timers) -> None:
+        self._tools, self._held = tools, timers.new()
+        self._motion: MotionExecutor | None = None
+        self._made_at: Pose2D | None = None
+
+    @property
+    def is_driving(self) -> bool:
+        """Whether it drives the robot."""
+        return self._motion is not None
+
+    def step(self, state: NavigationState, follower: Follower) -> Twist | None:
+        """Return the velocity of a robot that makes room; None when it does not.
+
+        Args:
+            state: of this step.
+            follower: of the drive.
+        """
+        if self._motion is None and self._should_begin(state, follower):
+            self._begin(self._tools.make_room, state)
+        if self._motion is None:
+            return None
+        twist = self._motion.step(state)
+        if self._motion.task.running:
+            return twist
+        self.stop(state.time)
+        return None
+
+    def pause(self, now: float) -> None:
+        """Hold the motion."""
+        if self._motion is not None:
+            self._motion.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the motion."""
+        if self._motion is not None:
+            self._motion.resume(now)
+
+    def stop(self, now: float) -> None:
+        """End the motion."""
+        if self._motion is not None:
+            self._motion.stop(now)
+            self._motion = None
+
+    def _begin(self, make: Callable[[], MotionExecutor], state: NavigationState) -> None:
+        self._held.reset()
+        self._made_at = state.odometry.pose
+        self._motion = make()
+        self._motion.start(state.time)
+        self._tools.emit("recovery", "no room to turn onto the path: making room")
+
+    def _should_begin(self, state: NavigationState, follower: Follower) -> bool:
+        p, tools = self._tools.parameters, self._tools
+        held = follower.waiting and follower.standoff.person is None
+        if not held or tools.is_round or not standing(state.odometry.twist):
+            self._held.reset()
+            return False
+        self._held.start_once(state.time)
+        if self._held.elapsed(state.time) < PATIENCE * p.collision_patience:
+            return False
+        before = self._made_at
+        away = inf if before is None else before.distance_to(state.odometry.pose)
+        near = nearest(state.tracks, state.estimate.pose, 2.0 * p.person_distance)
+        if away < ELSEWHERE or near is not None or not _turns(follower, state.estimate.pose):
+            return False
+        return not can_turn(state.obstacles.points, tools.bodies.circumscribed)
+
+
+def _turns(follower: Follower, pose: Pose2D) -> bool:
+    """Whether the robot must turn onto its path: what holds it may also stand ahead, on the path."""
+    if follower.progress is None:
+        return False
+    points = follower.progress.ahead(AHEAD)
+    if not len(points):
+        return False
+    there = pose.inverse().transform(points[-1:, :2])[0]
+    return abs(atan2(there[1], there[0])) > LEAST_TURN

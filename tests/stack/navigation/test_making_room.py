@@ -1,0 +1,43 @@
+"""A robot that is not round leaves a wall beside it, and minds walls that it does not see."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from stack.navigation.unseen_walls import unseen_walls
+from stack.types import LETHAL_COST, CostGrid, ObstaclePoints, Pose2D, TaskStatus
+from tests.stack.navigation.toy_world import ToyWorld, robot, room
+
+
+@pytest.mark.parametrize(
+    "start",
+    [Pose2D(3.0, 0.23, 0.0), Pose2D(3.0, 0.23, pi), Pose2D(0.29, 0.24, pi / 2)],
+    ids=["left of it", "right of it", "in a corner"],
+)
+def test_a_box_beside_a_wall_leaves_it_without_contact(make, start):
+    # 0.5 x 0.4 m, 2 to 4 cm beside the wall: it cannot turn, its corners swing 12 cm out.
+    world = ToyWorld(room(8, 6), robot(), start)
+    toy = make(world)
+    task = toy.navigator.navigate_to(Pose2D(4.0, 3.0))
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+    assert world.nearest > 0.0
+    makes_room = any("making room" in text for _, text, _ in toy.events)
+    assert makes_room or start.x < 1.0  # from the corner it drives on and turns
+
+
+def obstacles(*sectors):
+    return ObstaclePoints(blind_sectors=np.array(sectors).reshape(-1, 2))
+
+
+def test_walls_of_the_map_count_where_no_sensor_sees():
+    cells = np.zeros((80, 80), np.uint8)
+    cells[:, 20] = LETHAL_COST  # x 1.0 to 1.05 m
+    ground, pose = CostGrid(cells, 0.05), Pose2D(1.4, 2.0, pi / 2)  # the wall is to its left
+    left = obstacles((pi / 4, pi / 2))
+    points = unseen_walls(ground, pose, left, 0.6)
+    assert np.allclose(points[:, 1], 0.375)  # from the base to the middles of the cells
+    assert np.abs(points[:, 0]).max() <= 0.375 + 0.03  # within 45 deg of its left
+    assert not len(unseen_walls(ground, pose, obstacles(), 0.6))
+    assert not len(unseen_walls(ground, pose, obstacles((-pi / 4 - pi / 2, pi / 2)), 0.6))
+    assert not len(unseen_walls(ground, pose, left, 0.2))
