@@ -10,8 +10,8 @@ import numpy as np
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.navigation.drive_tools import DriveTools
+from stack.navigation.escape.making_room import MakingRoom
 from stack.navigation.following import Drive, drive_feedback
-from stack.navigation.making_room import MakingRoom
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
 from stack.navigation.people.narrow_meeting import REACH

@@ -11,11 +11,11 @@ from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.lifecycle import Timers
 from stack.navigation.drive_tools import DriveTools
+from stack.navigation.escape.unseen_walls import unseen_walls
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.standoff import Standoff
 from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.navigation.unseen_walls import unseen_walls
 from stack.safety.monitor import moving_discs
 from stack.types import (
     STANDSTILL,

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from stack.navigation.unseen_walls import unseen_walls
+from stack.navigation.escape.unseen_walls import unseen_walls
 from stack.types import LETHAL_COST, CostGrid, ObstaclePoints, Pose2D, TaskStatus
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 

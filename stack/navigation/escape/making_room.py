@@ -103,7 +103,7 @@ class MakingRoom:
 
 
 def _turns(follower: Follower, pose: Pose2D) -> bool:
-    """Whether the robot must turn onto its path: what holds it may also stand ahead, on the path."""
+    """Whether the robot must turn onto its path: what holds it may also stand ahead on it."""
     if follower.progress is None:
         return False
     points = follower.progress.ahead(AHEAD)
