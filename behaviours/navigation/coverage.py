@@ -46,7 +46,7 @@ class Coverage(RobotBehaviour):
 
     def initialise(self) -> None:
         """Plan the lanes."""
-        self._width = self.width or 2.0 * self.robot.footprint.inscribed_radius
+        self._width = self.width or 2.0 * self.robot.footprint.half_width
         spacing = self._width * (1.0 - self.overlap)
         self._plan = self.robot.coverage(list(self.area), spacing)
         self._seen = np.zeros(len(self._plan.points), dtype=bool)

@@ -92,8 +92,9 @@ class WayOut:
         cells[rows, columns] = 1
         x, y = self.frame.origin
         line = (np.column_stack([columns, rows]) + 0.5) * self.frame.resolution + (x, y)
-        end = Pose2D(*line[-1].tolist(), pose.heading)
-        before = Pose2D(*line[max(0, len(line) - 5)].tolist())
+        end = Pose2D(float(line[-1, 0]), float(line[-1, 1]), pose.heading)
+        near = line[max(0, len(line) - 5)]
+        before = Pose2D(float(near[0]), float(near[1]))
         if end.distance_to(before) > 0.0:
             end = Pose2D(end.x, end.y, before.bearing_to(end))
         return Lane(self._widened(cells), line, end)

@@ -125,7 +125,7 @@ class MapService:
         self, pose: Pose2D, corners: FloatArray | None, spacing: float, clearance: float | None
     ) -> CoveragePlan:
         """Return lanes that cover a polygon, or the robot's room, except keep-out zones."""
-        radius = self._robot.footprint.inscribed_radius + SPARE
+        radius = self._robot.footprint.half_width + SPARE
         zones = self._zones()
         return coverage_plan(self.grid, pose, clearance or radius, spacing, corners, zones)
 

@@ -167,6 +167,11 @@ class Footprint:
         return float((across.max(axis=0) - across.min(axis=0)).min())
 
     @property
+    def half_width(self) -> float:
+        """Half the width, metres; the inscribed radius where that is as large, to the last bit."""
+        return max(self.inscribed_radius, 0.5 * self.width - 1e-9)
+
+    @property
     def front(self) -> float:
         """Distance from the base to the foremost corner, in metres."""
         return float(self.points[:, 0].max())

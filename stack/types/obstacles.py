@@ -109,8 +109,7 @@ class ObstaclePoints:
     def are_blind(self, bearings: FloatArray) -> NDArray[np.bool_]:
         """(n,) whether no sensor covers bearings (n,) from the base, radians."""
         turns = (bearings[:, None] - self.blind_sectors[:, 0]) % (2.0 * np.pi)
-        blind: NDArray[np.bool_] = (turns <= self.blind_sectors[:, 1]).any(axis=1)
-        return blind
+        return np.asarray((turns <= self.blind_sectors[:, 1]).any(axis=1))
 
     def is_blind(self, bearing: float) -> bool:
         """Return whether no sensor covers a bearing, radians in the base frame."""

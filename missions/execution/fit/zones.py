@@ -183,9 +183,11 @@ def _closed_ways(
         return floors[left]
 
     for goal in goals:
-        closing = closing_zones(
-            names, lambda without, goal=goal: floor(without).reaches(goal.pose, goal.tolerance)
-        )
+
+        def is_open(without: Collection[str], goal: Goal = goal) -> bool:
+            return floor(without).reaches(goal.pose, goal.tolerance)
+
+        closing = closing_zones(names, is_open)
         if not closing:
             continue
         x, y = floor(()).nearest(goal.pose)

@@ -28,7 +28,8 @@ def unseen_walls(
     rows, columns = np.nonzero(near == LETHAL_COST)
     if not rows.size:
         return nothing
-    cells = np.column_stack([columns + left, rows + top]) + 0.5
-    points = pose.inverse().transform(cells * ground.resolution + ground.origin)
+    cells = np.column_stack([columns + left, rows + top]).astype(np.float64) + 0.5
+    centres: FloatArray = cells * ground.resolution + np.array(ground.origin)
+    points = pose.inverse().transform(centres)
     unseen: FloatArray = points[obstacles.are_blind(np.arctan2(points[:, 1], points[:, 0]))]
     return unseen

@@ -60,6 +60,8 @@ def test_widths_of_other_shapes():
     disc = Footprint.circle(0.22)
     assert widest_disc(disc.points) == pytest.approx((0.0, 0.0, 0.22))
     assert disc.width == pytest.approx(0.44)
+    assert disc.half_width == disc.inscribed_radius  # exactly: lanes of round robots stay
+    assert rectangle(1.2, 0.7, 5 / 6).half_width == pytest.approx(0.35)
 
 
 @pytest.mark.parametrize(
