@@ -276,7 +276,7 @@ class _Search:
     def add_path(self, path: Path) -> None:
         if not path.exists():
             what = "file" if path.suffix == ".py" else "folder"
-            self.report(str(path), f"there is no such plugin {what} beside the mission")
+            self.report(str(path), f"there is no such plugin {what}")
             return
         files = plugin_folder.plugin_files(path)
         if not files:

@@ -224,7 +224,7 @@ def _unusable(kind: str, name: str, found: type) -> str:
         return f"it does not implement {', '.join(sorted(found.__abstractmethods__))}"
     if not hasattr(found, "Parameters"):
         return "it has no `Parameters`"
-    return "" if base is None else needs_problem(found.needs)
+    return "" if base is None else needs_problem(found.needs)  # type: ignore[attr-defined]
 
 
 def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:

@@ -12,6 +12,7 @@ from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import NAVIGATION_KINDS, chosen
 from missions.execution.plugin_components import plugged_components
 from missions.language.model import Component, Mission, Replay, Resources
+from missions.language.reading.include import BESIDE
 from robots.load import find_robot, read_robot
 from robots.logs.opening import MCAP, beginning, open_log
 from robots.logs.recording import SENSOR_LOG, Recording
@@ -167,7 +168,9 @@ def catalogue_of(plugins: list[Node], folder: Path, findings: Findings) -> Catal
     for problem in catalogue.problems:
         if problem.plugin >= 0:  # problems of installed packages are not the mission's
             sentence = f"{_shown(problem.file, folder)}: {problem.sentence}"
-            findings.error("E110", plugins[problem.plugin].mark, sentence)
+            named = plugins[problem.plugin]
+            is_absent = "/" in str(named.value) and not (folder / str(named.value)).exists()
+            findings.error("E110", named.mark, sentence, BESIDE if is_absent else "")
     return catalogue
 
 

@@ -111,7 +111,7 @@ MISTAKES = [
     ("include: common.yaml\nrun: {wait: 1 s}",
      "E113 1", "write include: [common.yaml]"),
     ("plugins: [./my_plugins]\nrun: {wait: 1 s}",
-     "E110 1", "my_plugins: there is no such plugin folder"),
+     "E110 1", "paths are relative to the folder of the file"),
     ("// my mission\nrun: {wait: 1 s}",
      "E004 1", "a comment begins with #"),
     ("run: {say: hello # you}",
