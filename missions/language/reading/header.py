@@ -104,9 +104,12 @@ class HeaderReader:
         named = self.top.node_of("map")
         if named is not None and reference_name(named) is not None:
             path = self.values.path(named)
-            if path is not None:
-                self._ask("map", lambda: self.resources.check_map(str(path), self.folder), None)
-            return str(path or "none")
+            if path is None:
+                return "none"
+            # Like a name in the file, it is relative to the mission's folder.
+            place = str(path if path.is_absolute() else path.relative_to(self.folder))
+            self._ask("map", lambda: self.resources.check_map(place, self.folder), None)
+            return place
         name = self.text("map", "from_world" if has_world else "none")
         if name == "from_world" and not has_world:
             node = self.top.node.get("map") or self.top.node

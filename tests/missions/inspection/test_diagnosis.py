@@ -139,3 +139,15 @@ def test_a_file_of_trees_is_checked_as_if_it_were_included(folder, client):
     # `wave` may be a behaviour of the mission's plugins; `wiat` resembles `wait`
     assert [(item.code, item.mark.line) for item in found] == [("E140", 4), ("E121", 4)]
     assert [line.split()[0] for line in client.open(path, TREES)] == ["E140", "E121"]
+
+
+def test_the_map_of_an_argument_is_beside_a_mission_that_is_named_from_elsewhere(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    file = Path("sub") / "mission.yaml"
+    argument = "arguments: {flat: {type: path, default: maps/flat}}\nmap: $flat\n"
+    file.write_text(f"mission: a\nworld: office\nrobot: scout\n{argument}run: {{wait: 1 s}}\n")
+    [finding] = findings_of(file)
+    assert finding.sentence.startswith("sub/maps/flat: ")
