@@ -13,6 +13,7 @@ class FreeSpaceEscape(RobotBehaviour):
     Sweeps the footprint along short motions and selects the one that gains the most clearance.
     Space that the lidar has not seen counts as free only where the robot has just driven. Needs
     neither map nor pose, but a robot that is lost on its map does not move: it fails with LOST.
+    From a keep-out zone, which no sensor sees, it drives out on the map by the shortest way.
     Other failures: COLLISION_AHEAD, NO_PROGRESS, TIMED_OUT.
     """
 
