@@ -15,6 +15,7 @@ from stack.navigation.following import Drive, drive_feedback
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
 from stack.navigation.people.narrow_meeting import REACH
+from stack.navigation.people.possible_people import PossiblePeople
 from stack.navigation.people.standoff import nearest
 from stack.navigation.plans.choice import PlanChoice
 from stack.navigation.plans.goal_sequence import GoalSequence
@@ -85,10 +86,12 @@ class GoalDrive(Drive):
         self._corrections, self._turns_elsewhere = 0, False
         self._has_evaded, self._may_back_out, self._backs_out = False, aside, False
         self._making_room = MakingRoom(tools, self.timers)
+        self._possible_people = PossiblePeople(tools, self.timers)
         self._give_way = None if aside else GiveWay(tools, self._drive_aside, self.timers)
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
+        state = self._possible_people.added(state, held=self._is_held_up)
         aside = self._twist_aside(state) or self._twist_making_room(state)
         if aside is not None:
             return aside
@@ -140,6 +143,11 @@ class GoalDrive(Drive):
     def makes_way(self) -> bool:
         """Whether the robot leaves the way of a person whom it faces."""
         return self._give_way is not None and self._give_way.leaves_way
+
+    @property
+    def _is_held_up(self) -> bool:
+        """Whether the robot stands before an obstacle, finds no path, or gives way."""
+        return self._follower.waiting or self._patience.failing or self.makes_way
 
     def note_evasion(self) -> None:
         """Note that an evasion is over: the robot may be beside its path."""

@@ -22,6 +22,7 @@ from stack.types import (
     Path,
     Pose2D,
     PoseEstimate,
+    StandingObject,
     TaskStatus,
     TrackedObject,
     Twist,
@@ -42,6 +43,7 @@ class NavigationState:
         tracks: tracked objects around the robot at `time`, map frame.
         obstacles: points of all range sensors, compensated to `time`.
         evaded: those of `tracks` that only evasion keeps clear of: controllers do not see them.
+        standing: objects that are not on the map and have not moved: things, or people who stand.
     """
 
     time: float
@@ -50,6 +52,7 @@ class NavigationState:
     tracks: tuple[TrackedObject, ...] = ()
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
     evaded: tuple[TrackedObject, ...] = ()
+    standing: tuple[StandingObject, ...] = ()
 
 
 class CopyLike(Protocol):

@@ -322,11 +322,11 @@ class Runtime:
         if not self._navigates:
             return STANDSTILL
         p = self.parts
-        wanted = p.navigator.step(
-            NavigationState(
-                p.body.time, p.estimator.estimate, motion, world.tracks, obstacles, world.evaded
-            )
-        )
+        state = NavigationState(
+            p.body.time, p.estimator.estimate, motion, world.tracks, obstacles, world.evaded,
+            world.standing,
+        )  # fmt: skip
+        wanted = p.navigator.step(state)
         return wanted if p.odometry.is_ready else STANDSTILL
 
     def _slept(self) -> float:

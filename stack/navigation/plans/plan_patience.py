@@ -32,6 +32,11 @@ class PlanPatience:
         self._failing = timers.new()
         self._failing_at = Pose2D(0.0, 0.0)
 
+    @property
+    def failing(self) -> bool:
+        """Whether the last plan failed."""
+        return self._failing.running
+
     def reset(self) -> None:
         """Start over: a plan was found."""
         self._failing.reset()

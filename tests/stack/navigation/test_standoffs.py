@@ -25,7 +25,15 @@ from stack.navigation.people.passing_place import (
     way_of,
 )
 from stack.navigation.people.walking_directions import WalkingDirections
-from stack.types import STANDSTILL, CostGrid, FailureCode, Pose2D, TaskStatus, TrackedObject
+from stack.types import (
+    STANDSTILL,
+    CostGrid,
+    FailureCode,
+    Pose2D,
+    StandingObject,
+    TaskStatus,
+    TrackedObject,
+)
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, robot, room
 
@@ -272,6 +280,70 @@ def test_a_robot_without_a_plan_gives_way_too():
     toy.navigator.navigate_to(Pose2D(9.0, 0.5))
     toy.run(10.0, lambda: "give_way" in toy.kinds())
     assert "give_way" in toy.kinds()
+
+
+def standing(x, y, time, radius=0.25) -> StandingObject:
+    """Somebody or something that has stood there since it was seen first."""
+    return StandingObject(7, time, (x, y), (0.0, 0.0), radius, 0.01 * np.eye(4))
+
+
+def before_what_stands(radius=0.25, **settings) -> ToyDrive:
+    """Something stands in the corridor at x = 2.2 m, and there is no way past it."""
+    toy = facing_somebody(NICHE, **settings)
+    world = toy.world
+    world.circles[:] = [(2.2, 0.5, 0.25)]
+    toy.tracks = list
+    toy.standing = lambda: [standing(2.2, 0.5, world.time, radius)] if world.circles else []
+    toy.planner.fails = NavigationError(FailureCode.NO_VALID_PATH, "no path", (2.2, 0.5))
+    return toy
+
+
+@pytest.mark.parametrize("goes_at", [0.2, 1.0, 4.0])
+def test_who_stood_already_when_seen_first_gets_room(goes_at):
+    """A polite person in a doorway is no track: they wait until the robot has left their way."""
+    toy = before_what_stands()
+    world = toy.world
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(10.0, lambda: "give_way" in toy.kinds())
+    assert "give_way" in toy.kinds() and task.running
+    toy.run(goes_at)
+    world.circles.clear()
+    toy.planner.fails = None
+    toy.run(2.0, lambda: task.feedback != "giving way to a person")
+    assert task.feedback != "giving way to a person"
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+
+
+@pytest.mark.parametrize(
+    ("radius", "settings", "latest"),
+    [
+        # 4 s + 15 s of give_way_after and give_way_time, then 2 s of patience
+        (0.25, {}, 22.0),
+        (0.25, {"give_way_after": 1.0, "give_way_time": 5.0}, 9.0),
+        (0.5, {}, 3.5),  # larger than a person
+        (0.25, {"give_way_attempts": 0}, 3.5),
+    ],
+)
+def test_what_stays_when_it_has_room_is_a_thing(radius, settings, latest):
+    toy = before_what_stands(radius, **settings)
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    assert toy.finish(task) is TaskStatus.FAILED
+    assert task.failure.code == FailureCode.NO_VALID_PATH  # and not BLOCKED_BY_PERSON
+    assert toy.world.time <= latest
+
+
+def test_things_beside_the_way_delay_nobody():
+    """A robot that gets on gives way to nothing that stands."""
+    toy = facing_somebody(room(10.0, 3.0))
+    toy.world.circles[:] = [(3.0, 2.0, 0.25), (5.0, 2.0, 0.25)]
+    toy.tracks = list
+    toy.standing = lambda: [
+        replace(standing(x, y, toy.world.time), id=n)
+        for n, (x, y, _) in enumerate(toy.world.circles)
+    ]
+    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+    assert "give_way" not in toy.kinds()
 
 
 def test_who_stood_while_there_was_no_plan_has_stood_for_that_time():

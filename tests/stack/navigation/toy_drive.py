@@ -40,6 +40,7 @@ class ToyDrive:
         self.obscured, self.rivals = False, ()
         self.tracks = list  # returns the moving objects now
         self.evaded = list  # returns those of them that only evasion keeps clear of
+        self.standing = list  # returns what is not on the map and has not moved
         self.events: list[tuple[str, str, dict]] = []
         self.planner = planner or ToyPlanner()
         self.local, self.globe = ToyCostmap(world), globe or ToyCostmap(world)
@@ -75,7 +76,7 @@ class ToyDrive:
         )
         state = NavigationState(
             world.time, estimate, world.odometry, tuple(self.tracks()), world.obstacles,
-            tuple(self.evaded()),
+            tuple(self.evaded()), tuple(self.standing()),
         )  # fmt: skip
         twist = self.navigator.step(state)
         self.commands.append(twist)
