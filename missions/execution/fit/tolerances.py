@@ -42,7 +42,7 @@ def _of_checker(
     """Yield warnings about the tolerances of the goal checker that the mission sets."""
     named, declared = (
         mission.components.get("goal_checker"),
-        declarations(choice.component.Parameters),
+        declarations(type(choice.parameters)),
     )
     if named is None or (named.use or choice.name) != choice.name:
         return
