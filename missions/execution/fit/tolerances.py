@@ -40,10 +40,8 @@ def _of_checker(
     mission: Mission, robot: RobotDescription, choice: Choice, finest: GoalTolerance
 ) -> Iterator[Finding]:
     """Yield warnings about the tolerances of the goal checker that the mission sets."""
-    named, declared = (
-        mission.components.get("goal_checker"),
-        declarations(choice.component.Parameters),
-    )
+    parameters: type = type(choice.parameters)
+    named, declared = mission.components.get("goal_checker"), declarations(parameters)
     if named is None or (named.use or choice.name) != choice.name:
         return
     for name, least, unit in (
