@@ -24,6 +24,10 @@ CELL = 0.02
 MAX_COLUMNS = 4_000_000
 """Of a mesh: 200 MB. Columns of large meshes are wider."""
 
+MAX_WORK = 50_000_000
+"""Columns in the bounding rectangles of all triangles of a mesh: a few seconds. With more, columns
+are wider."""
+
 MAX_BOXES = 3000
 """Of a mesh; with more its columns become wider."""
 
@@ -64,7 +68,9 @@ def boxes_of(
         frame.inverse().transform(triangles[:, :, :2].reshape(-1, 2)).reshape(-1, 3, 2)
     )
     start = frame.inverse().transform(np.array([inside]))[0]
+    work = float(np.ptp(local[:, :, :2], axis=1).prod(axis=1).sum())
     cell = max(CELL, sqrt(length * width / MAX_COLUMNS), (length + width) / MAX_COLUMNS)
+    cell = max(cell, sqrt(work / MAX_WORK))
     while True:
         found = _merged(*_columns(local, low, high, cell, (length, width), start), cell)
         if len(found) <= MAX_BOXES:
