@@ -57,7 +57,7 @@ class Place:
 
 
 def diagnose(
-    name: str, robot_name: str, picture: Path | None, show: Callable[[str], None] = str
+    name: str, robot_name: str, picture: Path | None, show: Callable[[str], None] = lambda _: None
 ) -> Diagnosis:
     """Check which passages and places of a world or ROS map a robot can use.
 

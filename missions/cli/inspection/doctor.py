@@ -8,7 +8,8 @@ import typer
 
 def doctor(
     place: Annotated[
-        str, typer.Argument(help="name or file of a world or robot, or a ROS map.yaml")
+        str,
+        typer.Argument(help="name or file of a world or robot, or a ROS map: its YAML or image"),
     ],
     robot: Annotated[str, typer.Option(help="robot: a name or a robot.yaml")] = "scout",
     png: Annotated[Path | None, typer.Option(help="write a picture of the result")] = None,
