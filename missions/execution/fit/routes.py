@@ -1,0 +1,151 @@
+"""Check the route graph of a mission's planner against the mission and the world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from missions.execution.fit.steps import every_leaf
+from missions.execution.fit.zones import KeepoutArea
+from missions.language.model import Constant, Leaf, Mission
+from stack.components import Choice, Planner
+from stack.documents import Finding, Mark
+from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError
+from stack.parameters import suggestion
+from stack.planning.routes.geojson import read_route_graph
+from stack.planning.routes.graph import RouteGraph
+from stack.planning.routes.parameters import RouteParameters
+from stack.sim.worlds.outlines import Outline, outlines
+from stack.sim.worlds.world import World
+from stack.types import FloatArray
+
+SPACING = 0.1
+"""Metres between the checked points of a lane."""
+
+Depth = Callable[[FloatArray], FloatArray]
+"""Points (n, 2) -> their depths (n,) in an obstacle or zone, metres; negative outside."""
+
+
+def located_planner(
+    choice: Choice, mission: Mission, robot: RobotDescription, world: World,
+    areas: Sequence[KeepoutArea] = (),
+) -> tuple[Choice, tuple[Finding, ...]]:  # fmt: skip
+    """Return the planner with the path of its graph resolved, and the warnings about the graph.
+
+    Raises:
+        InputError: the graph is missing or has errors.
+    """
+    if not isinstance(choice.parameters, RouteParameters):
+        planner: type[Planner] = choice.component
+        if not planner.has_route_graph:
+            _refuse_edges(mission, choice.name)
+        return choice, ()
+    given = choice.parameters.graph
+    if not given:
+        hint = "write `planner: {use: route, graph: routes/office.geojson}`"
+        raise InputError([Finding(_mark(mission), "E111", "planner: route needs a `graph`", hint)])
+    file = mission.source.parent / Path(given).expanduser()
+    graph = _read(file, mission)
+    drawn = outlines(world, mapped_only=True) if mission.map != "none" else []
+    radius = robot.footprint.inscribed_radius
+    through = [*through_walls(graph, drawn, radius)]
+    if mission.map != "none":
+        through += through_zones(graph, areas, radius)
+    unknown = list(_unknown_edges(mission, graph))
+    if unknown:
+        raise InputError(unknown)
+    parameters = replace(choice.parameters, graph=str(file))
+    return replace(choice, parameters=parameters), (*graph.warnings, *through)
+
+
+def through_walls(
+    graph: RouteGraph, outlines: Sequence[Outline], clearance: float
+) -> Iterator[Finding]:
+    """Yield a warning for each lane on which the robot would collide with an obstacle.
+
+    Args:
+        graph: graph of lanes.
+        outlines: outlines of the obstacles, map frame.
+        clearance: inscribed radius of the robot, metres.
+    """
+    things = [(item.name or "a wall", item.depth_at, clearance) for item in outlines]
+    hint = "move the edge; the robot drives around the obstacle if there is room"
+    yield from _through(graph, things, hint)
+
+
+def through_zones(
+    graph: RouteGraph, areas: Sequence[KeepoutArea], clearance: float
+) -> Iterator[Finding]:
+    """Yield a warning for each lane on which the robot would enter a keep-out zone.
+
+    Args:
+        graph: graph of lanes.
+        areas: keep-out zones, map frame.
+        clearance: inscribed radius of the robot, metres.
+    """
+    things = [(item.words(), item.depth_at, clearance if item.whole else 0.0) for item in areas]
+    hint = "move the edge or the zone; the robot drives around if there is room"
+    yield from _through(graph, things, hint)
+
+
+def _through(
+    graph: RouteGraph, things: Sequence[tuple[str, Depth, float]], hint: str
+) -> Iterator[Finding]:
+    """Report the first thing on each lane: its words, depth of points in it, and clearance."""
+    for edge in graph.edges.values():
+        points = edge.line.at(edge.line.samples(SPACING))
+        for words, depth_at, clearance in things:
+            depths = depth_at(points) + clearance
+            worst = int(depths.argmax())
+            if depths[worst] <= 0.0:
+                continue
+            x, y = points[worst]
+            sentence = f"feature {edge.feature}: the edge {edge.id!r} leads through {words} at "
+            sentence += f"({x:.2f}, {y:.2f})"
+            yield Finding(Mark(graph.source), "W431", sentence, hint, "warning")
+            break
+
+
+def _refuse_edges(mission: Mission, planner: str) -> None:
+    """Raise InputError when a mission sets edges and its planner has no route graph."""
+    hint = "choose `planner: {use: route, graph: FILE}`"
+    sentence = f"set_edge: the planner {planner} has no route graph"
+    found = [Finding(step.mark, "E111", sentence, hint) for step in _edge_setters(mission)]
+    if found:
+        raise InputError(found)
+
+
+def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
+    for step in _edge_setters(mission):
+        edge = step.ports.get("edge")
+        if isinstance(edge, Constant) and edge.value not in graph.edges:
+            sentence = f"set_edge: the route graph has no edge {edge.value!r}"
+            yield Finding(step.mark, "E432", sentence, suggestion(str(edge.value), graph.edges))
+
+
+def _edge_setters(mission: Mission) -> Iterator[Leaf]:
+    """Yield every set_edge of a mission once."""
+    return (leaf for leaf in every_leaf(mission) if leaf.kind == "set_edge")
+
+
+def _mark(mission: Mission) -> Mark:
+    component = mission.components.get("planner")
+    if component is None:
+        return Mark(str(mission.source))
+    return component.marks.get("graph", component.mark)
+
+
+def _read(file: Path, mission: Mission) -> RouteGraph:
+    """Read the graph; a missing file is reported at the mission's line that names it."""
+    try:
+        return read_route_graph(file)
+    except InputError as error:
+        found = [
+            replace(item, mark=_mark(mission), sentence=f"{file}: {item.sentence}")
+            if item.code == "E001"
+            else item
+            for item in error.findings
+        ]
+        raise InputError(found) from None
