@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from stack.navigation.escape.unseen import unseen_walls, zone_edges
-from stack.types import LETHAL_COST, CostGrid, ObstaclePoints, Pose2D, TaskStatus
+from stack.types import (
+    LETHAL_COST,
+    STANDSTILL,
+    CostGrid,
+    ObstaclePoints,
+    Pose2D,
+    TaskStatus,
+)
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
 
@@ -24,6 +31,19 @@ def test_a_box_beside_a_wall_leaves_it_without_contact(make, start):
     assert world.nearest > 0.0
     makes_room = any("making room" in text for _, text, _ in toy.events)
     assert makes_room or start.x < 1.0  # from the corner it drives on and turns
+
+
+def test_giving_way_ends_the_making_of_room(make):
+    """A motion of odometry that goes on after a drive elsewhere would lead anywhere."""
+    toy = make(ToyWorld(room(8, 6), robot(), Pose2D(3.0, 0.23, 0.0)))
+    toy.navigator.navigate_to(Pose2D(4.0, 3.0))
+    toy.step()
+    drive = toy.navigator._activities.current
+    while not drive._making_room.is_driving:
+        toy.step()
+    drive._give_way.step = lambda *_: STANDSTILL
+    toy.step()
+    assert not drive._making_room.is_driving
 
 
 def obstacles(*sectors):
