@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.types import LETHAL_COST, CostGrid, FloatArray, ObstaclePoints, Pose2D
+
+T = TypeVar("T", bound=np.generic)
 
 
 def unseen_walls(
@@ -50,8 +53,8 @@ def zone_edges(
 
 
 def _around(
-    grid: CostGrid, cells: NDArray[np.generic], pose: Pose2D, reach: float
-) -> tuple[NDArray[np.generic], tuple[int, int]]:
+    grid: CostGrid, cells: NDArray[T], pose: Pose2D, reach: float
+) -> tuple[NDArray[T], tuple[int, int]]:
     """Return the cells of a grid around a pose, and (row, column) of the first one."""
     row, column = grid.cell_at(pose.x, pose.y)
     half = int(reach / grid.resolution) + 1

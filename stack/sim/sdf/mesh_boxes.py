@@ -18,6 +18,8 @@ from stack.sim.worlds.rectangles import merged_cells
 from stack.sim.worlds.world import Box
 from stack.types import FloatArray, Pose2D
 
+SingleArray = NDArray[np.float32]
+
 CELL = 0.02
 """Side of a column, metres."""
 
@@ -99,13 +101,13 @@ def wall_heading(triangles: FloatArray) -> float:
 def _columns(  # noqa: PLR0913 - one call from one place
     triangles: FloatArray, low: float, high: float, cell: float, size: tuple[float, float],
     start: FloatArray,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:  # fmt: skip
+) -> tuple[SingleArray, SingleArray]:  # fmt: skip
     """Return the height of each column (rows, columns), 0 where it is free, and its surface.
 
     The surface is (rows, columns, 4): least x and y, greatest x and y.
     """
     columns, rows = (max(1, ceil(side / cell - kernels.EDGE)) for side in size)
-    tops = np.full((rows, columns), -np.inf, np.float32)
+    tops: SingleArray = np.full((rows, columns), -np.inf, np.float32)
     spans = _no_spans(rows, columns)
     kernels.cover(triangles, low, high, cell, tops, spans)
     peaks = np.full((rows, columns), -np.inf, np.float32)
@@ -134,13 +136,13 @@ def _is_room(solid: NDArray[np.bool_], start: FloatArray, cell: float) -> bool:
     return around.shape == (2 * reach + 1,) * 2 and bool(around.all())
 
 
-def _no_spans(rows: int, columns: int) -> NDArray[np.float32]:
-    spans = np.full((rows, columns, 4), np.inf, np.float32)
+def _no_spans(rows: int, columns: int) -> SingleArray:
+    spans: SingleArray = np.full((rows, columns, 4), np.inf, np.float32)
     spans[:, :, 2:] = -np.inf
     return spans
 
 
-def _merged(tops: NDArray[np.float32], spans: NDArray[np.float32]) -> list[tuple[float, ...]]:
+def _merged(tops: SingleArray, spans: SingleArray) -> list[tuple[float, ...]]:
     """Merge columns into boxes: least x and y, greatest x and y, height, of each."""
     levels: NDArray[np.int32] = np.ceil(tops / STEP - kernels.EDGE).astype(np.int32)
     found: list[tuple[float, ...]] = []
