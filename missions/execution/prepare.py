@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import isnan
 from pathlib import Path
 from typing import TypeVar
 
@@ -258,7 +259,10 @@ def _goal_errors(mission: Mission, options: RunOptions) -> list[Finding]:
         world = load_world(named, base_folder(options.world, folder), mission.start)
     except InputError:
         return []  # among the mission's own errors
-    found = fit_findings(mission, world, robot, mission.start or world.start)
+    start = mission.start or world.start
+    if isnan(start.x):
+        return []  # a place with an error
+    found = fit_findings(mission, world, robot, start)
     errors = [item for item in found if item.severity == "error"]
     return [*errors, *behaviour_needs(mission, robot)]
 

@@ -1,5 +1,6 @@
 """`treepilot doctor`: finds passages that a robot does not fit through, and lidars that see it."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -24,7 +25,13 @@ def doctor(
     if is_robot(place):
         found = diagnose_lidars(place)
     else:
-        found = diagnose(place, robot, png, lambda line: typer.echo(line, err=True))
+        found = diagnose(place, robot, png, _show_progress)
     for line in found.lines:
         typer.echo(line)
     raise typer.Exit(1 if found.closed else 0)
+
+
+def _show_progress(line: str) -> None:
+    """Print what is being done, to people who wait for it."""
+    if sys.stderr.isatty():
+        typer.echo(line, err=True)
