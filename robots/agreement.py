@@ -22,7 +22,7 @@ from stack.documents import Node, Section
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.drivetrain import WheelGeometry
 from stack.drivetrain.limits import Limits
-from stack.geometry.polygons import points_inside
+from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.types import FloatArray, Pose2D
 
 LENGTH, SHARE = 0.005, 0.05
@@ -244,6 +244,8 @@ def _compare_mounts(
         names = links.get(kind, [])
         if node is None or len(names) != 1 or len(positions) != 1:
             continue
+        if kind == "lidar":
+            _compare_roll(top, node, names[0], model, robot)
         modelled = model.poses[names[0]][:3, 3] - base
         off = float(np.linalg.norm(modelled - positions[0]))
         if off > MOUNT:
@@ -254,15 +256,23 @@ def _compare_mounts(
             top.findings.warning(DIFFERS, node.mark, sentence)
 
 
+def _compare_roll(
+    top: Section, node: Node, link: str, model: RobotModel, robot: RobotDescription
+) -> None:
+    """Warn of the lidar if it is upside down in one of the two files alone."""
+    (lidar,) = robot.real_lidars.values()
+    up = float(model.poses[link][2, 2])
+    if abs(up) >= AXLE and lidar.upside_down != (up < 0.0):
+        way, roll = ("upside down", "180 deg") if up < 0.0 else ("upright", "0")
+        sentence = f"lidar: roll: the URDF's link {link!r} is {way}"
+        hint = f"write `roll: {roll}`, or correct the URDF: its angles run the other way"
+        top.findings.warning(DIFFERS, (node.get("roll") or node).mark, sentence, hint)
+
+
 def _beyond(points: FloatArray, corners: FloatArray) -> float:
     """How far the farthest point (n, 2) is outside a polygon, metres; 0: all are inside."""
     outside = points[~points_inside(points, corners)]
-    if not len(outside):
-        return 0.0
-    along = np.roll(corners, -1, axis=0) - corners
-    away = outside[:, None] - corners
-    share = np.clip((away * along).sum(axis=2) / (along**2).sum(axis=1), 0.0, 1.0)
-    return float(np.linalg.norm(away - share[:, :, None] * along, axis=2).min(axis=1).max())
+    return float(distances_to_edges(outside, corners).max(initial=0.0))
 
 
 def _listed(values: FloatArray | tuple[float, ...]) -> str:

@@ -16,14 +16,12 @@ from importlib import import_module
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
+from pathlib import Path
 from time import monotonic  # noqa: TID251 - only how long another process is waited for
 from typing import Any
 
 from stack.errors import TreepilotError, WorkerError, exception_sentence
-
-LONGEST_WAIT = 30.0
-"""Wall seconds without an answer after which a worker is given up. It never decides a run with
-sound workers: they take a few seconds at most. The supervisor's watchdog waits longer."""
+from stack.patience import Patience
 
 ENDS_WITHIN = 1.0
 """Wall seconds that a process may take to end after it has closed its end of the pipe."""
@@ -32,8 +30,8 @@ ENDS_WITHIN = 1.0
 class Worker:
     """A child process that answers one request after another. The first one starts it.
 
-    An answer is waited for at most LONGEST_WAIT. After a failure all calls raise it again, until
-    `close` is called; the next request then starts another process.
+    An answer is waited for with `Patience`. After a failure all calls raise it again, until `close`
+    is called; the next request then starts another process.
 
     Args:
         name: in sentences: `the pose graph optimiser`.
@@ -46,7 +44,7 @@ class Worker:
         self._name, self._target, self._setup = name, target, setup
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
-        self._waited = 0.0
+        self._patience = Patience(self._computed)
         self._failure: WorkerError | None = None
 
     def send(self, request: Any) -> None:
@@ -57,11 +55,11 @@ class Worker:
         """
         if self._failure is not None:
             raise self._failure
-        self._waited = 0.0
         try:
             if self._pipe is None:
                 self._process, self._pipe = _start_child()
                 self._pipe.send((self._target, self._setup))
+            self._patience.begin()
             self._pipe.send(request)
         except OSError as error:
             raise self._lost(error) from error
@@ -78,8 +76,9 @@ class Worker:
             answered = self._pipe.poll(longest)
         except OSError:
             return True  # `receive` reports the failure
-        self._waited += min(longest, monotonic() - began)  # not while this process is suspended
-        return answered or self._waited >= LONGEST_WAIT
+        # Not the time in which this process is suspended.
+        self._patience.spend(min(longest, monotonic() - began))
+        return answered or not self._patience.left
 
     def receive(self) -> Any:
         """Wait for the answer to the oldest request and return it.
@@ -90,13 +89,15 @@ class Worker:
         if self._failure is not None:
             raise self._failure
         assert self._pipe is not None, "nothing was sent"
+        while not self.has_answered(Patience.LONGEST):
+            pass
         try:
-            if self._waited >= LONGEST_WAIT and not self._pipe.poll():
+            if not self._patience.left and not self._pipe.poll():
                 raise BlockingIOError
             answer = self._pipe.recv()
         except (EOFError, OSError) as error:
             raise self._lost(error) from error
-        self._waited = 0.0
+        self._patience.begin()
         if isinstance(answer, _Raised):
             raise self._fail(WorkerError(f"{self._name} failed: {answer.sentence}", answer.refusal))
         return answer
@@ -110,11 +111,24 @@ class Worker:
             self._process.wait()
         self._pipe = self._process = self._failure = None
 
+    def _computed(self) -> float:
+        """Processor time of the process, seconds (proc(5), `stat`)."""
+        if self._process is None:
+            return 0.0
+        try:
+            stat = Path(f"/proc/{self._process.pid}/stat").read_text()
+        except OSError:
+            return 0.0  # it has ended
+        user, system = stat.rpartition(")")[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
     def _lost(self, error: Exception) -> WorkerError:
         """Return what became of the process."""
         assert self._process is not None
         if isinstance(error, BlockingIOError):
-            return self._fail(WorkerError(f"{self._name} gave no answer for {LONGEST_WAIT:g} s"))
+            return self._fail(
+                WorkerError(f"{self._name} gave no answer for {Patience.LONGEST:g} s")
+            )
         try:
             code = self._process.wait(ENDS_WITHIN)
         except subprocess.TimeoutExpired:
@@ -149,7 +163,7 @@ def _start_child() -> tuple[subprocess.Popen[bytes], Connection]:
     Its end of the pipe closes with ours, however this process ends; `serve` returns then.
     """
     ours, theirs = Pipe()
-    _limit(ours, LONGEST_WAIT)
+    _limit(ours, Patience.LONGEST)
     code = (
         f"import sys; sys.path[:] = {sys.path!r}; "
         f"from {__name__} import serve; serve({theirs.fileno()})"

@@ -6,11 +6,15 @@ from collections.abc import Callable
 from concurrent.futures import Future, wait
 from queue import SimpleQueue
 from threading import Thread
-from time import monotonic  # noqa: TID251 - only how long another thread is waited for
+from time import (
+    clock_gettime,
+    monotonic,  # noqa: TID251 - only how long another thread is waited for
+    pthread_getcpuclockid,
+)
 from typing import Any, TypeVar
 
-from stack.child_process import LONGEST_WAIT
 from stack.errors import WorkerError
+from stack.patience import Patience
 
 T = TypeVar("T")
 
@@ -19,8 +23,8 @@ class WorkerThread:
     """A thread that does jobs in their order, started with the first one.
 
     Unlike that of a ThreadPoolExecutor it does not keep the process from ending while a job hangs.
-    A job is waited for at most LONGEST_WAIT. Then this job and all later ones are given up, until
-    the one that hangs has ended.
+    A job is waited for with `Patience`. When that is over, this job and all later ones are given
+    up, until the one that hangs has ended.
 
     Args:
         name: in sentences: `the planner`.
@@ -30,8 +34,8 @@ class WorkerThread:
         self._name = name
         self._jobs: SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None] = SimpleQueue()
         self._thread: Thread | None = None
-        self._done = 0
-        self._waited = 0, 0.0
+        self._done = self._counted = 0
+        self._patience = Patience(self._computed)
 
     def submit(self, job: Callable[[], T]) -> Future[T]:
         """Do a job after those that were submitted before."""
@@ -44,14 +48,13 @@ class WorkerThread:
 
     def await_job(self, job: Future[Any], longest: float) -> bool:
         """Wait at most `longest` wall seconds; return whether `result` does not wait."""
-        if job.done() or self._patience <= 0.0:
+        if job.done() or not self._left:
             return True
-        done, began = self._done, monotonic()
+        began = monotonic()
         wait([job], longest)
-        spent = min(longest, monotonic() - began)  # not the time while this process is suspended
-        before = self._waited[1] if self._waited[0] == done else 0.0
-        self._waited = done, before + spent
-        return job.done() or self._patience <= 0.0
+        # Not the time in which this process is suspended.
+        self._patience.spend(min(longest, monotonic() - began))
+        return job.done() or not self._left
 
     def result(self, job: Future[T]) -> T:
         """Wait for a job and return its result, or raise its exception.
@@ -60,7 +63,8 @@ class WorkerThread:
             CancelledError: it was cancelled before it began.
             WorkerError: it does not end.
         """
-        self.await_job(job, LONGEST_WAIT)
+        while not self.await_job(job, Patience.LONGEST):
+            pass
         if not job.done():
             raise self.silence
         return job.result()
@@ -68,20 +72,28 @@ class WorkerThread:
     @property
     def silence(self) -> WorkerError:
         """The error that a job does not end."""
-        return WorkerError(f"{self._name} gave no result for {LONGEST_WAIT:g} s")
+        return WorkerError(f"{self._name} gave no result for {Patience.LONGEST:g} s")
 
     def close(self) -> None:
         """Let the thread end after the jobs that it has; do not wait for one that hangs."""
         if self._thread is not None:
             self._jobs.put(None)
-            self._thread.join(max(0.0, self._patience))
+            self._thread.join(self._left)
         self._thread = None
 
     @property
-    def _patience(self) -> float:
-        """Wall seconds that the job which is being done is still waited for."""
-        done, waited = self._waited
-        return LONGEST_WAIT - waited if done == self._done else LONGEST_WAIT
+    def _left(self) -> float:
+        """Seconds for which the job that is being done is still waited for at least."""
+        if self._counted != self._done:  # another job than at the last look
+            self._counted = self._done
+            self._patience.begin()
+        return self._patience.left
+
+    def _computed(self) -> float:
+        """Processor time of the thread, seconds."""
+        if self._thread is None or self._thread.ident is None:
+            return 0.0
+        return clock_gettime(pthread_getcpuclockid(self._thread.ident))
 
     def _work(self) -> None:
         while (item := self._jobs.get()) is not None:

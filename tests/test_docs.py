@@ -72,7 +72,7 @@ DRAWINGS = {"architecture.md"}
 OPTIONS = {
     "run": ["--headless", "--speed", "max", "--no-rerun"],
     "tune": [
-        *("--set", "goal=[2.6, 2.2, 45 deg]", "--samples", "2", "--seeds", "1"),
+        *("--set", "goal=[2.6, 2.2, 45 deg]", "--samples", "3", "--seeds", "1"),
         *("--refine", "0", "--confirm", "0", "--jobs", "1"),
     ],
     "bench missions": [SHORT, "--seeds", "1"],

@@ -24,7 +24,8 @@ TOP = ("missions", "behaviours", "stack", "tui", "robots")
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
-    "stack.compilation", "stack.child_process", "stack.worker_thread", "stack.optional_packages",
+    "stack.compilation", "stack.patience", "stack.child_process", "stack.worker_thread",
+    "stack.optional_packages",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -41,8 +42,9 @@ MAY_IMPORT = {
     "stack.lifecycle": set(),
     "stack.schedule": set(),
     "stack.compilation": set(),
-    "stack.child_process": {"stack.errors"},
-    "stack.worker_thread": {"stack.errors", "stack.child_process"},
+    "stack.patience": set(),
+    "stack.child_process": {"stack.errors", "stack.patience"},
+    "stack.worker_thread": {"stack.errors", "stack.patience"},
     "stack.optional_packages": {"stack.errors"},
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},

@@ -46,6 +46,9 @@ AT_DOCK = 0.002
 CHARGE_TIME = 3.0
 """Seconds in which the battery must begin to charge."""
 
+STAGING = 0.6
+"""Metres from the dock to the robot's front before the approach, by default."""
+
 ZONE_MARGIN = 0.06
 """Metres around the dock in which what the lidar sees may be touched."""
 
@@ -70,7 +73,7 @@ class Dock(DrivingBehaviour):
     dock: Pose2D = port("middle of the dock's face and direction out of it, map frame")
     staging: float = port(
         "distance of the robot's front from the dock before the approach",
-        unit="m", default=0.6, at_least=0.3, at_most=1.5,
+        unit="m", default=STAGING, at_least=0.3, at_most=1.5,
     )  # fmt: skip
     gap: float = port(
         "distance of the robot's front from the dock at the end",

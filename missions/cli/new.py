@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 new_app = typer.Typer(
-    no_args_is_help=True, help="Create a mission, a world, a robot or a plugin from a template."
+    no_args_is_help=True, help="Create a mission, world, robot or plugin from a template."
 )
 
 
@@ -128,4 +128,4 @@ def _report(files: list[Path], folder: Path, setting: str) -> None:
 
 @new_app.callback()
 def _new() -> None:
-    """Create a mission, a world, a robot or a plugin from a template."""
+    """Create a mission, world, robot or plugin from a template."""

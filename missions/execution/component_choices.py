@@ -136,23 +136,26 @@ def all_chosen(
         for source in sources:
             before = wanted.get("use", default_of(kind, mapped=mapped))
             use = source.get("use", before)
-            if use != before:
+            if use != before and kind in DEFAULTS:
                 wanted = accepted(kind, use, wanted)
             wanted.update(source)
-        choices[kind] = chosen(kind, wanted, mapped=mapped)
         found[kind] = wanted
-    lidars, sonars = tuple(robot.all_lidars), tuple(robot.sonars)
-    depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
-    costmap = found["costmap"]
-    if "layers" in costmap:
-        sensing = sensing_layers(lidars, sonars, depth=depth)
-        layers = with_sensors(costmap["layers"], sensing)
-        listed = chosen("costmap", {**costmap, "layers": layers}, mapped=mapped)
-        choices["costmap"] = replace(listed, parts=for_lidars(listed.parts, lidars))
-    else:
-        usual = usual_layers(lidars, sonars, depth=depth)
-        choices["costmap"] = replace(choices["costmap"], parts=usual)
+        choices[kind] = chosen(kind, wanted, mapped=mapped)
+    sees_depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
+    choices["costmap"] = _costmap(found["costmap"], robot, sees_depth=sees_depth)
     return choices
+
+
+def _costmap(wanted: Mapping[str, Any], robot: RobotDescription, *, sees_depth: bool) -> Choice:
+    """Return the costmap with layers for the sensors of the robot."""
+    lidars, sonars = tuple(robot.all_lidars), tuple(robot.sonars)
+    if "layers" not in wanted:
+        usual = usual_layers(lidars, sonars, depth=sees_depth)
+        return replace(chosen("costmap", wanted), parts=usual)
+    sensing = sensing_layers(lidars, sonars, depth=sees_depth)
+    layers = with_sensors(wanted["layers"], sensing)
+    listed = chosen("costmap", {**wanted, "layers": layers})
+    return replace(listed, parts=for_lidars(listed.parts, lidars))
 
 
 def choices_of(

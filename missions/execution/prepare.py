@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import isnan
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,7 +14,6 @@ from missions.execution.fit import (
     fit_findings,
     keepout_areas,
     setting_findings,
-    start_problem,
     tolerance_findings,
     zone_findings,
 )
@@ -29,17 +29,17 @@ from missions.execution.fit.detector import located_detector
 from missions.execution.fit.installation import check_packages, check_renderer
 from missions.execution.fit.needs import behaviour_needs
 from missions.execution.fit.places import located_places
+from missions.execution.fit.routes import located_planner
+from missions.execution.fit.steps import every_leaf
 from missions.execution.resources import (
     catalogue_of,
     find_mission,
     known_markers,
     load_robot,
     load_world,
-    open_recording,
-    recorded_world,
     resources,
 )
-from missions.execution.route_graphs import leaves_of, located_planner
+from missions.execution.scene import Scene, base_folder, check_start, scene_of
 from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import FaultyMissionError, read_mission
@@ -50,10 +50,11 @@ from stack.components import Choice
 from stack.documents import Finding, Findings, read_text
 from stack.documents.files import decoded, read_input
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError, ParameterError
-from stack.parameters import read_quantity
+from stack.errors import InputError
 from stack.sim.worlds.world import World
 from stack.types import Marker, Pose2D
+
+Choices = dict[str, Choice]
 
 __all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
 
@@ -147,7 +148,7 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
 
 
 def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> PreparedMission:
-    """Return the prepared mission; collect the errors of one check before the next in `found`.
+    """Return the prepared mission; collect findings in the order of the checks in `found`.
 
     Raises:
         InputError: all errors, or those without which the others cannot be checked.
@@ -156,70 +157,82 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     text = draft.text
     if text is None:
         text = decoded(read_input(path, "mission"), path)
-    folder = path.parent
-    robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
     marks = Marks(mission, read_text(text, str(path), "mission"))
-    recording = _recording(options, marks)
-    if recording is not None:
-        robot = recording.describe(robot)
-    named = options.world or mission.world
-    if named:
-        world = load_world(named, _base_folder(options.world, folder))
-    else:
-        world = recorded_world(robot.name)
-    described = robot
-    if options.camera == "off":  # a camera that fails, not a robot without one
-        robot = replace(robot, camera=None)
-    if options.renderer:
-        robot = robot.drawn_by(options.renderer)
-    start = _start_pose(options.start, mission, world)
-    if named and start != world.start:
-        world = load_world(named, _base_folder(options.world, folder), start)
-    _gather(found, lambda: _check_start(start, options, marks, world, robot))
-    misfits = behaviour_needs(mission, described)
-    misfits += [] if recording else fit_findings(mission, world, robot, start)
-    belief = _belief(mission, start)
-    dropped = Findings()
-    choices = choices_of(mission, robot, options.parameters or {}, dropped)
-    misfits += dropped.items
-    misfits += setting_findings(mission, robot, choices)
-    misfits += component_findings(choices, marks, described)
-    misfits += tolerance_findings(mission, robot, choices)
-    found.items += [item for item in misfits if item.severity == "error"]
-    _gather(found, lambda: check_robot_fits(choices, marks, robot))
-    _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
-    _gather(found, lambda: check_packages(choices, marks))
-    if recording is None and (options.body or robot.body) == "simulated":
-        _gather(found, lambda: check_renderer(robot, options.renderer))
-        _gather(found, lambda: check_rate(choices["loop"].parameters, marks))
-    _gather(found, lambda: check_map_size(marks, world, choices["costmap"].parameters))
-    layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
-    choices["costmap"] = replace(choices["costmap"], parts=layers)
-    areas = _gather(found, lambda: keepout_areas(layers)) or ()
-    if recording is None:
-        zoned = zone_findings(mission, world, robot, (start, marks.of("start")), areas)
-        found.items += [item for item in zoned if item.severity == "error"]
-        misfits += zoned
-    limits = choices["speed_limits"]
-    choices["speed_limits"] = replace(limits, parameters=limits.parameters.located(folder))
-    planner = choices["planner"]
-    located = _gather(found, lambda: located_planner(planner, mission, robot, world, areas))
-    choices["planner"], warnings = located or (planner, ())
-    detector = _gather(found, lambda: located_detector(choices, mission, robot))
-    if detector is not None:
-        choices["object_detector"], sightless = detector
-        warnings = (*warnings, *sightless)
-    places = _gather(found, lambda: located_places(choices["place_recognition"], mission))
-    choices["place_recognition"] = places or choices["place_recognition"]
-    warnings = (*(item for item in misfits if item.severity == "warning"), *warnings)
-    markers = _gather(found, lambda: known_markers(mission, world)) or ()
-    _gather(found, lambda: check_markers(choices, marks, robot))
+    scene = scene_of(marks, options)
+    _check_scene(scene, marks, options, found)
+    choices = choices_of(mission, scene.robot, options.parameters or {}, found)
+    belief = _belief(mission, scene.start)
+    _check_components(choices, scene, marks, belief, found)
+    _check_installation(choices, scene, marks, options, found)
+    choices = _with_files(choices, scene, marks, found)
+    markers = _gather(found, lambda: known_markers(mission, scene.world)) or ()
+    _gather(found, lambda: check_markers(choices, marks, scene.robot))
     plan = PreparedMission(
-        mission, robot, world, start, belief, choices, text, warnings, recording, markers
+        mission, scene.robot, scene.world, scene.start, belief, choices, text,
+        tuple(found.warnings), scene.recording, markers,
     )  # fmt: skip
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()
     return plan
+
+
+def _check_scene(scene: Scene, marks: Marks, options: RunOptions, found: Findings) -> None:
+    """Check the start, and what the nodes of the mission ask of the robot and the world."""
+    _gather(found, lambda: check_start(scene, marks, options))
+    found.items += behaviour_needs(marks.mission, scene.described)
+    if scene.recording is None:
+        found.items += fit_findings(marks.mission, scene.world, scene.robot, scene.start)
+
+
+def _check_components(
+    choices: Choices, scene: Scene, marks: Marks, belief: Pose2D | None, found: Findings
+) -> None:
+    """Check that the components fit the robot, the mission and its map."""
+    mission, robot = marks.mission, scene.robot
+    found.items += setting_findings(mission, robot, choices)
+    found.items += component_findings(choices, marks, scene.described)
+    found.items += tolerance_findings(mission, robot, choices)
+    _gather(found, lambda: check_robot_fits(choices, marks, robot))
+    _gather(found, lambda: check_estimator(choices[LOCALISATION], marks, belief))
+    _gather(found, lambda: check_map_size(marks, scene.world, choices["costmap"].parameters))
+
+
+def _check_installation(
+    choices: Choices, scene: Scene, marks: Marks, options: RunOptions, found: Findings
+) -> None:
+    """Check that this installation has the packages, and that the simulation can do its part."""
+    _gather(found, lambda: check_packages(choices, marks))
+    if scene.recording is None and (options.body or scene.robot.body) == "simulated":
+        _gather(found, lambda: check_renderer(scene.robot, options.renderer))
+        _gather(found, lambda: check_rate(choices["loop"].parameters, marks))
+
+
+def _with_files(choices: Choices, scene: Scene, marks: Marks, found: Findings) -> Choices:
+    """Return the components with the paths of their files resolved; check these files."""
+    mission, world, robot = marks.mission, scene.world, scene.robot
+    folder = mission.source.parent
+    costmap, limits = choices["costmap"], choices["speed_limits"]
+    layers = tuple(layer.located(folder) for layer in costmap.parts)
+    areas = _gather(found, lambda: keepout_areas(layers)) or ()
+    if scene.recording is None:
+        start = scene.start, marks.of("start")
+        found.items += zone_findings(mission, world, robot, start, areas)
+    planner, of_graph = _gather(
+        found, lambda: located_planner(choices["planner"], mission, robot, world, areas)
+    ) or (choices["planner"], ())
+    detector, of_detector = _gather(found, lambda: located_detector(choices, mission, robot)) or (
+        choices["object_detector"], ()
+    )  # fmt: skip
+    places = _gather(found, lambda: located_places(choices["place_recognition"], mission))
+    found.items += [*of_graph, *of_detector]
+    return {
+        **choices,
+        "costmap": replace(costmap, parts=layers),
+        "speed_limits": replace(limits, parameters=limits.parameters.located(folder)),
+        "planner": planner,
+        "object_detector": detector,
+        "place_recognition": places or choices["place_recognition"],
+    }
 
 
 def _mission(path: Path, options: RunOptions, draft: Draft) -> Mission:
@@ -242,34 +255,16 @@ def _goal_errors(mission: Mission, options: RunOptions) -> list[Finding]:
     if not named or mission.replay is not None or options.replay is not None:
         return []
     try:
-        robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
-        world = load_world(named, _base_folder(options.world, folder), mission.start)
+        robot = load_robot(options.robot or mission.robot, base_folder(options.robot, folder))
+        world = load_world(named, base_folder(options.world, folder), mission.start)
     except InputError:
         return []  # among the mission's own errors
-    found = fit_findings(mission, world, robot, mission.start or world.start)
+    start = mission.start or world.start
+    if isnan(start.x):
+        return []  # a place with an error
+    found = fit_findings(mission, world, robot, start)
     errors = [item for item in found if item.severity == "error"]
     return [*errors, *behaviour_needs(mission, robot)]
-
-
-def _recording(options: RunOptions, marks: Marks) -> Recording | None:
-    """Open the log that the options or the mission name.
-
-    Raises:
-        InputError: it cannot be played; a missing one at its name in the mission.
-    """
-    if options.replay is not None:
-        return open_recording(options.replay)
-    replay = marks.mission.replay
-    if replay is None:
-        return None
-    try:
-        return open_recording(replay.log, replay)
-    except InputError as error:
-        if not any(item.code == "E001" for item in error.findings):
-            raise
-        missing = error.findings[0]
-        sentence = f"robot: {missing.mark.file}: {missing.sentence}"
-        raise InputError([Finding(replay.mark, "E110", sentence, missing.hint)]) from None
 
 
 T = TypeVar("T")
@@ -289,7 +284,7 @@ def _gather(found: Findings, check: Callable[[], T]) -> T | None:
 def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
     """Raise InputError for behaviours that cannot be built, and for unknown nodes of options."""
     debugged = bool(options.breakpoints or options.forced)
-    plugged = any(not leaf.behaviour.is_built_in for leaf in leaves_of(plan.mission))
+    plugged = any(not leaf.behaviour.is_built_in for leaf in every_leaf(plan.mission))
     if not debugged and not plugged:
         return  # the built-in behaviours can be built with any valid ports
     from missions.trees.compiler import compile_mission
@@ -304,41 +299,6 @@ def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
         debugger.set_breakpoint(node)
     for node, outcome in (options.forced or {}).items():
         debugger.force(node, outcome)
-
-
-def _base_folder(option: str | None, mission_folder: Path) -> Path:
-    """Return the base of a relative path: the current folder for an option, else the mission's."""
-    return Path.cwd() if option else mission_folder
-
-
-def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
-    if given is None:
-        return mission.start if mission.start is not None else world.start
-    places = {**world.places, **mission.places}
-    if given in places:
-        return places[given]
-    parts = given.split(",")
-    if len(parts) not in (2, 3):
-        raise InputError(f"--start {given}: expected x,y,heading or one of {', '.join(places)}")
-    try:
-        units = ("m", "m", "rad")
-        numbers = [read_quantity(part, unit) for part, unit in zip(parts, units, strict=False)]
-    except ParameterError as error:
-        raise InputError(f"--start {given}: {error.sentence}") from None
-    return Pose2D(*numbers)
-
-
-def _check_start(
-    start: Pose2D, options: RunOptions, marks: Marks, world: World, robot: RobotDescription
-) -> None:
-    """Raise InputError for a start outside the world or inside an obstacle."""
-    sentence = start_problem(start, world, robot.footprint)
-    if sentence:
-        places = ", ".join(world.places)
-        hint = f"start at one of its places: {places}" if places else "choose another start"
-        if options.start is not None or options.world is not None:
-            raise InputError(f"{sentence}; {hint}")
-        raise InputError([Finding(marks.of("start"), "E412", sentence, hint)])
 
 
 def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
+from missions.execution.fit.steps import every_leaf
 from missions.execution.people_measures import PeopleMeasures
 from missions.execution.prepare import PreparedMission, RunOptions
-from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.components import DEFAULTS
 from stack.control.evasion.evasion import Evasion
@@ -85,7 +85,7 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": (*Navigator.kernels(), *Evasion.kernels()),
     }
-    names = {leaf.behaviour.name for leaf in leaves_of(plan.mission)}
+    names = {leaf.behaviour.name for leaf in every_leaf(plan.mission)}
     if "explore" in names:
         from stack.mapping.exploration.kernels import EXPLORATION
 

@@ -53,6 +53,11 @@ def file_kind(path: Path, text: str) -> FileKind:
     return FileKind.TREES if of_trees else FileKind.OTHER
 
 
+def kind_of(path: Path) -> FileKind:
+    """Return the kind of a saved file; `OTHER` if it cannot be read."""
+    return file_kind(path, _text(path))
+
+
 def findings_of(
     path: Path, draft: Draft | None = None, arguments: Mapping[str, str] | None = None
 ) -> tuple[Finding, ...]:
@@ -65,7 +70,7 @@ def findings_of(
     """
     draft = draft or Draft()
     text = draft.text
-    kind = file_kind(path, _text(path) if text is None else text)
+    kind = kind_of(path) if text is None else file_kind(path, text)
     try:
         if kind in (FileKind.GAZEBO, FileKind.MAP) or (kind is FileKind.WORLD and text is None):
             return tuple(read_any_world(path).warnings)

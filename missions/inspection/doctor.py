@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import hypot, radians
 from pathlib import Path
 
+from behaviours.docking.dock import STAGING
 from missions.execution.component_choices import all_chosen
 from missions.execution.resources import WORLDS, load_robot
 from stack.costmap.parameters import CostmapParameters
@@ -24,9 +25,6 @@ from stack.types import FloatArray, OccupancyGrid, Pose2D
 
 TIGHT_MARGIN = 0.10
 """Metres of margin below which a passage is reported as tight."""
-
-STAGING = 0.6
-"""Metres from a dock to the front of the robot that begins to dock: the default of `dock`."""
 
 AT_FACE, AT_FACE_HEADING = 0.05, radians(10.0)
 """Metres and radians from the face of a dock within which a place means the face."""
@@ -57,7 +55,7 @@ class Place:
 
 
 def diagnose(
-    name: str, robot_name: str, picture: Path | None, show: Callable[[str], None] = str
+    name: str, robot_name: str, picture: Path | None, show: Callable[[str], None] = lambda _: None
 ) -> Diagnosis:
     """Check which passages and places of a world or ROS map a robot can use.
 
@@ -98,7 +96,7 @@ def diagnose(
 
 
 def _read(name: str) -> Place:
-    file = find_world(name, Path.cwd(), WORLDS)
+    file = find_world(name, Path(), WORLDS)  # findings name it as it was given
     if file.suffix not in GAZEBO and is_ros_map(file):
         return Place(file.stem, read_ros_map(file), {}, None)
     world = read_any_world(file)

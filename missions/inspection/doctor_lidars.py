@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.execution.resources import load_robot
+from missions.inspection.diagnosis import FileKind, kind_of
 from missions.inspection.doctor import Diagnosis, counted
-from robots.load import KEYS, robot_names
-from stack.documents import read_file
+from robots.load import robot_names
 from stack.drivetrain.description import LidarDescription, RobotDescription
-from stack.errors import InputError
 from stack.perception.own_body import OwnBody
 from stack.sim.physics.own_view import own_ranges
 from stack.types import FloatArray, Observation, Scan
@@ -29,13 +28,7 @@ def is_robot(name: str) -> bool:
     if name in robot_names():
         return True
     path = Path(name) / "robot.yaml" if Path(name).is_dir() else Path(name)
-    if path.suffix not in (".yaml", ".yml") or not path.is_file():
-        return False
-    try:
-        keys = [str(key.value) for key, _ in read_file(path, "robot file").entries]
-    except InputError:
-        return False
-    return "urdf" in keys and any(key in keys for key in KEYS if key != "urdf")
+    return path.is_file() and kind_of(path) is FileKind.ROBOT
 
 
 def diagnose_lidars(name: str) -> Diagnosis:

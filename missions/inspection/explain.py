@@ -67,7 +67,7 @@ FILE_CODES: dict[str, Code] = {
     "E401": Code("map: key or value", "a key of map.yaml is missing or has a wrong value",
                  "resolution: coarse", "use the format of the ROS map_server"),
     "E402": Code("map: image", "the image of the map cannot be read", "image: nowhere.pgm",
-                 "name a PGM or PNG file"),
+                 "name a PGM, PPM, PNG, BMP or JPEG file"),
     "E405": Code("map of markers: key or value", "a key is unknown or missing, or its value has a "
                  "wrong type, unit or range", "markers: [{id: 7}]",
                  "use the suggested key or value"),

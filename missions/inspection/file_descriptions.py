@@ -17,7 +17,7 @@ from missions.language.reading.trees import read_trees
 from missions.language.reading.words import Draft
 from robots.load import read_robot
 from stack.documents import Findings, read_file, read_text, require_kind
-from stack.documents.files import XML_BYTES, decoded, near_file, read_input, refuse_foreign
+from stack.documents.files import XML_BYTES, decoded, read_input, refuse_foreign
 from stack.documents.foreign_kinds import BEGINNING
 from stack.drivetrain.description import (
     CameraDescription,
@@ -74,8 +74,6 @@ def file_description(name: str) -> str:
 
 def _file_of(path: Path) -> Path:
     if not path.is_dir():
-        if not path.exists():
-            raise InputError([Finding(Mark(str(path)), "E001", "no such file", near_file(path))])
         return path
     for name in IN_FOLDERS:
         if (path / name).is_file():

@@ -145,5 +145,6 @@ def _merged(layers: list[dict[str, Any]]) -> list[Any]:
     names = [layer["use"] for layer in merged]
     for layer in merged:
         if names.count(layer["use"]) > 1:
-            layer["name"] = f"{layer['only']}_{layer['use']}"
+            only, use = layer["only"], layer["use"]
+            layer["name"] = only if use == SENSORS else f"{only}_{use}"  # then local_obstacle, too
     return merged

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import atan2, ceil, degrees, floor, hypot, pi
+from math import atan2, ceil, degrees, floor, hypot, pi, remainder
 
 import numpy as np
 
@@ -23,9 +23,8 @@ ROUND = 0.9
 LEAST_HEIGHT = 0.03
 """Of a lidar above the floor, metres."""
 
-
-RATES = (1, 2, 4, 5, 10, 20, 25, 50)
-"""Rates of a lidar, Hz, whose period is a multiple of the physics period."""
+FULL_TURN = 2.0 * pi - 0.02
+"""Field of view from which on a lidar sees all around, radians."""
 
 
 @dataclass(frozen=True)
@@ -113,22 +112,25 @@ def _sensors(model: RobotModel, base: FloatArray, height: float) -> Iterable[str
 
 def _lidar(model: RobotModel, name: str, base: FloatArray, sensor: Element | None) -> Iterable[str]:
     x, y, z = _at(model, name, base)
-    yield f"position: [{x:g}, {y:g}]                # the link {name}"
-    yaw = _yaw(model, name)
-    if yaw:
-        yield f"yaw: {yaw:.4g} deg"
-    yield f"height: {z:g}"
     values = _numbers_of(sensor)
+    first, last = values.get("min_angle", -pi), values.get("max_angle", pi)
+    is_sector, upside_down = 0.1 < last - first < FULL_TURN, model.poses[name][2, 2] < 0.0
+    middle = degrees(first + last) / 2.0 if is_sector else 0.0  # robot.yaml counts from there
+    yaw = _yaw(model, name) + (-middle if upside_down else middle)
+    yield f"position: [{x:g}, {y:g}]                # the link {name}"
+    if abs(yaw) >= 0.01:
+        yield f"yaw: {remainder(yaw, 360.0):.4g} deg"
+    if upside_down:
+        yield "roll: 180 deg"
+    yield f"height: {z:g}"
     if values.get("samples", 0) >= 3:
         yield f"beams: {min(int(values['samples']), 4096)}"
-    view = values.get("max_angle", pi) - values.get("min_angle", -pi)
-    if 0.1 < view < 2 * pi - 0.02:
-        yield f"field_of_view: {floor(degrees(view) * 10) / 10:g} deg"
+    if is_sector:
+        yield f"field_of_view: {floor(degrees(last - first) * 10) / 10:g} deg"
     least, most = values.get("min", 0.1), values.get("max", 12.0)
     yield f"range_min: {least:g}"
     yield f"range_max: {max(most, least + 0.1):g}"
-    rate = values.get("update_rate", 0.0) or 10.0
-    yield f"rate: {max((it for it in RATES if it <= rate), default=RATES[0])} Hz"
+    yield f"rate: {values.get('update_rate', 0.0) or 10.0:g} Hz"
 
 
 def _camera(

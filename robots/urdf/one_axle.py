@@ -35,11 +35,14 @@ def on_one_axle(model: RobotModel, sides: Iterable[Sequence[str]], radius: float
         sides: the joints of each side; one with a single joint is kept.
         radius: of the wheels, metres.
     """
+    sides = tuple(sides)
     several = [side for side in sides if len(side) > 1]
     if not several:
         return model
     root = model.element
-    parts = _Parts(root.mark)
+    aside = [np.mean([model.poses[model.joints[name].child][1, 3] for name in side])
+             for side in sides]  # fmt: skip
+    parts = _Parts(root.mark, float(np.mean(aside)))
     fixed = {name for side in several for name in side}
     wheels = {model.joints[name].child for name in fixed}
     massless = {model.joints[side[0]].child for side in several}
@@ -75,19 +78,23 @@ def _changed(element: Element, **attributes: str) -> Element:
 
 
 class _Parts:
-    """Makes links and joints at the position of an element in the file."""
+    """Makes links and joints.
 
-    def __init__(self, mark: Mark) -> None:
-        self._mark = mark
+    Args:
+        mark: position of an element in the file, for findings.
+        middle: y of the middle between the sides in the root's frame, metres.
+    """
+
+    def __init__(self, mark: Mark, middle: float) -> None:
+        self._mark, self._middle = mark, middle
 
     def axle(self, model: RobotModel, side: Sequence[str], radius: float) -> list[Element]:
         """The driven wheel of a side: between its real ones, no further out than they reach."""
         links = [model.joints[name].child for name in side]
         centre = np.mean([model.poses[link][:3, 3] for link in links], axis=0)
-        middle = float(np.mean([pose[1, 3] for pose in model.poses.values()]))
         points = points_of(model, links[0], "collision", meshes=False)
         width = float(np.ptp(points[:, 1])) / 2 if len(points) else 0.0
-        aside = centre[1] - middle
+        aside = centre[1] - self._middle
         inwards = min(max(radius - width, 0.0), (1.0 - INMOST) * abs(aside))
         centre[1] -= np.copysign(inwards, aside)
         inertial = list(model.links[links[0]].all("inertial"))

@@ -163,6 +163,8 @@ class PathFollower(Lifecycle):
             progress.begin_next(state.pose)
             segment = progress.segment
             self._set_segment(segment)
+            self._driver(segment).pause(state.time)  # held while the robot came to a stand
+            self._driver(segment).resume(state.time)
         criterion = self._forward.stop_criterion
         at_goal = self._arrival.reached(state.pose, segment, criterion)
         self._last = STANDSTILL

@@ -125,7 +125,8 @@ def sensing_layers(lidars: Sequence[str], sonars: Sequence[str], *, depth: bool)
 def with_sensors(raw: Any, sensing: Sequence[str]) -> Any:
     """Return a list of layers with those of the robot's sensors in place of `sensors`.
 
-    Parameters of such an entry are those of its obstacle layer. Anything else is left as it is.
+    Parameters of such an entry are those of its obstacle layer, and its name is the beginning of
+    theirs. Anything else is left as it is.
     """
     if not isinstance(raw, list):
         return raw
@@ -137,7 +138,7 @@ def with_sensors(raw: Any, sensing: Sequence[str]) -> Any:
             continue
         own = {key: entry[key] for key in ("only", "inflated") if key in entry}
         values = {key: value for key, value in entry.items() if key not in _WORDS}
-        prefix = f"{entry['only']}_" if "name" in entry and "only" in entry else ""
+        prefix = f"{entry['name']}_" if "name" in entry else ""
         for use in sensing:
             more = values if use == "obstacle" else {}
             found.append({"use": use, "name": prefix + use, **own, **more})

@@ -29,6 +29,11 @@ class Findings:
         """The errors, sorted by position."""
         return sorted((f for f in self.items if f.severity == "error"), key=lambda f: f.mark)
 
+    @property
+    def warnings(self) -> list[Finding]:
+        """The warnings, in the order in which they were added."""
+        return [f for f in self.items if f.severity == "warning"]
+
     def raise_errors(self) -> None:
         """Raise InputError with all errors, if there are any."""
         if self.errors:

@@ -12,13 +12,13 @@ import numpy as np
 from stack.geometry.path_segment import PathSegment
 from stack.types import FloatArray, Path, Pose2D
 
-SHARP, TIGHT = 0.15, 0.7
+SHARP, TIGHT = 0.3, 1.1
 """Metres before and after a point between which a path may turn back: at a corner, and in a U-turn.
 
 A U-turn between lanes up to 0.5 m apart is tight. Wider ones are driven without a stop.
 """
 
-TURNS_BACK = cos(radians(110.0))
+TURNS_BACK = cos(radians(140.0))
 """Cosine of the turn above which the robot stops first; it takes smaller ones while it drives."""
 
 LEAST_PART = 0.1

@@ -92,9 +92,13 @@ class GoalDrive(Drive):
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         state = self._possible_people.added(state, held=self._is_held_up)
-        aside = self._twist_aside(state) or self._twist_making_room(state)
+        aside = self._twist_aside(state)
         if aside is not None:
+            self._making_room.stop(state.time)  # its motion begins where the robot was
             return aside
+        leaving = self._twist_making_room(state)
+        if leaving is not None:
+            return leaving
         try:
             self._use_plan(state)
             self._pass_goals(state.estimate.pose)

@@ -11,7 +11,7 @@ from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.lifecycle import Timers
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.escape.unseen_walls import unseen_walls
+from stack.navigation.escape.unseen import unseen_walls
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.standoff import Standoff
 from stack.navigation.standstill import standing

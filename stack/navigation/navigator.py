@@ -17,7 +17,9 @@ from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.escape import Escape, EscapeGoal
+from stack.navigation.escape.search import NO_FENCE
 from stack.navigation.escape.surroundings import Surroundings
+from stack.navigation.escape.unseen import zone_edges
 from stack.navigation.following import PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.parameters import NavigationParameters
@@ -343,8 +345,8 @@ class Navigator:
     ) -> MotionTask:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry alone.
 
-        Sensors do not see keep-out zones: a robot that stands in one and knows where it is drives
-        out of it on the map.
+        Sensors do not see keep-out zones. A robot that knows where it is stays out of them, and
+        drives out of one in which it stands on the map.
 
         Args:
             clearance: desired metres around the outline; None: room to turn, at least 15 cm.
@@ -366,8 +368,16 @@ class Navigator:
         lost = state is None or self.localisation_monitor.refuses(self.parameters)
         if way_out is not None and not lost:
             return self._recover(GoalDrive(task, self._tools, [way_out], None), while_lost)
-        executor = Escape(task, escape_goal, self._surroundings, self._recovery_tools())
-        return self._recover(executor, while_lost)
+        return self._recover(self._escape(task, escape_goal, lost=lost), while_lost)
+
+    def _escape(self, task: MotionTask, goal: EscapeGoal, *, lost: bool) -> Escape:
+        """Return an escape that keeps out of keep-out zones, as far as the robot knows of them."""
+        fence, state, costmap = NO_FENCE, self._state, self._tools.global_costmap
+        if state is not None and costmap.way_out is None and not lost:
+            reach = goal.distance + 2.0 * self._robot.footprint.circumscribed_radius
+            pose, zones = state.estimate.pose, costmap.forbidden.values()
+            fence = state.odometry.pose.transform(zone_edges(zones, costmap.view, pose, reach))
+        return Escape(task, goal, self._surroundings, self._recovery_tools(), fence)
 
     @property
     def contact_zone(self) -> ContactZone | None:
@@ -473,7 +483,7 @@ class Navigator:
         """Return a motion to where the robot can turn, as part of a drive."""
         task = MotionTask("make room to turn", lambda _: None)
         escape_goal = EscapeGoal(self._room_to_turn, MAKES_ROOM, self.parameters.escape_speed)
-        return Escape(task, escape_goal, self._surroundings, self._recovery_tools())
+        return self._escape(task, escape_goal, lost=False)
 
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import RobotDescription
-from stack.geometry.polygons import points_inside
-from stack.types import FloatArray, Footprint, Observation, Scan
+from stack.geometry.polygons import distances_to_edges, points_inside
+from stack.types import Footprint, Observation, Scan
 
 INSIDE = 0.01
 """Metres inside the outline from which a point is the robot's own: the noise of a common lidar, so
@@ -57,16 +57,7 @@ def _ends_inside(scan: Scan, footprint: Footprint) -> NDArray[np.bool_]:
     if own.any():
         ranges, angles = scan.ranges[own].astype(np.float64), scan.angles[own]
         ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
-        own[own] = _deep_inside(scan.mount.transform(ends), footprint.points)
+        points = scan.mount.transform(ends)
+        deep = distances_to_edges(points, footprint.points) >= INSIDE
+        own[own] = deep & points_inside(points, footprint.points)
     return own
-
-
-def _deep_inside(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
-    """Return (n,) which points (n, 2) are inside a polygon and INSIDE away from its edges."""
-    edges = np.roll(corners, -1, axis=0) - corners
-    away = points[:, None] - corners
-    along = np.einsum("nkd,kd->nk", away, edges) / np.einsum("kd,kd->k", edges, edges)
-    nearest = away - np.clip(along, 0.0, 1.0)[..., None] * edges
-    deep = (np.hypot(nearest[..., 0], nearest[..., 1]) >= INSIDE).all(axis=1)
-    inside: NDArray[np.bool_] = deep & points_inside(points, corners)
-    return inside

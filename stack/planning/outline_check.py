@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from itertools import pairwise
-from math import ceil
+from math import ceil, hypot
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,8 @@ from stack.planning.parameters import PlannerParameters
 from stack.planning.search import StepCosts
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D, wrap_angle
 
-_TURN = 0.1
-"""Radians between the checked headings of a turn."""
+_APART = 0.1
+"""Radians and metres between the checked poses of a path, at most."""
 _OWN = ("max_expansions",)
 """Shared parameters of which each planner keeps its own value."""
 _FINAL = frozenset(
@@ -107,12 +107,13 @@ def is_free(checker: CollisionChecker, start: Pose2D, path: Path) -> bool:
 
 
 def swept_poses(start: Pose2D, path: Path) -> FloatArray:
-    """Return (n, 3) poses along a path from the robot's own heading, at most 0.1 rad apart."""
+    """Return (n, 3) poses along a path from the robot's own, at most _APART from each other."""
     points = np.vstack([[start.x, start.y, start.heading], path.points])
     parts = [points[:1]]
     for before, after in pairwise(points):
         turn = wrap_angle(float(after[2] - before[2]))
-        pieces = max(1, ceil(abs(turn) / _TURN))
+        way = hypot(after[0] - before[0], after[1] - before[1])
+        pieces = max(1, ceil(max(abs(turn), way) / _APART))
         share = np.arange(1, pieces + 1)[:, None] / pieces
         parts.append(before + share * (after[0] - before[0], after[1] - before[1], turn))
     return np.vstack(parts)

@@ -50,8 +50,8 @@ def test_new_names_exist():
 @pytest.mark.parametrize(
     ("node", "sentence"),
     [
-        ("check: localisation.quality > 0.5", "'localisation.health'"),
-        ("relocalise: {min_quality: 0.4}", "'min_health'"),
+        ("check: localisation.quality > 0.5", "was renamed to 'localisation.health'"),
+        ("relocalise: {min_quality: 0.4}", "did you mean 'min_health'"),
     ],
 )
 def test_old_words_of_missions_are_errors_with_the_new_word(tmp_path, node, sentence):
@@ -59,7 +59,7 @@ def test_old_words_of_missions_are_errors_with_the_new_word(tmp_path, node, sent
     path.write_text(MISSION.replace("{node}", node))
     errors = [finding.text for finding in check_files([str(path)]) if finding.is_error]
     assert len(errors) == 1
-    assert f"was renamed to {sentence}" in errors[0]
+    assert sentence in errors[0]
 
 
 def test_old_parameters_are_errors_with_the_new_word():

@@ -166,6 +166,22 @@ def test_a_lidar_away_from_its_link_is_a_warning(read, more, lidar, away):
         assert away in warning.sentence
 
 
+TURNED = LASER.replace("<origin ", f'<origin rpy="{pi} 0 0" ')
+ROLLED = LIDAR.replace("}", ", roll: 180 deg}")
+
+
+@pytest.mark.parametrize(
+    ("more", "lidar", "told"),
+    [
+        (LASER, LIDAR, None), (TURNED, ROLLED, None), (LASER, ROLLED, "upright"),
+        (TURNED, LIDAR, "upside down"), (TURNED.replace(f"{pi}", "1.57"), LIDAR, None),  # tilted
+    ],
+)  # fmt: skip
+def test_a_lidar_upside_down_in_one_file_alone_is_a_warning(read, more, lidar, told):
+    found = [warning.sentence for warning in read(urdf(more=more), ROBOT + lidar).warnings]
+    assert found == ([f"lidar: roll: the URDF's link 'laser_frame' is {told}"] if told else [])
+
+
 OMNI = """robot: r
 footprint: {radius: 20 cm}
 height: 0.2

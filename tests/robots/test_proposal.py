@@ -162,7 +162,7 @@ def test_sensors_are_where_their_links_are(propose):
     lidar = found.lidar
     assert (lidar.mount.x, lidar.mount.y, lidar.height) == (0.1, 0.02, 0.4)
     assert lidar.mount.heading == pytest.approx(pi / 2)
-    assert (lidar.beams, lidar.range_min, lidar.range_max, lidar.rate) == (640, 0.12, 20, 50)
+    assert (lidar.beams, lidar.range_min, lidar.range_max, lidar.rate) == (640, 0.12, 20, 62)
     assert lidar.field_of_view == pytest.approx(3.0, abs=2e-3)
     assert found.camera.model.position == (0.14, 0.0, 0.2)
     assert found.camera.model.pitch == pytest.approx(0.2, abs=2e-3)
@@ -170,6 +170,25 @@ def test_sensors_are_where_their_links_are(propose):
     mount, scan = part("laser_mount", (0, 0, 0)), part("base_scan", (0.05, 0, 0.2))
     named = propose(robot(*wheels, mount, scan))
     assert (named.lidar.mount.x, named.lidar.height) == (0.05, 0.2)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.3, 5.0), st.floats(-3.0, 3.0), st.sampled_from([0.0, pi]))
+@SAME
+def test_a_lidar_looks_where_its_sector_is_also_upside_down(propose, first, view, yaw, roll):
+    """The angles of the sensor are in its link's frame; a beam at angle a looks along R (cos a,
+    sin a, 0), with R = Rz(yaw) Rx(roll): at yaw + a, or upside down at yaw - a.
+    """
+    angles = f"<min_angle>{first}</min_angle><max_angle>{first + view}</max_angle>"
+    scan = SCAN.replace("<min_angle>-1.5</min_angle><max_angle>1.5</max_angle>", angles)
+    lidar = propose(robot(
+        wheel("l", (0, 0.15, 0.05), 0.05), wheel("r", (0, -0.15, 0.05), 0.05),
+        part("top", (0, 0, 0.3), f"{roll} 0 {yaw}"), scan,
+    )).lidar  # fmt: skip
+    assert lidar.upside_down == (roll > 0.0)
+    middle = first + view / 2
+    looks = yaw - middle if lidar.upside_down else yaw + middle
+    assert np.cos(lidar.mount.heading - looks) == pytest.approx(1.0, abs=1e-3)
+    assert lidar.field_of_view == pytest.approx(view, abs=2e-3)
 
 
 @pytest.mark.parametrize("name", robot_names())

@@ -311,6 +311,14 @@ def four_wheels(x=0.0):
     )
 
 
+def test_the_axle_is_moved_towards_the_middle_whatever_else_is_on_one_side(read, placed):
+    """An arm of five links, 1 m to the left of the base, does not move the wheels outwards."""
+    arm = "".join(link(f"a{n}") + joint(f"aj{n}", "base", f"a{n}", "0 1 0.3") for n in range(5))
+    text = four_wheels().replace("</robot>", f"{arm}</robot>")
+    _, body = placed(read(text, SKID))
+    assert body.wheel_places == pytest.approx(np.array([[0.0, 0.14], [0.0, -0.14]]), abs=1e-6)
+
+
 @pytest.mark.parametrize("x", [0.0, 0.2])
 def test_four_skidding_wheels_are_carried_on_one_axle(read, placed, x):
     robot = read(four_wheels(x), SKID)

@@ -4,14 +4,14 @@ from threading import Event
 
 import pytest
 
-from stack import worker_thread
 from stack.errors import WorkerError
+from stack.patience import Patience
 from stack.worker_thread import WorkerThread
 
 
 @pytest.fixture
 def worker(monkeypatch):
-    monkeypatch.setattr(worker_thread, "LONGEST_WAIT", 0.2)
+    monkeypatch.setattr(Patience, "LONGEST", 0.2)
     made = WorkerThread("the thinker")
     yield made
     made.close()

@@ -1,5 +1,6 @@
 """`treepilot doctor`: finds passages that a robot does not fit through, and lidars that see it."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +9,8 @@ import typer
 
 def doctor(
     place: Annotated[
-        str, typer.Argument(help="name or file of a world or robot, or a ROS map.yaml")
+        str,
+        typer.Argument(help="name or file of a world or robot, or a ROS map: its YAML or image"),
     ],
     robot: Annotated[str, typer.Option(help="robot: a name or a robot.yaml")] = "scout",
     png: Annotated[Path | None, typer.Option(help="write a picture of the result")] = None,
@@ -23,7 +25,13 @@ def doctor(
     if is_robot(place):
         found = diagnose_lidars(place)
     else:
-        found = diagnose(place, robot, png, lambda line: typer.echo(line, err=True))
+        found = diagnose(place, robot, png, _show_progress)
     for line in found.lines:
         typer.echo(line)
     raise typer.Exit(1 if found.closed else 0)
+
+
+def _show_progress(line: str) -> None:
+    """Print what is being done, to people who wait for it."""
+    if sys.stderr.isatty():
+        typer.echo(line, err=True)

@@ -51,13 +51,13 @@ def describe(
     name: Annotated[
         str,
         typer.Argument(
-            help="name of a behaviour, node, modifier, component, robot, world or mission, or "
-            "KIND.PARAMETER, or a file"
+            help="name of a behaviour, node, modifier, component, robot, world or mission; or "
+            "KIND.PARAMETER; or the file of a robot, world, map, mission or trees"
         ),
     ],
     mission: PluginsOf = None,
 ) -> None:
-    """Describe a behaviour, component, robot, world or any file.
+    """Describe a behaviour, component, robot, world, map or mission.
 
     \b
     treepilot describe navigate_to_pose

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from missions.execution.fit.steps import every_step
+from missions.execution.fit.steps import every_leaf
 from missions.language.analysis.claims import mark_of, warning
-from missions.language.model import Constant, Leaf, Mission
+from missions.language.model import Constant, Mission
 from stack.components import Choice
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
@@ -53,8 +53,8 @@ def _searches(
     mission: Mission, detector: ObjectDetectorParameters, labels: tuple[str, ...]
 ) -> Iterator[Finding]:
     """Yield errors of the nodes that search for an object."""
-    for step in every_step(mission):
-        if not isinstance(step, Leaf) or step.kind not in SEARCHES:
+    for step in every_leaf(mission):
+        if step.kind not in SEARCHES:
             continue
         value = step.ports.get("label")
         mark = mark_of(value, step.mark)

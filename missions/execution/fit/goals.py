@@ -9,13 +9,12 @@ from math import inf, isnan
 import numpy as np
 
 from missions.execution.fit.reachability import ReachableFloor
-from missions.execution.fit.steps import every_step
+from missions.execution.fit.steps import every_leaf, every_step
 from missions.language.analysis.claims import number_of
 from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.model import (
     Constant,
     ForEach,
-    Leaf,
     ListValue,
     Mission,
     Reference,
@@ -120,9 +119,7 @@ class Goals:
     def all(self) -> list[Goal]:
         """Return every goal that is known before the mission runs, each position once."""
         found: dict[tuple[Mark, Pose2D, bool, float], Goal] = {}
-        for step in every_step(self.mission):
-            if not isinstance(step, Leaf):
-                continue
+        for step in every_leaf(self.mission):
             partial = step.ports.get("partial")
             is_partial = isinstance(partial, Constant) and partial.value is True
             tolerance = _tolerance(step.ports.get("tolerance"))

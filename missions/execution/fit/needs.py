@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from missions.execution.fit.components import Marks
-from missions.execution.fit.steps import every_step
+from missions.execution.fit.steps import every_leaf
 from missions.execution.resources import load_robot
-from missions.language.model import Leaf, Mission
+from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from robots.load import robot_names
 from stack.components import Choice, Component, Estimator, noun
@@ -25,9 +25,7 @@ SWITCHES = {("depth", "obstacles"): "depth_camera", ("place_recognition", "recor
 def behaviour_needs(mission: Mission, robot: RobotDescription) -> list[Finding]:
     """Return an error for each behaviour that needs what the robot lacks, at its first use."""
     found: dict[tuple[str, str], Finding] = {}
-    for step in every_step(mission):
-        if not isinstance(step, Leaf):
-            continue
+    for step in every_leaf(mission):
         for need in lacking(step.behaviour.needs, robot):
             finding = missing(step.kind, need, step.mark, robot)
             found.setdefault((step.kind, need), finding)

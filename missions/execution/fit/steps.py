@@ -11,11 +11,16 @@ from stack.documents import Mark
 
 
 def every_step(mission: Mission) -> Iterator[Step]:
-    """Yield the nodes of run, events and trees, each once."""
+    """Yield the nodes of run, events and trees, each once, also of trees that nothing uses."""
     roots = [mission.root, *(event.step for event in mission.events)]
-    roots += [tree.root for tree in mission.trees.values() if tree.root]
+    roots += [root for tree in mission.trees.values() for root in tree.roots]
     for root in roots:
         yield from steps_of(root)
+
+
+def every_leaf(mission: Mission) -> Iterator[Leaf]:
+    """Yield the behaviours of a mission, each once."""
+    return (step for step in every_step(mission) if isinstance(step, Leaf))
 
 
 def every_condition(mission: Mission) -> Iterator[tuple[CheckedExpression, Mark]]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import degrees
 
-from missions.execution.fit.steps import every_step
+from missions.execution.fit.steps import every_leaf
 from missions.language.analysis.claims import mark_of, number_of
-from missions.language.model import Leaf, Mission
+from missions.language.model import Mission
 from stack.components import Choice, GoalTolerance
 from stack.control.attainable import finest_tolerance
 from stack.documents import Finding, Mark
@@ -20,8 +20,8 @@ def tolerance_findings(
 ) -> Iterator[Finding]:
     """Yield a warning for each tolerance that is finer than the robot can be expected to meet."""
     finest = finest_tolerance(robot, choices["loop"].parameters.period)
-    for step in every_step(mission):
-        if not isinstance(step, Leaf) or not step.behaviour.goal_ports:
+    for step in every_leaf(mission):
+        if not step.behaviour.goal_ports:
             continue
         value, accepted = step.ports.get("tolerance"), step.ports.get("accept")
         asked, coarse = number_of(value), number_of(accepted)
@@ -40,10 +40,8 @@ def _of_checker(
     mission: Mission, robot: RobotDescription, choice: Choice, finest: GoalTolerance
 ) -> Iterator[Finding]:
     """Yield warnings about the tolerances of the goal checker that the mission sets."""
-    named, declared = (
-        mission.components.get("goal_checker"),
-        declarations(choice.component.Parameters),
-    )
+    parameters: type = type(choice.parameters)
+    named, declared = mission.components.get("goal_checker"), declarations(parameters)
     if named is None or (named.use or choice.name) != choice.name:
         return
     for name, least, unit in (

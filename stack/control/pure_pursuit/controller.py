@@ -85,8 +85,9 @@ class PurePursuit(Controller):
         self._manoeuvre.resume(now)
 
     def pause(self, now: float) -> None:
-        """Hold the drive."""
+        """Hold the drive; the robot comes to a stand."""
         self._manoeuvre.leave(now)
+        self._last = STANDSTILL
 
     def resume(self, now: float) -> None:
         """Continue the drive."""

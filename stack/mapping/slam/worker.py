@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stack.child_process import LONGEST_WAIT, Worker
+from stack.child_process import Worker
 from stack.errors import WorkerError
 from stack.mapping.slam.landmarks import Problem, solve
 from stack.mapping.slam.optimiser import Optimum
+from stack.patience import Patience
 
 NAME = "the pose graph optimiser"
 
@@ -60,8 +61,8 @@ class OptimiserWorker:
         if self._due is None or not self._is_due(time):
             return None
         if self._early is None and not (self.waits or self._worker.has_answered(0.0)):
-            if time > self._due + LONGEST_WAIT:
-                raise WorkerError(f"{NAME} gave no answer for {LONGEST_WAIT:g} s")
+            if time > self._due + Patience.LONGEST:
+                raise WorkerError(f"{NAME} gave no answer for {Patience.LONGEST:g} s")
             return None
         found, self._early = self._early or self._receive(), None
         self._due = None

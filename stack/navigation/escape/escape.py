@@ -6,12 +6,18 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
-from stack.navigation.escape.search import ChosenMotion, EscapeCriteria, MotionId, Search
+from stack.navigation.escape.search import (
+    NO_FENCE,
+    ChosenMotion,
+    EscapeCriteria,
+    MotionId,
+    Search,
+)
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightLine
 from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, Twist
+from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist
 
 LOOK_AGAIN = 0.5
 """Seconds between two searches while no motion is found."""
@@ -55,10 +61,11 @@ class Escape(MotionExecutor):
         escape_goal: EscapeGoal,
         surroundings: Surroundings,
         tools: RecoveryTools,
+        fence: FloatArray = NO_FENCE,
     ) -> None:
         super().__init__(task)
         self._goal, self._tools, self._surroundings = escape_goal, tools, surroundings
-        self._search = Search(tools.robot, surroundings)
+        self._search = Search(tools.robot, surroundings, fence)
         self._radius = tools.robot.footprint.circumscribed_radius
         self._chosen: ChosenMotion | None = None
         self._segments: tuple[EscapeSegment, ...] = ()

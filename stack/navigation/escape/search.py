@@ -38,6 +38,9 @@ TIGHT, LATERAL = 0.02, 0.02
 """Clearance in metres that a robot beside the padding may use up, and by how much: in a narrow gap
 the nearest direction of the motion set leads closer to one side."""
 
+NO_FENCE: FloatArray = np.empty((0, 2))
+NO_FENCE.flags.writeable = False
+
 
 @dataclass(frozen=True, slots=True)
 class EscapeCriteria:
@@ -82,22 +85,32 @@ class Search:
     Args:
         robot: outline and drive.
         surroundings: read at each call.
+        fence: (m, 2) points that count as obstacles although no sensor sees them, odom frame.
     """
 
-    def __init__(self, robot: RobotDescription, surroundings: Surroundings) -> None:
+    def __init__(
+        self, robot: RobotDescription, surroundings: Surroundings, fence: FloatArray = NO_FENCE
+    ) -> None:
         from stack.navigation.escape import kernels
 
         self._kernels, self._robot, self._surroundings = kernels, robot, surroundings
+        self._fence = fence
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
         self._outline = _resampled(self._corners, OUTLINE_SPACING)
         lengths = np.linalg.norm(self._corners, axis=1, keepdims=True)
         self._widened = self._corners * (1.0 + WIDENED / lengths)
 
+    def _points(self, centre: Pose2D, reach: float) -> FloatArray:
+        """Return the (m, 2) obstacle points around a pose, those of the fence too, odom frame."""
+        seen = self._surroundings.points(centre, reach)
+        away = np.hypot(self._fence[:, 0] - centre.x, self._fence[:, 1] - centre.y)
+        return np.concatenate([seen, self._fence[away <= reach]]) if len(away) else seen
+
     def clearance(self, pose: Pose2D, reach: float) -> float:
         """Metres between the outline and the nearest point, at most `reach`; negative inside."""
         here = np.array([[pose.x, pose.y, pose.heading]])
-        points = self._surroundings.points(pose, self._radius + reach)
+        points = self._points(pose, self._radius + reach)
         return float(self._clearances(here, points, reach)[0])
 
     def best(
@@ -116,7 +129,7 @@ class Search:
     def _best(
         self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[MotionId], *, fine: bool
     ) -> ChosenMotion | None:
-        points = self._surroundings.points(start, criteria.length + 2.0 * self._radius)
+        points = self._points(start, criteria.length + 2.0 * self._radius)
         now = self.clearance(start, criteria.clearance)
         floor = _floor(criteria.padding, now)
         best, found = -np.inf, None
@@ -142,7 +155,7 @@ class Search:
             start: current pose, odom frame.
             padding: as in `EscapeCriteria`, metres.
         """
-        points = self._surroundings.points(start, LITTLE + 2.0 * self._radius)
+        points = self._points(start, LITTLE + 2.0 * self._radius)
         floor = _floor(padding, self.clearance(start, padding + LATERAL))
         for segments in motions(self._robot, LITTLE):
             if len(segments) == 1:
@@ -164,7 +177,7 @@ class Search:
         """
         poses = roll_out(start, segments, self._radius).poses
         length = sum(segment.amount for segment in segments if not segment.turns)
-        points = self._surroundings.points(start, length + 2.0 * self._radius)
+        points = self._points(start, length + 2.0 * self._radius)
         floor = min(chosen.floor, self.clearance(start, NOISE)) - NOISE / 2.0
         clear = self._clearances(poses, points, NOISE, floor)
         return len(clear) == len(poses) and self._known_until(poses) == len(poses)

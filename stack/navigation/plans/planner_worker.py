@@ -15,9 +15,9 @@ from functools import partial
 
 import numpy as np
 
-from stack.child_process import LONGEST_WAIT
 from stack.components import CancelToken, Planner, PlanOptions
 from stack.errors import NavigationError, WorkerError, exception_sentence, traceback_text
+from stack.patience import Patience
 from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
 from stack.worker_thread import WorkerThread
 
@@ -96,7 +96,7 @@ class PlanFuture:
             return None
         try:
             if not (self._wait or self._future.done()):
-                if time > self._due + LONGEST_WAIT:
+                if time > self._due + Patience.LONGEST:
                     raise self._worker.silence
                 return None
             return self._worker.result(self._future)

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from stack.child_process import LONGEST_WAIT
 from stack.errors import ParameterError, WorkerError, exception_sentence, traceback_text
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import refuse_changes
+from stack.patience import Patience
 from stack.perception.camera_lease import CameraLease
 from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.objects.people import PeopleFinder
@@ -267,7 +267,7 @@ class ObjectDetection:
                     f"the object detector needs more than {now - search.due:.1f} s beyond its "
                     "latency for a picture; use a smaller model or `input_size`",
                 )
-            if now < search.due + LONGEST_WAIT:
+            if now < search.due + Patience.LONGEST:
                 return None
         self._search = None
         try:

@@ -18,11 +18,17 @@ from stack.sim.worlds.rectangles import merged_cells
 from stack.sim.worlds.world import Box
 from stack.types import FloatArray, Pose2D
 
+SingleArray = NDArray[np.float32]
+
 CELL = 0.02
 """Side of a column, metres."""
 
 MAX_COLUMNS = 4_000_000
 """Of a mesh: 200 MB. Columns of large meshes are wider."""
+
+MAX_WORK = 50_000_000
+"""Columns in the bounding rectangles of all triangles of a mesh: a few seconds. With more, columns
+are wider."""
 
 MAX_BOXES = 3000
 """Of a mesh; with more its columns become wider."""
@@ -64,9 +70,11 @@ def boxes_of(
         frame.inverse().transform(triangles[:, :, :2].reshape(-1, 2)).reshape(-1, 3, 2)
     )
     start = frame.inverse().transform(np.array([inside]))[0]
+    work = float(np.ptp(local[:, :, :2], axis=1).prod(axis=1).sum())
     cell = max(CELL, sqrt(length * width / MAX_COLUMNS), (length + width) / MAX_COLUMNS)
+    cell = max(cell, sqrt(work / MAX_WORK))
     while True:
-        found = _merged(*_columns(local, low, high, cell, (length, width), start), cell)
+        found = _merged(*_columns(local, low, high, cell, (length, width), start))
         if len(found) <= MAX_BOXES:
             break
         cell *= 2.0
@@ -93,13 +101,13 @@ def wall_heading(triangles: FloatArray) -> float:
 def _columns(  # noqa: PLR0913 - one call from one place
     triangles: FloatArray, low: float, high: float, cell: float, size: tuple[float, float],
     start: FloatArray,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+) -> tuple[SingleArray, SingleArray]:  # fmt: skip
     """Return the height of each column (rows, columns), 0 where it is free, and its surface.
 
     The surface is (rows, columns, 4): least x and y, greatest x and y.
     """
     columns, rows = (max(1, ceil(side / cell - kernels.EDGE)) for side in size)
-    tops = np.full((rows, columns), -np.inf, np.float32)
+    tops: SingleArray = np.full((rows, columns), -np.inf, np.float32)
     spans = _no_spans(rows, columns)
     kernels.cover(triangles, low, high, cell, tops, spans)
     peaks = np.full((rows, columns), -np.inf, np.float32)
@@ -128,16 +136,16 @@ def _is_room(solid: NDArray[np.bool_], start: FloatArray, cell: float) -> bool:
     return around.shape == (2 * reach + 1,) * 2 and bool(around.all())
 
 
-def _no_spans(rows: int, columns: int) -> FloatArray:
-    spans = np.full((rows, columns, 4), np.inf, np.float32)
+def _no_spans(rows: int, columns: int) -> SingleArray:
+    spans: SingleArray = np.full((rows, columns, 4), np.inf, np.float32)
     spans[:, :, 2:] = -np.inf
     return spans
 
 
-def _merged(tops: FloatArray, spans: FloatArray, cell: float) -> list[tuple[float, ...]]:
+def _merged(tops: SingleArray, spans: SingleArray) -> list[tuple[float, ...]]:
     """Merge columns into boxes: least x and y, greatest x and y, height, of each."""
     levels: NDArray[np.int32] = np.ceil(tops / STEP - kernels.EDGE).astype(np.int32)
-    found = []
+    found: list[tuple[float, ...]] = []
     for level in np.unique(levels[levels > 0]).tolist():
         for top, bottom, left, right in merged_cells(levels == level):
             span = spans[top:bottom, left:right].reshape(-1, 4)

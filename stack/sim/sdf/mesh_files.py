@@ -16,7 +16,6 @@ MAX_FACES = 500_000
 FORMATS = ("stl", "obj", "dae", "ply", "off", "glb")
 
 
-@lru_cache(maxsize=256)
 def read_triangles(file: Path) -> FloatArray:
     """Read the triangles (n, 3, 3) of a mesh: triangle, corner, coordinate; metres.
 
@@ -26,6 +25,16 @@ def read_triangles(file: Path) -> FloatArray:
     Raises:
         InputError: the file cannot be read, is not a mesh, or is too large.
     """
+    try:
+        changed = file.stat().st_mtime_ns
+    except OSError:
+        changed = 0
+    return _read(file, changed)
+
+
+@lru_cache(maxsize=256)
+def _read(file: Path, changed: int) -> FloatArray:
+    """Read a mesh once while it does not change (`changed`: its modification time)."""
     import trimesh
 
     kind = file.suffix.lower().removeprefix(".")

@@ -18,7 +18,7 @@ def merged_cells(occupied: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]
         First row, last row + 1, first column, last column + 1 of each rectangle.
     """
     found: list[tuple[int, int, int, int]] = []
-    filled = occupied.any(axis=1)
+    filled: NDArray[np.bool_] = np.asarray(occupied.any(axis=1))
     growing: dict[tuple[int, int], int] = {}
     for row in range(occupied.shape[0] + 1):
         runs = _runs(occupied[row]) if row < occupied.shape[0] and filled[row] else []

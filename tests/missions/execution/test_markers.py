@@ -18,7 +18,7 @@ world: small_room
 {keys}
 run:
   sequence:
-    - spin: {{angle: 100 deg}}
+    - spin: {{angle: {angle} deg}}
     - save_map: {{path: {folder}}}
 """
 ONE = "markers: [{id: 5, at: [1, 2], facing: 0}]"
@@ -28,9 +28,9 @@ ONE = "markers: [{id: 5, at: [1, 2], facing: 0}]"
 def mission(tmp_path):
     """Write the mission with further keys; return its path."""
 
-    def written(keys: str = ""):
+    def written(keys: str = "", angle: int = 100):
         path = tmp_path / "mission.yaml"
-        path.write_text(MISSION.format(keys=keys, folder=tmp_path / "saved"), "utf-8")
+        path.write_text(MISSION.format(keys=keys, angle=angle, folder=tmp_path / "saved"), "utf-8")
         return path
 
     return written
@@ -102,9 +102,9 @@ def test_pictures_correct_the_pose_only_after_motion(mission):
 
 
 def test_a_survey_is_saved_with_the_map_and_loaded_with_it(mission, tmp_path):
-    """Two markers from one place: within 10 cm and 8 degrees of the world's."""
+    """What a full turn sees twice: within 10 cm and 8 degrees of the world's."""
     keys = "markers: none\nnavigation: {markers: {survey: true, least_views: 2}}"
-    report = missions.run(mission(keys), seed=1)
+    report = missions.run(mission(keys, angle=360), seed=1)
     assert report.status == "success"
     found = read_marker_map(tmp_path / "saved" / MARKERS_YAML)
     truth = {one.number: one for one in prepare(mission(), RunOptions()).world.markers}

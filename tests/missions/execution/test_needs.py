@@ -207,3 +207,15 @@ def test_descriptions_show_the_needs():
     assert "\nneeds: camera\n" in description_of("follow_line", known)
     assert "\nneeds: lidar\n" in description_of("mcl", known)
     assert "needs:" not in description_of("wait", known)
+
+
+def test_the_nodes_of_an_event_of_a_tree_are_checked_like_any_other(tmp_path):
+    text = (
+        "trees:\n"
+        "  look:\n"
+        "    events:\n"
+        "      - low: {when: battery.charge < 0.2, do: take_photo, then: abort}\n"
+        "    do: {wait: 1 s}\n"
+        "run: {use: look}\n"
+    )
+    assert "E183 8" in codes(found(tmp_path, text, "lidar"))

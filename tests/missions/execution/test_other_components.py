@@ -9,6 +9,7 @@ import pytest
 
 from missions.execution.prepare import Diagnosis, RunOptions, diagnose
 from stack.components import BUILT_IN, accepted, component
+from stack.errors import InputError
 from stack.parameters import declarations, values_of
 
 KINDS = ("planner", "controller", "goal_checker", "progress_checker")
@@ -95,3 +96,9 @@ def test_the_same_component_again_keeps_everything(tmp_path: Path) -> None:
 def test_an_unknown_component_is_named(tmp_path: Path) -> None:
     with pytest.raises(Exception, match="there is no planner 'theta'"):
         diagnosis(tmp_path, SETTINGS, parameters={"planner.use": "theta"})
+
+
+@pytest.mark.parametrize("kind", ["costmap", "safety"])
+def test_settings_have_no_other_component(tmp_path: Path, kind: str) -> None:
+    with pytest.raises(InputError, match=f"--parameter {kind}.use: {kind} has settings only"):
+        diagnosis(tmp_path, "", parameters={f"{kind}.use": "another"})

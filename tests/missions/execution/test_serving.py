@@ -120,7 +120,7 @@ def test_an_emergency_stop_does_not_wait_for_slow_motion(live):
 def test_an_emergency_stop_does_not_wait_for_a_picture(live, monkeypatch):
     run = live(PHOTO)
     camera = run.engine.body._cameras["camera"]
-    while camera._exposed is None:
+    while not camera._exposures:
         run.steps()
     monkeypatch.setattr(camera._renderer, "has_answered", lambda longest: False)
     while run.engine.body.rest(0.0):

@@ -6,9 +6,9 @@ import pytest
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from missions.execution.running import run_in_turns
-from stack import child_process
 from stack.child_process import Worker
 from stack.mapping.slam.worker import NAME
+from stack.patience import Patience
 from stack.types import UNKNOWN
 from tests.missions.execution.live_run import LiveRun
 
@@ -51,7 +51,7 @@ FAULTS = {
 def test_a_mission_whose_optimiser_fails_ends_at_once_with_the_cause(
     tmp_path, monkeypatch, target, request_, reason
 ):
-    monkeypatch.setattr(child_process, "LONGEST_WAIT", 0.2 if target == "suspending" else 30.0)
+    monkeypatch.setattr(Patience, "LONGEST", 0.2 if target == "suspending" else 30.0)
     mission = tmp_path / "m.yaml"
     mission.write_text(HEAD + TURN)
     options = RunOptions(serve=False, out=tmp_path / "out")

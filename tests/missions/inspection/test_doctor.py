@@ -6,6 +6,7 @@ import pytest
 
 from missions.execution.resources import MISSIONS
 from missions.inspection.doctor import diagnose, show_world
+from missions.inspection.doctor_lidars import is_robot
 from missions.inspection.map_picture import FOOTER, TEXT
 from robots.load import find_robot
 from stack.errors import InputError
@@ -163,3 +164,17 @@ def test_the_width_of_a_robot_does_not_depend_on_the_place_of_its_base(tmp_path,
         text = "\n".join(found.lines)
         assert "is 0.70 m wide" in text
         assert ("place east (4.00, 1.50): not reachable" in text) is closed
+
+
+def test_a_damaged_robot_file_is_not_read_as_a_world(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("robot: mine\nurdf: mine.urdf\nfootprint: {radius: 20 cm\n")
+    assert is_robot(str(file))
+
+
+def test_findings_name_the_file_as_it_was_given(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hall.yaml").write_text("world: hall\nwals: []\n")
+    with pytest.raises(InputError) as refused:
+        diagnose("hall.yaml", "scout", None)
+    assert {finding.mark.file for finding in refused.value.findings} == {"hall.yaml"}

@@ -51,7 +51,7 @@ SHAPES = {
     "points on both legs": [(2, 3), (3, 3), (5, 3), (4, 3), (3, 3)],
     "zigzag": [(2.0, 3.0), (3.0, 3.0), (2.1, 3.3), (3.1, 3.6), (2.2, 3.9)],
     "to and fro": [(3.0, 3.0), (3.4, 3.0), (3.0, 3.0), (3.4, 3.0), (3.0, 3.0)],
-    "a position twice": [(2.0, 3.0), (4.0, 3.0), (4.0, 3.0), (3.0, 4.0)],
+    "a position twice": [(2.0, 3.0), (4.0, 3.0), (4.0, 3.0), (2.2, 3.5)],
     "star": STAR,
     "eight": eight(),
     "square": SQUARE,
@@ -107,7 +107,7 @@ def test_an_omnidirectional_robot_follows_them_too(name):
 @pytest.mark.parametrize("angle", range(0, 181, 15))
 def test_both_legs_of_any_bend_are_driven_forward(angle):
     toy, _, nearest = driven("pure_pursuit", bend(radians(angle)))
-    assert nearest[1] < 0.3
+    assert nearest[1] < 0.4  # cut more, the sharper it is, up to the bend where it stops
     assert min(twist.linear for twist in toy.commands) > -0.05
 
 

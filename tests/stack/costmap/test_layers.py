@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import available, component
-from stack.costmap.choosing import for_lidars, read_layers, usual_layers
+from stack.costmap.choosing import for_lidars, read_layers, usual_layers, with_sensors
 from stack.costmap.costmap import Costmap
 from stack.costmap.layer import CellProvenance, Layer, edges
 from stack.costmap.parameters import CostmapParameters
@@ -118,6 +118,15 @@ def test_a_listed_obstacle_layer_without_source_reads_every_lidar(listed, lidars
     assert layers[0].name == "static"
     found = {layer.name: layer.parameters(CostmapParameters()).source for layer in layers[1:]}
     assert found == expected
+
+
+def test_the_layers_in_place_of_sensors_begin_with_its_name():
+    entries = ["static", {"use": "sensors", "name": "near", "only": "local", "decay": 2.0}]
+    layers = with_sensors(entries, ["obstacle", "depth"])
+    assert layers[1:] == [
+        {"use": "obstacle", "name": "near_obstacle", "only": "local", "decay": 2.0},
+        {"use": "depth", "name": "near_depth", "only": "local"},
+    ]
 
 
 def test_every_lidar_marks_by_default_and_sonars_where_there_is_no_lidar():

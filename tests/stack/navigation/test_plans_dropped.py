@@ -1,6 +1,7 @@
 """Plans whose task is over before they are made, and drives to goals that cannot be reached."""
 
 from math import inf
+from threading import Event
 
 import pytest
 
@@ -17,7 +18,11 @@ GOAL = Pose2D(7.0, 3.0, 0.0)
 class Endless:
     """A planner that plans until it is told to stop (or gives up, where that never comes)."""
 
+    def __init__(self):
+        self.begun = Event()
+
     def plan(self, costs, start, goal, options):
+        self.begun.set()
         for _ in range(20_000_000):
             options.cancel.check()
         raise AssertionError("nobody stopped it")
@@ -34,9 +39,11 @@ def drive(navigator):
 @pytest.mark.parametrize("ask", [plan_only, drive])
 @pytest.mark.parametrize("end", ["cancel", "cancel_all", "newer"])
 def test_a_task_that_ends_takes_its_plan_with_it(make, ask, end):
-    toy = make(planner=Endless(), wait_for_plan=False)
+    planner = Endless()
+    toy = make(planner=planner, wait_for_plan=False)
     task = ask(toy.navigator)
     toy.step()
+    assert planner.begun.wait(60.0)
     future = task.future
     assert future is not None and not future.over
     if end == "cancel":

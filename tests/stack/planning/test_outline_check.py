@@ -15,7 +15,9 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
 from stack.geometry.polygons import widest_disc
-from stack.planning.outline_check import OutlineChecked, outline_checked, swept_poses
+from stack.planning.kinematic.search import CollisionChecker
+from stack.planning.outline_check import OutlineChecked, is_free, outline_checked, swept_poses
+from stack.planning.search import StepCosts
 from stack.types import FREE, OCCUPIED, Footprint, OccupancyGrid, Path, Pose2D
 from tests.stack.planning.footprint_check import first_blocked
 
@@ -86,6 +88,18 @@ def test_turns_in_place_are_swept_from_the_robots_own_heading():
     poses = swept_poses(Pose2D(0.0, 0.0, 0.0), path)
     assert np.abs(np.diff(np.unwrap(poses[:, 2]))).max() <= 0.1 + 1e-9
     assert poses[0, 2] == 0.0 and tuple(poses[-1, :2]) == (0.0, 1.0)
+
+
+def test_what_stands_between_two_points_of_a_path_is_noticed():
+    """Planners of plugins may return corners alone; a wall crosses the middle of a side of 3 m."""
+    cells = np.full((40, 80), FREE, np.int8)
+    cells[:, 40] = OCCUPIED
+    made = robot(rectangle(1.0, 0.5))
+    costs = Costmap(CostmapParameters(), made.footprint, OccupancyGrid(cells, 0.05)).grid
+    checker = CollisionChecker.of(costs, made.footprint, StepCosts.of(0.0, allow_unknown=False))
+    path = Path(np.array([[0.7, 1.0, 0.0], [3.3, 1.0, 0.0]]))
+    assert not is_free(checker, Pose2D(0.7, 1.0, 0.0), path)
+    assert is_free(checker, Pose2D(0.7, 1.0, 0.0), Path(np.array([[0.7, 1, 0], [1.3, 1, 0.0]])))
 
 
 def two_rooms(gap, resolution=0.05):

@@ -9,15 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack import worker_thread
 from stack.components import CancelToken, Planner, PlanOptions, choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
-from stack.navigation.plans import planner_worker
 from stack.navigation.plans.planner_worker import PlannerWorker, PlanRequest
+from stack.patience import Patience
 from stack.planning import kernels
 from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.types import (
@@ -139,8 +138,7 @@ def test_closing_the_worker_cancels_its_plans():
 @pytest.mark.parametrize(("wait", "time"), [(True, 0.0), (False, 0.3)])
 def test_a_planner_that_hangs_fails_its_plans_and_does_not_hold_the_end(monkeypatch, wait, time):
     """On hardware (`wait` is false) the robot's clock goes on: 0.2 s after the plan was due."""
-    for module in (worker_thread, planner_worker):
-        monkeypatch.setattr(module, "LONGEST_WAIT", 0.2)
+    monkeypatch.setattr(Patience, "LONGEST", 0.2)
 
     class Hanging:
         def plan(self, costs, start, goal, options):

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
-from stack import child_process
 from stack.child_process import Worker
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
+from stack.patience import Patience
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.rendering import CameraRenderer
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
@@ -209,7 +209,7 @@ RENDERERS = {
 @pytest.mark.parametrize(("target", "how"), RENDERERS.values(), ids=RENDERERS)
 def test_a_renderer_that_fails_costs_a_picture_and_no_more(monkeypatch, target, how):
     """The step loop waits in naps; the mission goes on without the picture."""
-    monkeypatch.setattr(child_process, "LONGEST_WAIT", 0.2 if target == "suspending" else 30.0)
+    monkeypatch.setattr(Patience, "LONGEST", 0.2 if target == "suspending" else 30.0)
     camera = Camera(setup())
     name = "the renderer of the camera camera"
     camera._renderer = Worker(name, f"tests.stack.worker_targets:{target}")

@@ -259,3 +259,18 @@ def test_a_mesh_of_any_size_needs_a_bounded_number_of_boxes(tmp_path: Path) -> N
     world = read(tmp_path, collision_model("<mesh><uri>hills.stl</uri></mesh>", "30 0 0 0 0 0"))
     assert 1 < len(world.boxes) <= MAX_BOXES
     assert sum(box.size[0] * box.size[1] for box in world.boxes) >= 1599.0
+
+
+def test_triangles_that_overlap_everywhere_take_bounded_time(tmp_path: Path) -> None:
+    """2000 triangles across 200 x 200 m: at 2 cm their columns would be 10^11."""
+    corners = np.random.default_rng(0).uniform(-100, 100, (6000, 3)) * (1.0, 1.0, 0.005)
+    trimesh.Trimesh(corners, np.arange(6000).reshape(-1, 3)).export(tmp_path / "noise.stl")
+    world = read(tmp_path, collision_model("<mesh><uri>noise.stl</uri></mesh>", "300 0 0 0 0 0"))
+    assert 1 <= len(world.boxes) <= MAX_BOXES
+
+
+def test_a_mesh_that_changes_is_read_again(tmp_path: Path) -> None:
+    mesh = collision_model("<mesh><uri>m.stl</uri></mesh>", "9 0 0.5 0 0 0")
+    for side in (1.0, 2.0):
+        block((side, side, 1.0), (0.0, 0.0, 0.0)).export(tmp_path / "m.stl")  # type: ignore[attr-defined]
+        assert max(read(tmp_path, mesh).boxes[0].size[:2]) == pytest.approx(side, abs=0.021)

@@ -196,13 +196,13 @@ def test_every_wrong_value_is_reported_in_one_go(tmp_path):
     [
         ("<sdf><world></sdf>", "E207", 1),
         ("<sdf>\n<world>\n</sdf>", "E207", 3),
-        ("", "E207", 1),
+        ("", "E005", 1),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><sdf>&b;</sdf>", "E207", 1),
-        ("<robot name='x'/>", "E201", 1),
-        ("<sdf/>", "E201", 1),
+        ("<robot name='x'/>", "E007", 1),
+        ("<sdf/>", "E007", 1),
         ("<sdf><world name='empty'/></sdf>", "E206", 1),
-        ("<?xml version='1.0' encoding='klingon'?><sdf/>", "E207", 1),
-        ("<sdf>" * 200, "E207", 1),
+        ("<?xml version='1.0' encoding='klingon'?><sdf><world/></sdf>", "E207", 1),
+        ("<sdf><world>" * 200, "E207", 1),
     ],
 )
 def test_files_that_are_not_worlds_are_refused(tmp_path, text, code, line):

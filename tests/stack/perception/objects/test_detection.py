@@ -8,11 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stack import worker_thread
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
+from stack.patience import Patience
 from stack.perception.camera_lease import CameraLease
-from stack.perception.objects import detection
 from stack.perception.objects.detection import ObjectDetection
 from stack.perception.objects.heads import Box
 from stack.perception.objects.parameters import ObjectDetectorParameters
@@ -260,8 +259,7 @@ def test_a_picture_with_a_stamp_outside_the_buffer_is_not_searched():
 
 @pytest.mark.parametrize("is_real", [False, True])
 def test_a_model_that_hangs_is_off_and_the_rest_goes_on(monkeypatch, is_real):
-    for module in (worker_thread, detection):
-        monkeypatch.setattr(module, "LONGEST_WAIT", 0.2)
+    monkeypatch.setattr(Patience, "LONGEST", 0.2)
     model = ToyModel(CHAIR)
     model.may_end = SimpleNamespace(wait=lambda _: Event().wait())
     rig = Rig(model, latency=0.3)

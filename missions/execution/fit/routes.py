@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from missions.execution.fit.steps import every_leaf
 from missions.execution.fit.zones import KeepoutArea
-from missions.language.analysis.data_flow import children_of
-from missions.language.model import Constant, Leaf, Mission, Step
+from missions.language.model import Constant, Leaf, Mission
 from stack.components import Choice, Planner
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
@@ -19,9 +19,13 @@ from stack.planning.routes.graph import RouteGraph
 from stack.planning.routes.parameters import RouteParameters
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.world import World
+from stack.types import FloatArray
 
 SPACING = 0.1
 """Metres between the checked points of a lane."""
+
+Depth = Callable[[FloatArray], FloatArray]
+"""Points (n, 2) -> their depths (n,) in an obstacle or zone, metres; negative outside."""
 
 
 def located_planner(
@@ -66,21 +70,9 @@ def through_walls(
         outlines: outlines of the obstacles, map frame.
         clearance: inscribed radius of the robot, metres.
     """
-    for edge in graph.edges.values():
-        points = edge.line.at(edge.line.samples(SPACING))
-        for outline in outlines:
-            depths = outline.depth_at(points) + clearance
-            worst = int(depths.argmax())
-            if depths[worst] <= 0.0:
-                continue
-            x, y = points[worst]
-            yield Finding(
-                Mark(graph.source), "W431",
-                f"feature {edge.feature}: the edge {edge.id!r} leads through "
-                f"{outline.name or 'a wall'} at ({x:.2f}, {y:.2f})",
-                "move the edge; the robot drives around the obstacle if there is room", "warning",
-            )  # fmt: skip
-            break
+    things = [(item.name or "a wall", item.depth_at, clearance) for item in outlines]
+    hint = "move the edge; the robot drives around the obstacle if there is room"
+    yield from _through(graph, things, hint)
 
 
 def through_zones(
@@ -93,21 +85,27 @@ def through_zones(
         areas: keep-out zones, map frame.
         clearance: inscribed radius of the robot, metres.
     """
+    things = [(item.words(), item.depth_at, clearance if item.whole else 0.0) for item in areas]
+    hint = "move the edge or the zone; the robot drives around if there is room"
+    yield from _through(graph, things, hint)
+
+
+def _through(
+    graph: RouteGraph, things: Sequence[tuple[str, Depth, float]], hint: str
+) -> Iterator[Finding]:
+    """Report the first thing on each lane: its words, depth of points in it, and clearance."""
     for edge in graph.edges.values():
         points = edge.line.at(edge.line.samples(SPACING))
-        for area in areas:
-            depths = area.depth_at(points) + (clearance if area.whole else 0.0)
+        for words, depth_at, clearance in things:
+            depths = depth_at(points) + clearance
             worst = int(depths.argmax())
-            if depths[worst] > 0.0:
-                x, y = points[worst]
-                yield Finding(
-                    Mark(graph.source), "W431",
-                    f"feature {edge.feature}: the edge {edge.id!r} leads through {area.words()} "
-                    f"at ({x:.2f}, {y:.2f})",
-                    "move the edge or the zone; the robot drives around if there is room",
-                    "warning",
-                )  # fmt: skip
-                break
+            if depths[worst] <= 0.0:
+                continue
+            x, y = points[worst]
+            sentence = f"feature {edge.feature}: the edge {edge.id!r} leads through {words} at "
+            sentence += f"({x:.2f}, {y:.2f})"
+            yield Finding(Mark(graph.source), "W431", sentence, hint, "warning")
+            break
 
 
 def _refuse_edges(mission: Mission, planner: str) -> None:
@@ -129,19 +127,7 @@ def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
 
 def _edge_setters(mission: Mission) -> Iterator[Leaf]:
     """Yield every set_edge of a mission once."""
-    return (leaf for leaf in leaves_of(mission) if leaf.kind == "set_edge")
-
-
-def leaves_of(mission: Mission) -> Iterator[Leaf]:
-    """Yield every leaf of a mission once, also those of trees that nothing uses."""
-    roots = [mission.root, *(event.step for event in mission.events)]
-    roots += [root for tree in mission.trees.values() for root in tree.roots]
-    waiting: list[Step] = roots[::-1]
-    while waiting:
-        step = waiting.pop()
-        if isinstance(step, Leaf):
-            yield step
-        waiting += reversed(children_of(step))
+    return (leaf for leaf in every_leaf(mission) if leaf.kind == "set_edge")
 
 
 def _mark(mission: Mission) -> Mark:

@@ -1,0 +1,123 @@
+"""Where a mission runs: its robot, world and start, and the log that is played."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from missions.execution.fit import start_problem
+from missions.execution.fit.components import Marks
+from missions.execution.resources import load_robot, load_world, open_recording, recorded_world
+from missions.language.model import Mission
+from missions.run_options import RunOptions
+from robots.logs.recording import Recording
+from stack.documents import Finding
+from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError, ParameterError
+from stack.parameters import read_quantity
+from stack.sim.worlds.world import World
+from stack.types import Pose2D
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Robot, world and start of a run.
+
+    Attributes:
+        described: the robot as its file or the log describes it.
+        robot: the same with the options of the run.
+        world: at the start.
+        start: pose, world frame.
+        recording: what a replayed robot plays; None for a robot that drives.
+    """
+
+    described: RobotDescription
+    robot: RobotDescription
+    world: World
+    start: Pose2D
+    recording: Recording | None
+
+
+def scene_of(marks: Marks, options: RunOptions) -> Scene:
+    """Read the robot, the world and the log of a mission.
+
+    Raises:
+        InputError: one of them cannot be read, or the start of the options is no pose.
+    """
+    mission = marks.mission
+    folder = mission.source.parent
+    described = load_robot(options.robot or mission.robot, base_folder(options.robot, folder))
+    recording = _recording(options, marks)
+    if recording is not None:
+        described = recording.describe(described)
+    robot = described
+    if options.camera == "off":  # a camera that fails, not a robot without one
+        robot = replace(robot, camera=None)
+    if options.renderer:
+        robot = robot.drawn_by(options.renderer)
+    named = options.world or mission.world
+    if not named:
+        world = recorded_world(robot.name)
+        return Scene(described, robot, world, _start(options, mission, world), recording)
+    base = base_folder(options.world, folder)
+    world = load_world(named, base)
+    start = _start(options, mission, world)
+    if start != world.start:
+        world = load_world(named, base, start)
+    return Scene(described, robot, world, start, recording)
+
+
+def base_folder(option: str | None, mission_folder: Path) -> Path:
+    """Return the base of a relative path: the current folder for an option, else the mission's."""
+    return Path.cwd() if option else mission_folder
+
+
+def check_start(scene: Scene, marks: Marks, options: RunOptions) -> None:
+    """Raise InputError for a start outside the world or inside an obstacle."""
+    world = scene.world
+    sentence = start_problem(scene.start, world, scene.robot.footprint)
+    if sentence:
+        places = ", ".join(world.places)
+        hint = f"start at one of its places: {places}" if places else "choose another start"
+        if options.start is not None or options.world is not None:
+            raise InputError(f"{sentence}; {hint}")
+        raise InputError([Finding(marks.of("start"), "E412", sentence, hint)])
+
+
+def _start(options: RunOptions, mission: Mission, world: World) -> Pose2D:
+    given = options.start
+    if given is None:
+        return mission.start if mission.start is not None else world.start
+    places = {**world.places, **mission.places}
+    if given in places:
+        return places[given]
+    parts = given.split(",")
+    if len(parts) not in (2, 3):
+        raise InputError(f"--start {given}: expected x,y,heading or one of {', '.join(places)}")
+    try:
+        units = ("m", "m", "rad")
+        numbers = [read_quantity(part, unit) for part, unit in zip(parts, units, strict=False)]
+    except ParameterError as error:
+        raise InputError(f"--start {given}: {error.sentence}") from None
+    return Pose2D(*numbers)
+
+
+def _recording(options: RunOptions, marks: Marks) -> Recording | None:
+    """Open the log that the options or the mission name.
+
+    Raises:
+        InputError: it cannot be played; a missing one at its name in the mission.
+    """
+    if options.replay is not None:
+        return open_recording(options.replay)
+    replay = marks.mission.replay
+    if replay is None:
+        return None
+    try:
+        return open_recording(replay.log, replay)
+    except InputError as error:
+        if not any(item.code == "E001" for item in error.findings):
+            raise
+        missing = error.findings[0]
+        sentence = f"robot: {missing.mark.file}: {missing.sentence}"
+        raise InputError([Finding(replay.mark, "E110", sentence, missing.hint)]) from None
