@@ -41,7 +41,7 @@ def turning_place(  # noqa: PLR0913 - of one robot at one goal
     corner = np.array(costs.centre_of(top, left))
     places = corner + costs.resolution * np.column_stack((columns, rows))
     away = np.hypot(*(places - (goal.x, goal.y)).T)
-    beside = np.hypot(*(points - (goal.x, goal.y)).T) <= reach + need
+    beside = np.hypot(*(points - (goal.x, goal.y)).T) <= reach + need + STOPS
     gaps = places[:, None] - points[None, beside]
     room = np.hypot(gaps[..., 0], gaps[..., 1]).min(axis=1, initial=np.inf)
     for more in (STOPS, 0.0):

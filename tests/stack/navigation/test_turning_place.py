@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from stack.navigation.parameters import NavigationParameters
@@ -42,6 +42,7 @@ def test_where_it_can_turn_it_stays():
     st.integers(0, 999), st.integers(0, 40), st.floats(0.1, 2.9), st.floats(0.1, 2.9),
     st.sampled_from([0.0, 0.1, 0.2, 0.4]),
 )  # fmt: skip
+@example(seed=47, count=32, x=1.09375, y=1.1875, reach=0.1)
 @settings(deadline=None, max_examples=60)
 def test_it_is_the_nearest_cell_that_fits(seed, count, x, y, reach):
     random = np.random.default_rng(seed)
