@@ -33,7 +33,7 @@ def main() -> None:
         treepilot, elsewhere = commands / "treepilot", folder / "elsewhere"
         elsewhere.mkdir()
         missions = sorted(file.stem for file in (ROOT / "missions").glob("*.yaml"))
-        called(treepilot, ["check", "--strict", *missions], elsewhere)
+        called(treepilot, ["check", *missions], elsewhere)
         driven(treepilot, missions, elsewhere)
         print(f"installed; drove {len(missions)} missions to success")
 
