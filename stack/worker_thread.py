@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 from queue import SimpleQueue
-from threading import Thread
+from threading import Thread, get_ident
 from time import (
     clock_gettime,
     monotonic,  # noqa: TID251 - only how long another thread is waited for
@@ -34,6 +34,7 @@ class WorkerThread:
         self._name = name
         self._jobs: SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None] = SimpleQueue()
         self._thread: Thread | None = None
+        self._clock: int | None = None
         self._done = self._counted = 0
         self._patience = Patience(self._computed)
 
@@ -90,12 +91,16 @@ class WorkerThread:
         return self._patience.left
 
     def _computed(self) -> float:
-        """Processor time of the thread, seconds."""
-        if self._thread is None or self._thread.ident is None:
+        """Processor time of the thread, seconds; 0 before it begins and after it has ended."""
+        if self._clock is None:
             return 0.0
-        return clock_gettime(pthread_getcpuclockid(self._thread.ident))
+        try:
+            return clock_gettime(self._clock)
+        except OSError:
+            return 0.0
 
     def _work(self) -> None:
+        self._clock = pthread_getcpuclockid(get_ident())  # asked for here: this thread lives
         while (item := self._jobs.get()) is not None:
             future, job = item
             if not future.set_running_or_notify_cancel():

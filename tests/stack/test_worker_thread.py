@@ -42,3 +42,12 @@ def test_closing_does_not_wait_for_a_job_that_hangs(worker):
     job = worker.submit(Event().wait)
     worker.close()
     assert not job.done()
+
+
+def test_a_thread_that_has_ended_has_computed_nothing(worker):
+    """Its processor time cannot be asked for any more; `close` asks while the thread ends."""
+    assert worker.result(worker.submit(lambda: 6)) == 6
+    thread = worker._thread
+    worker.close()
+    thread.join()
+    assert worker._computed() == 0.0
