@@ -11,7 +11,7 @@ ROUNDING = 1e-6
 class Schedule:
     """Times of something that happens at a rate: `start + n * period`.
 
-    After a pause of more than a period the count begins anew, at the time that ends the pause: a
+    After a pause of more than a period the count starts again at the end of the pause: a
     camera that is asked for a picture takes it at once.
 
     Args:

@@ -22,7 +22,7 @@ GAP = 1.0
 
 
 class PossiblePeople:
-    """Adds what may be people to the tracks while a drive is held up near them.
+    """Adds standing objects that may be people to the tracks while they hold a drive up.
 
     Args:
         tools: of the drive.
