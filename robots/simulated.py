@@ -13,7 +13,14 @@ with any subset of sensors in use.
 
 from __future__ import annotations
 
-from stack.body import Body, BodyCommand, ContactTally, GroundTruth, SimulatedWorld
+from stack.body import (
+    Body,
+    BodyCommand,
+    ContactTally,
+    GroundTruth,
+    SimulatedWorld,
+    SimulationEvent,
+)
 from stack.drivetrain.description import (
     CameraDescription,
     DepthCameraDescription,
@@ -173,7 +180,7 @@ class SimulatedBody(Body, SimulatedWorld):
         """Number of door movements so far."""
         return self._simulation.scene_changes
 
-    def take_events(self) -> list[tuple[str, str]]:
+    def take_events(self) -> list[SimulationEvent]:
         """Return the events of the world since the last call, each (kind, sentence)."""
         return self._robot.take_events()
 

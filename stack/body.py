@@ -8,7 +8,10 @@ for DEAD_MAN seconds of its own time. What only a simulation can do is a second 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from stack.drivetrain.description import RobotDescription
 from stack.types import STANDSTILL, FloatArray, Observation, Pose2D, Twist
@@ -140,6 +143,21 @@ def pace_problem(factor: float) -> str:
     )
 
 
+class SimulationEvent(NamedTuple):
+    """What happened in a simulated world.
+
+    Attributes:
+        kind: `contact`, `door`, `pushed`, `lifted` or `battery`.
+        text: for people.
+        fields: for programs. Of a contact: `touched`, the name of what the robot touched;
+            `is_person`, whether that is a person of the world; `at`, x and y, metres.
+    """
+
+    kind: str
+    text: str
+    fields: Mapping[str, Any] = MappingProxyType({})
+
+
 class SimulatedWorld(ABC):
     """What only a simulation can do: truth, scoring, events of the world, pace and freezing time.
 
@@ -208,8 +226,8 @@ class SimulatedWorld(ABC):
         """Number of door movements so far."""
 
     @abstractmethod
-    def take_events(self) -> list[tuple[str, str]]:
-        """Return the events of the world since the last call, each (kind, sentence)."""
+    def take_events(self) -> list[SimulationEvent]:
+        """Return the events of the world since the last call."""
 
     @property
     @abstractmethod

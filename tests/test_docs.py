@@ -9,7 +9,7 @@ A test follows one page from top to bottom in a folder of its own, as a reader w
   snippet: its keys complete the page's mission, a list of nodes is a `run`. A snippet without `run`
   stays in force for the rest of the page. Cases under `tests` pass.
 * `sh` lines are executed. OPTIONS and PARSED_ONLY say which `treepilot` lines are shortened. The
-  targets of `make` exist.
+  targets of `make` exist, and so do the names and options of `python -m tests.benchmarks`.
 * `json` is a route graph, `toml` and `lua` name entry points and commands that exist.
 * `text` is output, compared by a function of its own in OUTPUTS.
 
@@ -53,6 +53,7 @@ from stack.components import GROUPS
 from stack.documents import read_text
 from stack.mapping.marker_maps import read_marker_map
 from stack.planning.routes.geojson import read_route_graph
+from tests.benchmarks.__main__ import parsed
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -77,13 +78,7 @@ OPTIONS = {
     ],
     "bench missions": [SHORT, "--seeds", "1"],
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
-    "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
     "bench flats": ["--worlds", "1", "--seed", "2", "--people", "none", "--jobs", "1"],
-    "bench people": ["door", "--seeds", "1", "--people", "social_force", "--jobs", "1"],
-    "bench docking": ["--starts", "1", "--jobs", "1"],
-    "bench line": ["--courses", "1", "--jobs", "1"],
-    "bench follow": ["--seeds", "1", "--jobs", "1"],
-    "bench localisation": ["pushed", "--seeds", "1", "--jobs", "1"],
 }
 """What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT
 in place of a mission that would take minutes, and a second mission is BESIDE."""
@@ -97,18 +92,9 @@ run: {wait: 1 s}
 """
 """For a robot that begins beside the one of SHORT."""
 
-TIME_LIMITS = [
-    *(
-        f"missions.bench.perception.{name}_runs.TIME_LIMIT"
-        for name in ("line", "docking", "follow")
-    ),
-    "missions.bench.people.runs.TIME_LIMIT",
-]
+TIME_LIMIT, RULES = "missions.bench.people.runs.TIME_LIMIT", "missions.bench.course_bench.RULES"
 """Limits of the runs of benches. They end after BRIEF simulated seconds here: a command only has to
 write its table. Outcomes of whole runs are tested in tests/missions/bench."""
-
-RULES = ("missions.bench.course_bench.RULES", "missions.bench.dyna_bench.RULES")
-"""Rules of trials with a time limit of their own."""
 
 BRIEF = 3.0
 
@@ -116,7 +102,6 @@ PARSED_ONLY = {
     "watch": "needs a terminal and a mission that runs",
     "lsp": "serves until its input ends",
     "calibrate": "needs pictures of a printed board",
-    "bench barn": "needs the downloaded BARN worlds",
 }
 """Commands whose words and options are checked but not carried out."""
 
@@ -271,6 +256,8 @@ class Follower:
                 self.treepilot(words[1:])
             elif words[:1] == ["make"]:
                 assert words[1] in make_targets(), line
+            elif words[:3] == ["python", "-m", "tests.benchmarks"]:
+                parsed(words[3:])
             elif words[:3] == ["python", "-m", "pytest"]:
                 self.pytest(*words[3:])
             elif words[:2] == ["pip", "install"]:
@@ -434,10 +421,8 @@ def every_option(command=COMMAND) -> Iterator[str]:
 )
 def test_every_block_of_the_page_works(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for limit in TIME_LIMITS:
-        monkeypatch.setattr(limit, BRIEF)
-    for rules in RULES:
-        monkeypatch.setattr(rules, replace(resolve_name(rules), time_limit=BRIEF))
+    monkeypatch.setattr(TIME_LIMIT, BRIEF)
+    monkeypatch.setattr(RULES, replace(resolve_name(RULES), time_limit=BRIEF))
     follower = Follower(page, tmp_path)
     for block in follower.blocks:
         try:

@@ -1,15 +1,18 @@
-"""Benchmark of narrow passages: its runs and its report."""
+"""Benchmark of narrow passages: its runs and its table."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
+from typing import Any
 
+from missions.bench.bench import CAUSES, Bench, Options, Rows, groups
 from missions.bench.courses import COURSES, Course
 from missions.bench.layout import write_world
-from missions.bench.reporting import FIGURES, failures, figures
 from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
+from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
@@ -17,29 +20,11 @@ from stack.parameters import suggestion
 
 RULES = Rules(goal_radius=0.3, time_limit=120.0, by_mission=True)
 
-ROBOTS = ("scout", "jackal")
+STATUSES = ("contact", "struck", "timeout", "gave_up")
+"""Of runs that failed."""
 
 
-@dataclass(frozen=True)
-class CourseOptions:
-    """Courses, robots and controllers of a benchmark.
-
-    Attributes:
-        worlds: folder for the generated world files.
-        courses: names of courses; empty for all.
-        robots: names or files of robots.
-        controllers: names of controllers; empty for the default.
-        trials: runs per course.
-    """
-
-    worlds: Path
-    courses: tuple[str, ...] = ()
-    robots: tuple[str, ...] = ROBOTS
-    controllers: tuple[str, ...] = ()
-    trials: int = 20
-
-
-def course_entries(options: CourseOptions) -> list[Entry]:
+def entries_of(options: Options) -> list[Entry]:
     """Return the runs of every robot, controller, course and trial.
 
     Raises:
@@ -49,19 +34,41 @@ def course_entries(options: CourseOptions) -> list[Entry]:
         entry
         for robot in options.robots
         for controller in options.controllers or (None,)
-        for name in options.courses or COURSES
+        for name in options.names or COURSES
         for entry in _entries(_course(name), robot, controller, options)
     ]
 
 
-def report(runs: Sequence[TrialRow]) -> list[str]:
-    """Return a line per setup and course, and one per failure."""
-    lines = [f"{'setup':<36}{'course':<10}  passed{FIGURES}"]
-    for setup, world in dict.fromkeys((run.setup, run.world) for run in runs):
-        own = [run for run in runs if (run.setup, run.world) == (setup, world)]
-        passed = f"{sum(run.success for run in own)}/{len(own)}"
-        lines.append(f"{setup:<36}{world:<10}  {passed:<6}{figures(own)}")
-    return lines + failures(runs)
+def table_of(runs: Sequence[TrialRow]) -> Rows:
+    """Return a row for each setup and course."""
+    return [
+        {"setup": setup, "course": course, **figures(group.rows)}
+        for (setup, course), group in groups(runs, lambda run: (run.setup, run.world)).items()
+    ]
+
+
+def figures(runs: Sequence[TrialRow]) -> dict[str, Any]:
+    """Return medians of the successful runs, their least clearance, and the ends of the others."""
+    good = [run for run in runs if run.success]
+    count = Counter(run.status for run in runs)
+    judged = [run for run in runs if run.possible is not None]
+    return {
+        "success": f"{len(good)}/{len(runs)}",
+        "time s": median(run.time for run in good) if good else None,
+        "driven / shortest": (
+            median(run.driven / run.path_length for run in good) if good else None
+        ),
+        "clearance cm": min((100 * run.clearance for run in good), default=None),
+        **{status: count[status] for status in STATUSES},
+        **({"impossible": sum(not run.possible for run in judged)} if judged else {}),
+        CAUSES: "; ".join(
+            f"{_which(run)}: {run.status}: {run.cause}" for run in runs if not run.success
+        ),
+    }
+
+
+def _which(run: TrialRow) -> str:
+    return f"world {run.world}" if run.world.isdecimal() else f"trial {run.trial}"
 
 
 def _course(name: str) -> Course:
@@ -70,9 +77,7 @@ def _course(name: str) -> Course:
     return COURSES[name]
 
 
-def _entries(
-    course: Course, robot: str, controller: str | None, options: CourseOptions
-) -> list[Entry]:
+def _entries(course: Course, robot: str, controller: str | None, options: Options) -> list[Entry]:
     mission = "course.yaml" if course.mapped else "course_unmapped.yaml"
     options_of_runs = RunOptions(robot=robot, parameters=with_controller(controller, {}))
     setup = Setup(str(MISSIONS / "bench" / mission), RULES, options_of_runs)
@@ -82,5 +87,8 @@ def _entries(
         Entry(setup, write_world(
             course.text(description, trial), course.name, folder / f"{course.name}_{trial}.yaml"
         ), trial)
-        for trial in range(options.trials)
+        for trial in options.seeds
     ]  # fmt: skip
+
+
+COURSE_BENCH = Bench(TrialRow, entries_of, run_trial, settings_of, table_of)

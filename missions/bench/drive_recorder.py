@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import hypot, sqrt
-from typing import Any
 
-from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.telemetry.records import Event, Snapshot
+from stack.telemetry.sinks import Sink
 from stack.types import STANDSTILL, Pose2D, Twist
 
 
@@ -16,7 +15,7 @@ def is_end_of_motion(event: Event, status: str) -> bool:
     return event.kind == "task" and fields.get("status") == status and fields.get("moves") is True
 
 
-class DriveRecorder:
+class DriveRecorder(Sink):
     """A telemetry sink that records every step of a simulated run.
 
     Attributes:
@@ -43,9 +42,6 @@ class DriveRecorder:
         """Root mean square of the second change of the commanded velocity while driving, m/s³."""
         return sqrt(self._jerk_squared / self._moving) if self._moving else 0.0
 
-    def open(self, info: RunInfo) -> None:
-        """Do nothing."""
-
     def event(self, event: Event) -> None:
         """Record that a goal was reached; the success of a recovery or a plan does not count."""
         if event.kind in ("goal", "recovery"):
@@ -67,9 +63,6 @@ class DriveRecorder:
         if snapshot.time > self._last:
             self._command(snapshot.commanded, snapshot.time - self._last)
         self.time = self._last = snapshot.time
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """Do nothing."""
 
     def _command(self, twist: Twist, period: float) -> None:
         before, now = self._before, self._twist

@@ -1,28 +1,31 @@
-"""Runs of whole missions and their figures, for `bench missions` and `tune`."""
+"""Whole missions over seeds: runs, for `bench missions` and `tune`, and their table."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from statistics import mean
-from time import perf_counter
+from statistics import mean, median
 from typing import Any
 
+from missions.bench.bench import CAUSES, CRASHED, Bench, Key, Options, Row, Rows, groups
+from missions.bench.conditions import conditions, world_of
 from missions.bench.drive_recorder import DriveRecorder
-from missions.bench.resumable import Key, Work
-from missions.bench.runs import CRASHED
 from missions.bench.shortest import shortest_path_lengths
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
+from missions.execution.resources import mission_files
 from missions.execution.running import execute
-from stack.errors import NavigationError
+from stack.errors import InputError, NavigationError
 from stack.telemetry.records import MissionState
 from stack.types import Pose2D
 
 TIMEOUT = "timeout"
+
+TIME_LIMIT = 7200.0
+"""Simulated seconds; the longest of the shipped missions takes about two minutes."""
 
 QUIET = RunOptions(serve=False)
 """Options of a run that nobody watches."""
@@ -46,11 +49,16 @@ class MissionEntry:
     def key(self) -> Key:
         """Unique key of the run in a table."""
         settings = settings_text(self.options.parameters or {})
-        return Path(self.mission).stem, settings, self.options.seed
+        return self.label, settings, self.options.seed
+
+    @property
+    def label(self) -> str:
+        """Name of the mission."""
+        return Path(self.mission).stem
 
 
 @dataclass(frozen=True, slots=True)
-class MissionRun:
+class MissionRun(Row):
     """One row of the table: a run of a mission.
 
     Attributes:
@@ -73,25 +81,20 @@ class MissionRun:
     seed: int
     status: str
     cause: str
-    time: float
-    driven: float
-    shortest: float | None
-    clearance: float
-    turning: float
-    jerk: float
-    goal_error: float | None
-    collisions: int
-    pushed_into: int
-    recoveries: int
-    replans: int
-    localisation_error: tuple[float, float]
-    real_time_factor: float
-    wall_seconds: float
-
-    @property
-    def success(self) -> bool:
-        """Whether the mission succeeded."""
-        return self.status == MissionState.SUCCESS
+    time: float = 0.0
+    driven: float = 0.0
+    shortest: float | None = None
+    clearance: float = 0.0
+    turning: float = 0.0
+    jerk: float = 0.0
+    goal_error: float | None = None
+    collisions: int = 0
+    pushed_into: int = 0
+    recoveries: int = 0
+    replans: int = 0
+    localisation_error: tuple[float, float] = (0.0, 0.0)
+    real_time_factor: float = 0.0
+    wall_seconds: float = 0.0
 
     @property
     def detour(self) -> float | None:
@@ -99,9 +102,14 @@ class MissionRun:
         return self.driven / self.shortest if self.shortest else None
 
     @property
-    def key(self) -> Key:
-        """Key of its entry."""
-        return self.mission, self.settings, self.seed
+    def title(self) -> str:
+        """Which run it was."""
+        return f"{self.settings or self.mission} seed {self.seed}"
+
+    @property
+    def figures(self) -> str:
+        """Its most important figures as text."""
+        return f"{self.time:.1f} s, {self.driven:.1f} m, clearance {self.clearance:.2f} m"
 
 
 def settings_text(parameters: Mapping[str, str]) -> str:
@@ -109,37 +117,39 @@ def settings_text(parameters: Mapping[str, str]) -> str:
     return " ".join(f"{name}={value}" for name, value in parameters.items())
 
 
-def conditions(entry: MissionEntry, plan: PreparedMission) -> dict[str, object]:
-    """Return what the runs of a mission depend on besides the seed, for `record_settings`.
-
-    Args:
-        entry: one of the runs.
-        plan: the mission, without the settings that differ between its runs.
-    """
-    world = plan.world.source
-    chosen = {
-        kind: {"use": choice.name, **asdict(choice.parameters)}
-        for kind, choice in plan.choices.items()
-    }
+def settings_of(entry: MissionEntry) -> dict[str, Any]:
+    """Return what the runs of a mission depend on besides the seed."""
+    plan = prepare(entry.mission, entry.options)
     return {
-        "mission": _digest(plan.text.encode()),
-        "world": plan.world.name if world is None else _digest(world.read_bytes()),
-        "arguments": dict(entry.options.arguments or {}), "robot": plan.robot.name,
-        "limits": asdict(plan.robot.limits), "navigation": chosen, "time_limit": entry.time_limit,
+        **conditions(plan, entry.options), "world": world_of(plan), "time_limit": entry.time_limit,
     }  # fmt: skip
 
 
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]
+def entries_of(options: Options) -> list[MissionEntry]:
+    """Return the runs of every mission and seed.
+
+    Raises:
+        InputError: two missions have the same name.
+    """
+    names = options.names or tuple(file.stem for file in mission_files())
+    for stem, count in Counter(Path(name).stem for name in names).items():
+        if count > 1:
+            raise InputError(f"{stem} is given {count} times; use unique mission names")
+    (robot,) = options.robots or (None,)
+    quiet = replace(QUIET, robot=robot, parameters=dict(options.parameters))
+    return [
+        MissionEntry(name, TIME_LIMIT, replace(quiet, seed=seed))
+        for name in names
+        for seed in options.seeds
+    ]
 
 
-def run_entry(entry: MissionEntry) -> MissionRun:
+def run_entry(entry: MissionEntry, picture: Path) -> MissionRun:
     """Run a mission to its end.
 
     Raises:
         InputError: the mission has errors.
     """
-    began = perf_counter()
     plan = prepare(entry.mission, entry.options)
     recorder = DriveRecorder()
     report = execute(plan, entry.options, [recorder], lambda: recorder.time >= entry.time_limit)
@@ -158,7 +168,6 @@ def run_entry(entry: MissionEntry) -> MissionRun:
         turning=round(recorder.turning, 4),
         jerk=round(recorder.jerk, 4),
         goal_error=round(mean(errors), 4) if errors else None,
-        wall_seconds=round(perf_counter() - began, 2),
         **_from_report(report),
     )  # fmt: skip
 
@@ -192,27 +201,30 @@ def _shortest(plan: PreparedMission, stops: list[Pose2D]) -> float | None:
     return sum(length(here, there) for here, there in pairwise(chain))
 
 
-def line_of(run: MissionRun) -> str:
-    """Return a run as one line."""
-    figures = f"{run.time:.1f} s, {run.driven:.1f} m, clearance {run.clearance:.2f} m"
-    outcome = figures if run.success else f"{run.status.upper()}: {run.cause}"
-    return f"{run.settings or run.mission} seed {run.seed}: {outcome}"
+def table_of(runs: Sequence[MissionRun]) -> Rows:
+    """Return one row per mission: successes, medians of time and distance, sums, worst values."""
+    return [
+        _table_row(name, group.rows)
+        for name, group in groups(runs, lambda run: run.mission).items()
+    ]
 
 
-def _read(values: dict[str, Any]) -> MissionRun:
-    mean_error, largest = values["localisation_error"]
-    return MissionRun(**{**values, "localisation_error": (mean_error, largest)})
+def _table_row(name: str, runs: Sequence[MissionRun]) -> dict[str, Any]:
+    driven = [run for run in runs if run.status != CRASHED] or runs
+    return {
+        "mission": name,
+        "success": f"{sum(run.success for run in runs)}/{len(runs)}",
+        "collisions": sum(run.collisions for run in driven),
+        "pushed into": sum(run.pushed_into for run in driven),
+        "time s": median(run.time for run in driven),
+        "distance m": median(run.driven for run in driven),
+        "clearance m": min(run.clearance for run in driven),
+        "error mean m": mean(run.localisation_error[0] for run in driven),
+        "error max m": max(run.localisation_error[1] for run in driven),
+        "recoveries": sum(run.recoveries for run in driven),
+        "x real time": median(run.real_time_factor for run in driven),
+        CAUSES: "; ".join(f"{run.seed}: {run.cause}" for run in runs if not run.success),
+    }
 
 
-def _crashed(entry: MissionEntry, sentence: str) -> MissionRun:
-    """Return the row of a run that ended with an exception."""
-    name, settings, seed = entry.key
-    return MissionRun(
-        mission=name, settings=settings, seed=seed, status=CRASHED, cause=sentence, time=0.0,
-        driven=0.0, shortest=None, clearance=0.0, turning=0.0, jerk=0.0, goal_error=None,
-        collisions=0, pushed_into=0, recoveries=0, replans=0, localisation_error=(0.0, 0.0),
-        real_time_factor=0.0, wall_seconds=0.0,
-    )  # fmt: skip
-
-
-MISSION_WORK: Work[MissionEntry, MissionRun] = Work(run_entry, _read, line_of, _crashed)
+MISSIONS = Bench(MissionRun, entries_of, run_entry, settings_of, table_of)

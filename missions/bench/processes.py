@@ -1,4 +1,4 @@
-"""Runs of a table in several processes; one that dies loses only its own run.
+"""Runs of a table in several processes; one that dies or hangs loses only its own run.
 
 `multiprocessing.Pool` waits for ever for a run whose process has died. `ProcessPoolExecutor` loses
 all runs with it, and cannot be stopped while one is computing.
@@ -6,16 +6,25 @@ all runs with it, and cannot be stopped while one is computing.
 
 from __future__ import annotations
 
+import faulthandler
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from time import perf_counter
 from typing import Any, TypeVar
 
 E = TypeVar("E")
+
+LONGEST_RUN = 4.0 * 3600.0
+"""Wall seconds after which a run counts as hung: far more than the slowest run of a bench takes."""
+
+LONGEST_END = 10.0
+"""Wall seconds that a process may take to end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,26 +48,34 @@ class _Worker:
         self.process.start()
         theirs.close()
         self.entry: Any = None
-        self.given = 0
+        self.given, self._due = 0, 0.0
+
+    @property
+    def left(self) -> float:
+        """Wall seconds until the run counts as hung; 0 afterwards."""
+        return max(0.0, self._due - perf_counter())
 
     def give(self, entry: Any) -> None:
         """Start a run."""
         self.entry, self.given = entry, self.given + 1
+        self._due = perf_counter() + LONGEST_RUN
         with suppress(OSError):  # the process has died; `result` says so
             self.connection.send(entry)
 
     def result(self) -> Any:
         """Return the result of the run, an exception of it, or ProcessEnded."""
+        if not self.connection.poll():
+            return ProcessEnded(f"hung: no result after {LONGEST_RUN / 3600.0:g} h")
         try:
             return self.connection.recv()
         except (EOFError, OSError):
-            self.process.join()
+            self.process.join(LONGEST_END)
             return ProcessEnded(_reason(self.process.exitcode))
 
     def end(self) -> None:
         """End the process, whatever it does."""
         self.process.kill()
-        self.process.join()
+        self.process.join(LONGEST_END)
         self.connection.close()
 
 
@@ -81,8 +98,8 @@ def results(
             while waiting and len(workers) < jobs:
                 workers.append(_Worker(make))
                 workers[-1].give(waiting.pop())
-            ready = set(map(id, wait([worker.connection for worker in workers])))
-            for worker in [worker for worker in workers if id(worker.connection) in ready]:
+            wait([worker.connection for worker in workers], min(worker.left for worker in workers))
+            for worker in [one for one in workers if one.connection.poll() or not one.left]:
                 result = worker.result()
                 yield worker.entry, result
                 over = isinstance(result, ProcessEnded) or worker.given >= runs_per_process
@@ -94,6 +111,16 @@ def results(
     finally:
         for worker in workers:
             worker.end()
+
+
+@contextmanager
+def bounded() -> Iterator[None]:
+    """End this process with a traceback if a run in it hangs."""
+    faulthandler.dump_traceback_later(LONGEST_RUN, exit=True, file=sys.__stderr__)
+    try:
+        yield
+    finally:
+        faulthandler.cancel_dump_traceback_later()
 
 
 def _serve(connection: Connection, make: Callable[[Any], Any]) -> None:
@@ -113,7 +140,9 @@ def _serve(connection: Connection, make: Callable[[Any], Any]) -> None:
 
 
 def _reason(exit_code: int | None) -> str:
-    if exit_code is None or exit_code >= 0:
+    if exit_code is None:
+        return "the process gave no result and did not end"
+    if exit_code >= 0:
         return f"the process ended with exit code {exit_code}"
     with suppress(ValueError):
         return f"the process was ended by {signal.Signals(-exit_code).name}"

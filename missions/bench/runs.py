@@ -1,4 +1,4 @@
-"""Types of a benchmark: rules, cases, setups, entries, and the rows of its table."""
+"""Drives to one goal: rules, worlds, setups, entries, and the rows of their table."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from missions.bench.bench import Key, Row
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from stack.errors import InputError
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
-
-CRASHED = "crashed"
-"""Status of a run that ended with an exception."""
 
 CONTROLLER = "controller.use"
 """Parameter that chooses the controller; it comes first in a label, by its value."""
@@ -123,13 +121,18 @@ class Entry:
     trial: int
 
     @property
-    def key(self) -> tuple[str, str, int]:
+    def key(self) -> Key:
         """Unique key of the run in a table."""
         return self.setup.label, self.case.name, self.trial
 
+    @property
+    def label(self) -> str:
+        """Label of the setup."""
+        return self.setup.label
+
 
 @dataclass(frozen=True, slots=True)
-class TrialRow:
+class TrialRow(Row):
     """One row of the table: a run.
 
     Attributes:
@@ -149,23 +152,24 @@ class TrialRow:
     trial: int
     status: str
     cause: str
-    time: float
-    path_length: float
-    driven: float
-    clearance: float
-    recoveries: int
-    replans: int
-    end: tuple[float, float, float]
-    wall_seconds: float
+    time: float = 0.0
+    path_length: float = 0.0
+    driven: float = 0.0
+    clearance: float = 0.0
+    recoveries: int = 0
+    replans: int = 0
+    end: tuple[float, ...] = (0.0, 0.0, 0.0)
+    wall_seconds: float = 0.0
     possible: bool | None = None
     oracle_time: float | None = None
 
     @property
-    def success(self) -> bool:
-        """Whether the run succeeded."""
-        return self.status == "success"
+    def title(self) -> str:
+        """Which run it was; the parameters of its setup are in settings.json."""
+        setup = " ".join(word for word in self.setup.split() if "=" not in word)
+        return f"{setup}, {self.world} trial {self.trial}"
 
     @property
-    def key(self) -> tuple[str, str, int]:
-        """Key of its entry."""
-        return self.setup, self.world, self.trial
+    def figures(self) -> str:
+        """Its most important figures as text."""
+        return f"{self.time:.1f} s, {self.driven:.1f} m, clearance {self.clearance:.2f} m"

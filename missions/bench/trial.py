@@ -1,35 +1,33 @@
-"""One run of a benchmark, judged by ground truth and the benchmark's own clock."""
+"""One drive to a goal, judged by ground truth and the benchmark's own clock."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from time import perf_counter
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
-from missions.bench.people.oracle import Task, Verdict, judge
+from missions.bench.conditions import conditions
+from missions.bench.picture import Drawn, draw_run
 from missions.bench.runs import Entry, Rules, TrialRow, goal_of
 from missions.bench.shortest import shortest_path_length
 from missions.execution.build import Engine
 from missions.execution.prepare import PreparedMission
 from missions.execution.run import Run
 from stack.body import SimulatedWorld
-from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
+from stack.telemetry.records import Event, MissionState
+from stack.telemetry.sinks import Sink
 from stack.types import FloatArray, Pose2D
 
 START_DISTANCE = 0.1
 """Distance from the start at which the benchmark's clock starts, metres."""
 
 
-class FailureNotes:
+class FailureNotes(Sink):
     """A telemetry sink that keeps the events that explain a failure."""
 
     def __init__(self) -> None:
         self.contact = ""
         self.trouble = ""
-
-    def open(self, info: RunInfo) -> None:
-        """Do nothing."""
 
     def event(self, event: Event) -> None:
         """Keep the last contact, and the last warning, error or recovery."""
@@ -41,12 +39,6 @@ class FailureNotes:
     def wants_snapshot(self, time: float) -> bool:
         """Return False: no snapshot is needed."""
         return False
-
-    def snapshot(self, snapshot: Snapshot) -> None:
-        """Ignore the final snapshot, which every sink receives."""
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """Do nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,25 +109,38 @@ class Trial:
     """A run with the data for its picture.
 
     Attributes:
+        plan: the mission.
         trace: true poses of the robot.
         walkers: moving obstacles at the end, (n, 3): x, y, radius in metres.
-        verdict: of the oracle; None where it cannot tell.
     """
 
     run: TrialRow
+    plan: PreparedMission
     goal: Pose2D
     trace: list[Pose2D]
     walkers: FloatArray
-    verdict: Verdict | None = None
 
 
-def run_trial(entry: Entry) -> Trial:
+def run_trial(entry: Entry, picture: Path) -> TrialRow:
+    """Make one run, and draw it if it fails.
+
+    Raises:
+        InputError: the mission has errors or no goal.
+    """
+    trial = driven(entry)
+    if not trial.run.success:
+        draw_run(picture, trial.plan, Drawn((trial.trace,), (trial.goal,), trial.walkers), [
+            f"{trial.run.title}: {trial.run.status}. {trial.run.cause}"
+        ])  # fmt: skip
+    return trial.run
+
+
+def driven(entry: Entry) -> Trial:
     """Make one run.
 
     Raises:
         InputError: the mission has errors or no goal.
     """
-    began = perf_counter()
     plan, options = entry.setup.plan(entry.case, entry.trial)
     goal = goal_of(plan)
     notes, monitor = FailureNotes(), GoalMonitor(goal, entry.setup.rules)
@@ -151,22 +156,13 @@ def run_trial(entry: Entry) -> Trial:
     length = entry.case.path_length
     if not length:
         length = shortest_path_length(plan.world, plan.robot, plan.start, goal)
-    verdict = _verdict(plan, goal, entry)
-    if verdict is not None:
-        row = replace(row, possible=verdict.possible, oracle_time=verdict.time)
-    seconds = round(perf_counter() - began, 2)
-    row = replace(row, path_length=length, wall_seconds=seconds)
-    return Trial(row, goal, monitor.trace, walkers, verdict)
+    return Trial(replace(row, path_length=length), plan, goal, monitor.trace, walkers)
 
 
-def _verdict(plan: PreparedMission, goal: Pose2D, entry: Entry) -> Verdict | None:
-    """Return whether anybody could have passed.
-
-    A run may stand for the time limit before its clock starts, and then drive for as long.
-    """
-    rules = entry.setup.rules
-    task = Task(plan.start, (goal,), rules.goal_radius, 2.0 * rules.time_limit)
-    return judge(plan.world, plan.robot, entry.trial, task)
+def settings_of(entry: Entry) -> dict[str, Any]:
+    """Return what the runs of a setup depend on besides the world and the trial."""
+    plan, options = entry.setup.plan(entry.case, 0)
+    return {**conditions(plan, options), "rules": asdict(entry.setup.rules)}
 
 
 def _trial_state(engine: Engine, *, has_people: bool) -> TrialState:
@@ -189,20 +185,19 @@ def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes
         status=monitor.status,
         cause=_cause(monitor, engine, notes),
         time=round(monitor.time, 3),
-        path_length=0.0,
         driven=round(monitor.driven, 3),
         clearance=round(_simulation(engine).clearance, 4),
         recoveries=int(counters["recoveries"]),
         replans=int(counters["replans"]),
         end=(round(end.x, 3), round(end.y, 3), round(end.heading, 3)),
-        wall_seconds=0.0,
     )
 
 
 def _cause(monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
     end, speed = monitor.trace[-1], engine.runtime.parts.state.motion.twist
     if monitor.status in ("contact", "struck"):
-        contacts = [text for kind, text in _simulation(engine).take_events() if kind == "contact"]
+        events = _simulation(engine).take_events()
+        contacts = [event.text for event in events if event.kind == "contact"]
         return (
             f"{(contacts or [notes.contact])[0]} after {monitor.time:.1f} s, at"
             f" {speed.linear:.2f} m/s"

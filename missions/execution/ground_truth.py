@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from missions.execution.people_measures import PeopleMeasures
 from missions.execution.world_shapes import scene_of
-from stack.body import SimulatedWorld
+from stack.body import SimulatedWorld, SimulationEvent
 from stack.sim.worlds.world import World
 from stack.telemetry.records import Layer
 from stack.types import FloatArray, Footprint, Pose2D, PoseEstimate
@@ -55,7 +55,7 @@ class SimulationScorer:
             people = self._simulation.all_people
             self.among_people.update(self._clock(), truth.pose, truth.twist, people)
 
-    def take_events(self) -> list[tuple[str, str]]:
+    def take_events(self) -> list[SimulationEvent]:
         """Return door changes, contacts and other world events since the last call."""
         return self._simulation.take_events()
 

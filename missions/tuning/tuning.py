@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
 
-from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
-from missions.bench.resumable import Key, TableOptions, fill, record_settings, rows_in
+from missions.bench.bench import Key, Options
+from missions.bench.mission_runs import MISSIONS, MissionEntry, MissionRun, settings_of
+from missions.bench.resumable import fill, record_settings, rows_in
 from missions.execution.prepare import PreparedMission, prepare
 from missions.tuning.ranges import Range, read_ranges
 from missions.tuning.sampling import Settings, refined_box, sampled
@@ -98,7 +99,7 @@ class Tuning:
         self._add(sampled(self.ranges, options.samples, options.sampling_seed))
         if len(self.settings) == 1:
             raise InputError(f"every sample is refused; the first: {self.left_out[0][1]}")
-        record_settings(options.out, {"tune": conditions(self._entry, self.plan)})
+        record_settings(options.out, {"tune": settings_of(self._entry)})
 
     def run(self) -> TuningResult:
         """Make all runs that are missing in the table.
@@ -131,7 +132,7 @@ class Tuning:
         Raises:
             InputError: the runs of the baseline are not complete.
         """
-        rows = rows_in(self.options.out, MISSION_WORK)
+        rows = rows_in(self.options.out, MissionRun)
         seeds = range(self.options.seeds)
         complete = [one for one in self.settings if self._is_complete(one, rows)]
         if BASELINE not in complete:
@@ -143,7 +144,7 @@ class Tuning:
     @property
     def has_baseline(self) -> bool:
         """Whether the runs of the baseline are complete."""
-        return self._is_complete(BASELINE, rows_in(self.options.out, MISSION_WORK))
+        return self._is_complete(BASELINE, rows_in(self.options.out, MissionRun))
 
     def _is_complete(self, settings: Settings, rows: Mapping[Key, MissionRun]) -> bool:
         return all(self._at(settings, seed).key in rows for seed in range(self.options.seeds))
@@ -167,8 +168,7 @@ class Tuning:
 
     def _fill(self, settings: Sequence[Settings], seeds: range) -> list[MissionRun]:
         entries = [self._at(one, seed) for one in settings for seed in seeds]
-        table = TableOptions(self.options.out, self.options.jobs)
-        return fill(entries, table, MISSION_WORK, self._log)
+        return fill(MISSIONS, entries, Options(self.options.out, self.options.jobs), self._log)
 
     def _scored(self, settings: Sequence[Settings], runs: Sequence[MissionRun]) -> list[Score]:
         """Score runs that are in the order of the settings, equally many per setting."""

@@ -6,8 +6,8 @@ stated deviation. The last one counts along corridors, where scans fit and say n
 
 The weights of the logistic model were fitted by `python -m tests.benchmarks.localisation fit` on
 generated flats, offices and warehouses with unmapped furniture, people, pushes and kidnaps (8640
-samples), before the third factor was added. `treepilot bench localisation` states the calibration
-error of the product in other worlds.
+samples), before the third factor was added. `python -m tests.benchmarks localisation` states the
+calibration error of the product in other worlds.
 """
 
 from __future__ import annotations

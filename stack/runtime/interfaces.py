@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from stack.body import Body
+from stack.body import Body, SimulationEvent
 from stack.components import Estimator, OdometryFusion
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.facade.robot_facade import RobotFacade
@@ -114,8 +114,8 @@ class GroundTruthScorer(Protocol):
         """Compare the estimate with the truth; called once per step."""
         ...
 
-    def take_events(self) -> list[tuple[str, str]]:
-        """Events of the world since the last call, each (kind, text)."""
+    def take_events(self) -> list[SimulationEvent]:
+        """Events of the world since the last call."""
         ...
 
     def counters(self) -> dict[str, float]:

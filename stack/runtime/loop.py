@@ -292,8 +292,8 @@ class Runtime:
         scorer = self.parts.scorer
         if scorer is not None:
             scorer.score(estimate)
-            for kind, text in scorer.take_events():
-                self.parts.telemetry.emit(kind, text, source="simulation")
+            for kind, text, fields in scorer.take_events():
+                self.parts.telemetry.emit(kind, text, source="simulation", **fields)
 
     def _show_map(self, drawn: OccupancyGrid | None) -> None:
         """Show the map that the estimator draws in the costmaps and to viewers."""

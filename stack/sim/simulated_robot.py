@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from math import inf
+from typing import Any
 
 import numpy as np
 
-from stack.body import ContactTally, GroundTruth
+from stack.body import ContactTally, GroundTruth, SimulationEvent
 from stack.drivetrain.description import RobotDescription
 from stack.sim.battery import Battery
 from stack.sim.physics.contacts import ContactCounter, Touch, depths
@@ -70,7 +71,7 @@ class SimulatedRobot:
         self.radius = description.footprint.circumscribed_radius
         self._plan_rates(description, settings)
         self.clearance = CLEARANCE_REACH
-        self._events: list[tuple[str, str]] = []
+        self._events: list[SimulationEvent] = []
         self.drive = WheelController(description.drivetrain, 1.0 / settings.physics_rate)
         self._odometry = Odometry(description, seed)
         body = RobotShape(start, description.footprint, description.height)
@@ -229,12 +230,12 @@ class SimulatedRobot:
         where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.heading:.2f})"
         self.report("lifted", f"the robot was lifted to {where}")
 
-    def report(self, kind: str, text: str) -> None:
+    def report(self, kind: str, text: str, **fields: Any) -> None:
         """Keep an event until `take_events`."""
-        self._events.append((kind, text))
+        self._events.append(SimulationEvent(kind, text, fields))
 
-    def take_events(self) -> list[tuple[str, str]]:
-        """Return the events since the last call, each (kind, sentence)."""
+    def take_events(self) -> list[SimulationEvent]:
+        """Return the events since the last call."""
         events, self._events = self._events, []
         return events
 
@@ -265,8 +266,11 @@ class SimulatedRobot:
         # What touches the robot while it is pushed is the push's contact, not the drive's.
         own = Twist() if time - self._pushed_at <= PUSH_ENDS else truth.twist
         if self._contacts.update(time, bool(touching), own):
-            obstacle, (x, y), _ = touching[0]
-            self.report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")
+            touch, (x, y) = touching[0], touching[0].place
+            self.report(
+                "contact", f"contact with {touch.name} at ({x:.2f}, {y:.2f})",
+                touched=touch.name, is_person=touch.is_person, at=[round(x, 2), round(y, 2)],
+            )  # fmt: skip
 
     def _fallen(self, pose: Pose2D) -> list[Touch]:
         """Return the drops below the robot, at the place of the base.

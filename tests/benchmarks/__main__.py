@@ -2,7 +2,8 @@
 
 NAME is a benchmark, or a group of them: `timing` (needs a quiet machine) or `driving` (gives the
 same figures on a busy one). All of them without NAME. `--docs` keeps the figures in docs/figures
-and writes the tables of the documentation anew; without it they go to bench/.
+and writes the tables of the documentation anew; without it they go to bench/. The options of one
+bench choose other runs than those of the documentation.
 """
 
 from __future__ import annotations
@@ -10,14 +11,15 @@ from __future__ import annotations
 import argparse
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
-from missions.bench.table import TableOptions
+from missions.cli.arguments import assignments
+from missions.cli.bench import named
 from tests.benchmarks import (
     cameras,
     checking,
@@ -25,7 +27,6 @@ from tests.benchmarks import (
     costmap,
     dashboard,
     depth,
-    driving,
     estop,
     hall,
     mapping,
@@ -43,60 +44,14 @@ from tests.benchmarks import (
     trees,
     twists,
 )
+from tests.benchmarks.benchmark import HELD_OUT, Benchmark, Given, benches
 from tests.benchmarks.figures import FIGURES, Figures, update_documents, write
 from tests.benchmarks.origin import Version, current_version, machine, today
-from tests.benchmarks.table import Rows, show
+from tests.benchmarks.table import show
 
 BENCH = Path("bench")
-HELD_OUT, CORRIDORS, SURVEYS, LOOPS = 9000, 1, 2, 2
-"""First seed of the benches of markers, and their runs: half a minute of processor time each."""
-
-CONTROLLERS = ("pure_pursuit", "mppi", "dwb")
-
-
-@dataclass(frozen=True)
-class Given:
-    """Options of the command line.
-
-    Attributes:
-        folder: of the runs. A clean commit's runs are kept there and resumed.
-    """
-
-    trials: int
-    worlds: int
-    seeds: int
-    kidnaps: int
-    cases: int
-    runs: int
-    twists: int
-    presses: int
-    largest: int
-    pairs: int
-    starts: int
-    jobs: int
-    barn: Path | None
-    logs: Path | None
-    folder: Path
-
-    def table(self, name: str) -> TableOptions:
-        """Where a benchmark keeps its runs."""
-        return TableOptions(self.folder / name, self.jobs)
-
-
-@dataclass(frozen=True)
-class Benchmark:
-    """One table.
-
-    Attributes:
-        options: of the command line on which its figures depend.
-        setting: what else was chosen.
-    """
-
-    title: str
-    measure: Callable[[Given], Rows]
-    options: tuple[str, ...] = ()
-    setting: dict[str, str | int] = field(default_factory=dict)
-
+CORRIDORS, SURVEYS, LOOPS = 1, 2, 2
+"""Runs of the benches of markers: half a minute of processor time each."""
 
 TIMING = {
     "commands": Benchmark("Commands", lambda given: startup.command_times(),
@@ -104,13 +59,13 @@ TIMING = {
     "checking": Benchmark("Check of large missions", lambda given: checking.run(),
                           setting={"processes": checking.RUNS}),
     "speed": Benchmark("02_office_patrol on one core",
-                       lambda given: startup.run_figures(given.runs),
+                       lambda given: startup.run_figures(given["runs"]),
                        ("runs",), {"recording": "off and on"}),
     "hall": Benchmark("Across a hall of 200 x 200 m on one core",
-                      lambda given: hall.hall_figures(given.runs), ("runs",),
+                      lambda given: hall.hall_figures(given["runs"]), ("runs",),
                       {"recording": "off", "boxes": hall.BOXES}),
     "recording": Benchmark("Recording for rerun, processor time",
-                           lambda given: recording.recording_figures(given.runs), ("runs",),
+                           lambda given: recording.recording_figures(given["runs"]), ("runs",),
                            {"recording": "off and on"}),
     "dashboard": Benchmark("The dashboard's process and its terminal",
                            lambda given: dashboard.run(),
@@ -118,18 +73,18 @@ TIMING = {
     "trees": Benchmark("A tick of a tree, ours and py_trees'", lambda given: trees.run(),
                        setting={"rounds": trees.ROUNDS, "ticks in a round": trees.TICKS}),
     "planning": Benchmark("Planning on generated office maps",
-                          lambda given: planning.run_up_to(given.largest), ("largest",)),
+                          lambda given: planning.run_up_to(given["largest"]), ("largest",)),
     "control": Benchmark("A command of each controller", lambda given: control.run(),
                          setting={"parameters": "default"}),
     "costmap": Benchmark("Costmap and tracker, processor time", lambda given: costmap.run(),
                          setting={"parameters": "default"}),
     "estop": Benchmark("From the emergency stop's key to the body",
-                       lambda given: estop.stop_times(given.presses), ("presses",)),
+                       lambda given: estop.stop_times(given["presses"]), ("presses",)),
     "planners": Benchmark("Planners and smoothers side by side", lambda given: planners.run(),
                           setting={"cells": "400 x 400", "queries": 30}),
     "cameras": Benchmark(
         "Lateness of commands in real time, cameras off and on",
-        lambda given: cameras.run(given.pairs), ("pairs",),
+        lambda given: cameras.run(given["pairs"]), ("pairs",),
         {"mission": cameras.MISSION, "seconds": int(cameras.SECONDS)},
     ),
     "depth_stage": Benchmark("Time of the depth stage", lambda given: depth.stage_table(),
@@ -139,78 +94,30 @@ TIMING = {
 }  # fmt: skip
 OFF: dict[str, str | int] = {"recording": "off"}
 DRIVING = {
-    "courses": Benchmark(
-        "Narrow passages, default parameters",
-        lambda given: driving.course_table(given.trials, given.table("courses")),
-        ("trials",), OFF,
-    ),
-    "missions": Benchmark(
-        "Missions over seeds",
-        lambda given: missions.mission_table(given.seeds, given.table("missions")),
-        ("seeds",), OFF,
-    ),
-    "dyna": Benchmark(
-        "Across a field of moving cylinders",
-        lambda given: driving.dyna_table(given.worlds, CONTROLLERS, given.table("dyna")),
-        ("worlds",), {**OFF, "trials": driving.DYNA_TRIALS},
-    ),
-    "flats": Benchmark(
-        "Random flats with people",
-        lambda given: driving.flat_table(given.worlds, given.table("flats")), ("worlds",),
-        {**OFF, "first seed": driving.FLATS_HELD_OUT},
-    ),
-    "people": Benchmark(
-        "Meetings with people",
-        lambda given: driving.people_table(given.seeds, given.table("people")), ("seeds",),
-        {**OFF, "first seed": driving.FLATS_HELD_OUT},
-    ),
-    "line": Benchmark(
-        "Random lines on the floor, 0.4 m/s",
-        lambda given: driving.line_table(given.worlds, given.table("line")), ("worlds",),
-        {**OFF, "first seed": driving.LINES_HELD_OUT},
-    ),
-    "docking": Benchmark(
-        "Docking from random starts",
-        lambda given: driving.docking_table(given.starts, given.table("docking")), ("starts",),
-        {**OFF, "first seed": driving.LINES_HELD_OUT},
-    ),
-    "follow": Benchmark(
-        "Following a guide (35)",
-        lambda given: driving.follow_table(given.seeds, given.table("follow")), ("seeds",),
-        {**OFF, "first seed": driving.LINES_HELD_OUT},
-    ),
-    "barn": Benchmark(
-        "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
-        ("barn",), {**OFF, "trials": 1},
-    ),
-    "localisation": Benchmark(
-        "Localisation in generated worlds",
-        lambda given: missions.localisation_table(given.cases, given.table("localisation")),
-        ("cases",), OFF,
-    ),
+    **benches(),
     "wall": Benchmark(
         "Wall following (04)", lambda given: missions.wall_table(3, given.jobs),
         setting={**OFF, "seeds": 3},
     ),
     "kidnap": Benchmark(
-        "Kidnapping (05)", lambda given: missions.kidnap_table(given.kidnaps, given.jobs),
+        "Kidnapping (05)", lambda given: missions.kidnap_table(given["kidnaps"], given.jobs),
         ("kidnaps",), OFF,
     ),
     "twists": Benchmark(
         "Random velocities in furnished rooms",
-        lambda given: twists.twist_table(given.twists, given.table("twists")),
+        lambda given: twists.twist_table(given["twists"], given.options("twists")),
         ("twists",), OFF,
     ),
     "explored": Benchmark(
         "Maps of mission 25 against the world's walls",
-        lambda given: mapping.explored_table(given.seeds), ("seeds",),
+        lambda given: mapping.explored_table(given["seeds"]), ("seeds",),
         {**OFF, "parameters": "default"},
     ),
 }  # fmt: skip
 PERCEPTION = {
     "depth": Benchmark(
         "Missions with and without a depth camera",
-        lambda given: depth.contact_table(given.seeds, given.table("depth")), ("seeds",), OFF,
+        lambda given: depth.contact_table(given["seeds"], given.options("depth")), ("seeds",), OFF,
     ),
     "depth_latency": Benchmark(
         "From the exposure to the obstacle", lambda given: depth.latency_table(),
@@ -237,10 +144,11 @@ PERCEPTION = {
     ),
     "places": Benchmark(
         "Relocalisation by appearance",
-        lambda given: places.run(places.POSES, given.table("places").out, given.jobs),
+        lambda given: places.run(places.POSES, given.folder / "places", given.jobs),
         setting={"robot": "scout", "poses": places.POSES, "first seed": places.HELD_OUT},
     ),
 }  # fmt: skip
+FILES = ("barn", "logs")
 NEEDS = {"barn": "barn", "slam": "logs"}
 """Benchmarks on data that are not part of treepilot, and the option that names their folder."""
 RECORDED = {
@@ -254,29 +162,67 @@ BENCHMARKS = {**TIMING, **DRIVING, **PERCEPTION, **RECORDED}
 GROUPS = {"timing": [*TIMING], "driving": [*DRIVING], "perception": [*PERCEPTION]}
 
 
+COUNTS = {
+    "trials": (20, "of each narrow passage"), "worlds": (20, "generated worlds"),
+    "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
+    "runs": (2, "seeds of the speed table"),
+    "cases": (20, "of each experiment of the localisation"),
+    "twists": (100_000, "random velocities over four robots"),
+    "presses": (200, "of the emergency stop in each situation"),
+    "pairs": (5, "of runs without and with cameras"),
+    "largest": (4000, "cells on a side of the largest map to plan on"),
+    "starts": (50, "of each robot that docks"),
+}  # fmt: skip
+"""Numbers of runs: default and what is counted."""
+
+CHOICES = {
+    "robots": "robots, e.g. scout,jackal",
+    "controllers": "controllers (barn, dyna)",
+    "people": "any of none, social_force, polite, unaware (people)",
+}  # fmt: skip
+"""Fields of `Options` that are lists of names."""
+
+
 def main() -> None:
     """Run the chosen benchmarks, or all of them."""
+    given, names = parsed()
+    version, chosen = current_version(), _chosen(given)
+    with _runs_folder(version, given.out) as folder:
+        options = Given(
+            {name: getattr(given, name) for name in COUNTS}, given.jobs, folder, given.barn,
+            given.logs, chosen, given.seed, given.repeats,
+        )  # fmt: skip
+        for name in names:
+            figures = _measured(name, options, version)
+            show(BENCHMARKS[name].title, figures.rows)
+            if not _is_own(given):
+                write(figures, FIGURES if given.docs else BENCH)
+    if given.docs:
+        update_documents()
+
+
+def parsed(words: list[str] | None = None) -> tuple[argparse.Namespace, list[str]]:
+    """Return the options and the names of the benchmarks; wrong ones end the process."""
     arguments = _arguments()
-    given = vars(arguments.parse_args())
-    words, docs = given.pop("names"), given.pop("docs")
-    names = [name for word in words or BENCHMARKS for name in GROUPS.get(word, [word])]
+    given = arguments.parse_args(words)
+    chosen = given.names_of_benchmarks
+    names = [name for word in chosen or BENCHMARKS for name in GROUPS.get(word, [word])]
     for name in names:
         if name not in BENCHMARKS:
             known = ", ".join([*GROUPS, *BENCHMARKS])
             arguments.error(f"no benchmark {name!r}; expected one of {known}")
-    for name, option in NEEDS.items():
-        if name in words and given[option] is None:
-            arguments.error(f"{name} needs --{option} FOLDER; its data are not part of treepilot")
-    version = current_version()
-    with _runs_folder(version) as folder:
-        options = Given(**given, folder=folder)
-        for name in names:
-            if name not in NEEDS or given[NEEDS[name]] is not None:
-                figures = _measured(name, options, version)
-                show(BENCHMARKS[name].title, figures.rows)
-                write(figures, FIGURES if docs else BENCH)
-    if docs:
-        update_documents()
+    missing = [name for name in names if name in NEEDS and getattr(given, NEEDS[name]) is None]
+    for name in missing:
+        if name in chosen:
+            arguments.error(f"{name} needs --{NEEDS[name]} FOLDER; its data are no part of this")
+    if _is_own(given) and (given.docs or len(names) != 1):
+        arguments.error("the options of one bench need one NAME, and no --docs")
+    return given, [name for name in names if name not in missing]
+
+
+def _is_own(given: argparse.Namespace) -> bool:
+    """Whether other runs are chosen than those of the documentation."""
+    return bool(_chosen(given)) or given.seed is not None or given.repeats is not None
 
 
 def _arguments() -> argparse.ArgumentParser:
@@ -284,30 +230,51 @@ def _arguments() -> argparse.ArgumentParser:
         prog="python -m tests.benchmarks", description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    arguments.add_argument("names", nargs="*", metavar="NAME", help=", ".join(BENCHMARKS))
+    arguments.add_argument(
+        "names_of_benchmarks", nargs="*", metavar="NAME", help=", ".join(BENCHMARKS)
+    )
     arguments.add_argument("--docs", action="store_true", help="keep the figures in docs/figures")
-    whole = {
-        "trials": (20, "of each narrow passage"), "worlds": (20, "generated worlds"),
-        "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
-        "runs": (2, "seeds of the speed table"),
-        "cases": (20, "of each experiment of the localisation"),
-        "twists": (100_000, "random velocities over four robots"),
-        "presses": (200, "of the emergency stop in each situation"),
-        "pairs": (5, "of runs without and with cameras"),
-        "largest": (4000, "cells on a side of the largest map to plan on"),
-        "starts": (50, "of each robot that docks"),
-        "jobs": (1, "processes of the driving tables"),
-    }  # fmt: skip
-    for name, (default, text) in whole.items():
+    for name, (default, text) in COUNTS.items():
         arguments.add_argument(f"--{name}", type=int, default=default, help=f"{text} [{default}]")
+    arguments.add_argument("--jobs", type=int, default=1, help="processes [1]")
     arguments.add_argument("--barn", type=Path, metavar="WORLDS", help="folder or file of worlds")
     arguments.add_argument("--logs", type=Path, metavar="FOLDER", help="folder of SLAM logs")
+    one = arguments.add_argument_group("options of one bench")
+    one.add_argument("--out", type=Path, help="folder of the results; the bench resumes there")
+    one.add_argument("--seed", type=int, help="first seed")
+    one.add_argument("--repeats", type=int, help="runs of each world (barn, dyna)")
+    for name, text in CHOICES.items():
+        one.add_argument(f"--{name}", metavar="NAMES", help=text)
+    for name in ("parameter", "set"):
+        one.add_argument(f"--{name}", action="append", metavar="NAME=VALUE", default=[])
+    one.add_argument(
+        "--names", nargs="+", metavar="NAME", default=[],
+        help="only these experiments, worlds, or scenes that begin so",
+    )  # fmt: skip
+    one.add_argument("--mission", help="another mission (barn, dyna)")
+    one.add_argument("--keep", type=Path, help="folder for the records of each run (people)")
+    one.add_argument("--tracks", type=Path, action="append", default=[], help="recorded people")
+    one.add_argument("--speed", type=float, help="m/s (line)")
     return arguments
 
 
+def _chosen(given: argparse.Namespace) -> dict[str, Any]:
+    """Return the fields of `Options` that the command line gives."""
+    fields = {name: named(getattr(given, name) or "") for name in CHOICES} | {
+        "parameters": assignments(given.parameter, "--parameter", "safety.top_speed=0.3"),
+        "arguments": assignments(given.set), "names": tuple(given.names),
+        "mission": given.mission, "keep": given.keep,
+        "files": tuple(given.tracks), "speed": given.speed,
+    }  # fmt: skip
+    return {name: value for name, value in fields.items() if value}
+
+
 @contextmanager
-def _runs_folder(version: Version) -> Iterator[Path]:
+def _runs_folder(version: Version, out: Path | None) -> Iterator[Path]:
     """Kept by commit, so that an interrupted benchmark continues; never for changed code."""
+    if out is not None:
+        yield out
+        return
     if not version.dirty:
         yield BENCH / f"runs-{version.commit[:10]}"
         return
@@ -327,15 +294,14 @@ def _measured(name: str, given: Given, version: Version) -> Figures:
         dirty=version.dirty or current_version() != version,
         date=date,
         machine=found,
-        setting=benchmark.setting | values,
+        setting={**benchmark.setting, **values},
         rows=rows,
     )
 
 
 def _shown(option: str, given: Given) -> str | int:
     """An option's value; never a path of this machine."""
-    value = getattr(given, option)
-    return {"barn": "WORLDS", "logs": "FOLDER"}[option] if isinstance(value, Path) else value
+    return {"barn": "WORLDS", "logs": "FOLDER"}[option] if option in FILES else given[option]
 
 
 if __name__ == "__main__":

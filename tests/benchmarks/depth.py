@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -12,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from missions.bench.mission_runs import QUIET, MissionEntry
-from missions.bench.mission_table import TIME_LIMIT, measured
-from missions.bench.table import TableOptions
+from missions.bench.bench import Options
+from missions.bench.mission_runs import MISSIONS as MISSION_BENCH
+from missions.bench.resumable import measured
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from robots.load import find_robot, read_robot
@@ -34,6 +33,7 @@ from stack.types import (
     Pose2D,
     Twist,
 )
+from tests.benchmarks.benchmark import tell
 from tests.benchmarks.table import Rows
 
 MISSIONS = ("32_table_tops", "36_glass_and_edges")
@@ -61,17 +61,15 @@ run: {wait: {time: 1 h}}
 """
 
 
-def contact_table(seeds: int, options: TableOptions) -> Rows:
+def contact_table(seeds: int, options: Options) -> Rows:
     """A row for each mission, with its depth camera on and off."""
     rows: Rows = []
     for name in MISSIONS:
         for word, value in (("on", "true"), ("off", "false")):
-            quiet = replace(QUIET, parameters={"depth.obstacles": value})
-            entries = [
-                MissionEntry(name, TIME_LIMIT, replace(quiet, seed=seed)) for seed in range(seeds)
-            ]
-            folder = replace(options, out=options.out / name / word)
-            runs = measured(entries, folder, lambda line: print(line, file=sys.stderr))
+            runs = measured(MISSION_BENCH, replace(
+                options, out=options.out / name / word, seeds=range(seeds), names=(name,),
+                parameters={"depth.obstacles": value},
+            ), tell)  # fmt: skip
             rows.append({
                 "mission": name, "depth camera": word,
                 "success": f"{sum(run.success for run in runs)}/{seeds}",

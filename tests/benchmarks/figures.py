@@ -13,12 +13,14 @@ import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from datetime import date
+from functools import cache
 from pathlib import Path
 from string import Formatter
 from typing import Any
 
 from jsonschema import Draft202012Validator
 
+from tests.benchmarks.benchmark import benches
 from tests.benchmarks.layouts import LAYOUTS, NONE, SUMMARY, Layout
 from tests.benchmarks.origin import ROOT
 from tests.benchmarks.table import Rows
@@ -131,6 +133,13 @@ def read(name: str, folder: Path = FIGURES) -> Figures:
     return Figures(**plain)
 
 
+@cache
+def layouts() -> dict[str, Layout]:
+    """The layout of every table, by name."""
+    own = {name: bench.layout for name, bench in benches().items() if bench.layout is not None}
+    return {**LAYOUTS, **own}
+
+
 def block(name: str, folder: Path = FIGURES) -> str:
     """The text between the two comments of a table.
 
@@ -139,11 +148,11 @@ def block(name: str, folder: Path = FIGURES) -> str:
     """
     if name == "summary":
         return summary(folder)
-    if name not in LAYOUTS:
-        raise FiguresError(f"no table {name!r}; expected summary, {', '.join(LAYOUTS)}")
+    if name not in layouts():
+        raise FiguresError(f"no table {name!r}; expected summary, {', '.join(layouts())}")
     if not (folder / f"{name}.json").exists():
         return f"\n*Not measured yet. Command: `python -m tests.benchmarks {name} --docs`.*\n\n"
-    figures, layout = read(name, folder), LAYOUTS[name]
+    figures, layout = read(name, folder), layouts()[name]
     failures = [
         f"* {_filled(layout.failed, row, name)}: {row['failed']}"
         for row in figures.rows

@@ -1,4 +1,4 @@
-"""How each table of the documentation shows the rows of its figures."""
+"""How tables of the documentation show the rows of their figures; benches have their own."""
 
 from __future__ import annotations
 
@@ -29,23 +29,6 @@ class Layout:
 
 
 LAYOUTS: dict[str, Layout] = {
-    "courses": Layout(
-        {
-            "robot": "{robot}", "course": "`{course}`", "passed": "{success}",
-            "median time": "{time s:.1f} s", "driven / shortest": "{driven / shortest:.2f}",
-            "least clearance": "{clearance cm:.1f} cm",
-        },
-        failed="{robot}, `{course}`",
-    ),
-    "barn": Layout(
-        {
-            "controller": "{controller}", "localisation": "{localisation}", "worlds": "{worlds}",
-            "success": "{success %:.1f} %",
-            "score, k = 2": "{score k=2:.3f}", "score, k = 4": "{score k=4:.3f}",
-            "median time": "{time s:.1f} s", "least clearance": "{clearance cm:.1f} cm",
-        },
-        failed="{controller}",
-    ),
     "slam": Layout({
         "log": "{log}", "translational error": "{error m:.4f} ± {± m:.4f} m",
         "rotational error": "{error °:.2f} ± {± °:.2f}°",
@@ -63,37 +46,6 @@ LAYOUTS: dict[str, Layout] = {
     "explored": Layout({
         "seed": "{seed}", "": "{status}", "reachable area known": "{known %:.1f} %",
         "IoU of the walls": "{IoU:.3f}", "time": "{time s:.0f} s", "driven": "{distance m:.0f} m",
-    }),
-    "dyna": Layout({
-        "controller": "{controller}", "reached": "{success}", "drove into": "{contact}",
-        "was struck": "{struck}", "timeout": "{timeout}", "gave up": "{gave_up}",
-        "median time": "{time s:.1f} s",
-    }, added={"nobody could pass": "{impossible}"}),
-    "people": Layout({
-        "scene": "{scene}", "people": "{people}", "reached": "{all goals}",
-        "95 %": "{95 % interval}", "drove into": "{drove into}",
-        "struck moving": "{struck moving}", "struck standing": "{struck standing}",
-        "things": "{things}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
-        "least distance": "{least distance}", "time": "{time}",
-    }, added={"nobody could pass": "{impossible}"}),
-    "flats": Layout({
-        "people": "{people}", "robot": "{robot}", "all four goals": "{all goals}",
-        "95 %": "{95 % interval}", "goals": "{goals}", "false": "{false}",
-        "drove into": "{drove into}", "struck moving": "{struck moving}",
-        "struck standing": "{struck standing}", "things": "{things}", "time": "{time}",
-        "way": "{way}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
-        "least distance": "{least distance}",
-    }, added={"nobody could pass": "{impossible}"}),
-    "line": Layout({
-        "light": "{light}", "end mark reached": "{passed}", "95 %": "{95 % interval}",
-        "gaps": "{gaps}", "junctions": "{junctions}", "mean RMS": "{RMS}",
-        "worst RMS": "{worst RMS}", "largest": "{largest}", "mean speed": "{speed}",
-    }),
-    "docking": Layout({
-        "robot": "{robot}", "charging": "{charging}", "95 %": "{95 % interval}",
-        "within 1 cm and 1.5 deg": "{exact}", "median error": "{median error}",
-        "largest": "{largest error}", "largest turn": "{largest turn}", "contacts": "{contacts}",
-        "median time": "{median time}",
     }),
     "depth": Layout({
         "mission": "{mission}", "depth camera": "{depth camera}", "succeeded": "{success}",
@@ -114,13 +66,6 @@ LAYOUTS: dict[str, Layout] = {
         "late, median": "{p50 ms:.2f} ms", "late, 99 %": "{p99 ms:.2f} ms",
         "computed, median": "{computed p50 ms:.2f} ms",
         "computed, 99 %": "{computed p99 ms:.2f} ms",
-    }),
-    "follow": Layout({
-        "robot": "{robot}", "with the guide at the end": "{success}", "95 %": "{95 % interval}",
-        "drove into": "{drove into}", "struck": "{struck}", "things": "{things}",
-        "within 0.45 m": "{intimate}", "least distance": "{least distance}",
-        "mean gap": "{mean gap}", "largest": "{largest gap}", "lost per run": "{lost}",
-        "median time": "{time}",
     }),
     "markers": Layout({
         "distance": "{distance:g} m", "from the normal": "{angle:.0f} deg",
@@ -153,30 +98,10 @@ LAYOUTS: dict[str, Layout] = {
         "median error": "{error cm:.1f} cm, {error °:.2f}°",
         "largest": "{largest cm:.1f} cm, {largest °:.2f}°",
     }),
-    "missions": Layout(
-        {
-            "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",
-            "pushed into": "{pushed into}", "median time": "{time s:.1f} s",
-            "median distance": "{distance m:.1f} m", "least clearance": "{clearance m:.2f} m",
-            "mean pose error": "{error mean m:.3f} m", "largest": "{error max m:.2f} m",
-            "recoveries": "{recoveries}",
-        },
-        failed="{mission}",
-    ),
     "wall": Layout({
         "side": "{side}", "success": "{success}/{seeds}", "samples": "{samples}",
         "RMS error, worst seed": "{RMS cm (worst seed):.1f} cm",
     }),
-    "localisation": Layout(
-        {
-            "experiment": "{experiment}", "passed": "{passed}", "interval": "{95 % interval}",
-            "mean error": "{mean error}", "largest": "{largest}", "heading": "{heading}",
-            "contained": "{contained}", "noticed": "{noticed}", "corrected": "{corrected}",
-            "false LOST": "{false LOST}", "wrongly sure": "{wrongly sure}",
-            "ambiguous": "{ambiguous}", "false goals": "{false goals}",
-        },
-        failed="{experiment}",
-    ),
     "kidnap": Layout(
         {
             "runs": "{seeds}", "success": "{success}", "noticed within 5 s": "{noticed within 5 s}",

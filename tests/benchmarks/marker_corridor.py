@@ -12,18 +12,19 @@ from pathlib import Path
 
 import numpy as np
 
-from missions.bench.localisation.experiments import (
-    EXPERIMENTS,
-    PATROL,
-    LocalisationEntry,
-    make_case,
-)
-from missions.bench.localisation.monitor import LocalisationMonitor, Sample, speed_of
+from missions.bench.bench import Options
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import read_world
 from stack.types import Marker
+from tests.benchmarks.experiment_monitor import LocalisationMonitor, Sample, speed_of
+from tests.benchmarks.experiments import (
+    EXPERIMENTS,
+    PATROL,
+    LocalisationEntry,
+    make_case,
+)
 from tests.benchmarks.table import Rows
 
 SCALES = (0.01, 0.05)
@@ -70,7 +71,7 @@ def drive(
     seed: int, folder: Path, scale: float, *, localise: bool
 ) -> tuple[LocalisationMonitor, int, list[float]]:
     """Patrol the corridor; return the errors, the number of pictures used, and the health."""
-    case = make_case(LocalisationEntry("corridor", seed, folder))
+    case = make_case(LocalisationEntry("corridor", seed, Options(folder)))
     options = RunOptions(
         seed=seed, arguments={"goals": case.goals}, world=str(case.file), serve=False,
         parameters={"markers.localise": str(localise).lower()},

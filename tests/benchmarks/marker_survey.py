@@ -10,17 +10,18 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.resources import MISSIONS, WORLDS
+from missions.execution.resources import WORLDS
 from missions.execution.run import Run
 from stack.mapping.marker_maps import MARKERS_YAML, read_marker_map
 from stack.sim.worlds.rasterise import rasterise
 from stack.sim.worlds.world_file import read_world
 from stack.types import FloatArray, Marker, wrap_angle
+from tests.benchmarks.benchmark import FILES
 from tests.benchmarks.layouts import NONE
 from tests.benchmarks.mapping import compared
 from tests.benchmarks.table import Rows
 
-SURVEY = MISSIONS / "bench" / "survey.yaml"
+SURVEY = FILES / "survey.yaml"
 ON_MAP = "map: from_world"
 MAPPING = "map: none\nlocalisation: slam"
 CASES = {"known map, mcl": ON_MAP, "unknown, slam": MAPPING}

@@ -1,30 +1,22 @@
-"""Every shipped mission over many seeds, and the kidnapping figures."""
+"""Kidnapping (mission 05) and wall following (mission 04) over seeds."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Mapping
 from functools import cache
 from math import inf, isfinite
-from multiprocessing import get_context
 from statistics import median
 from typing import Any
 
 import numpy as np
 
-from missions.bench.localisation.experiments import entries_of
-from missions.bench.localisation.report import bins_of, calibration_error
-from missions.bench.localisation.report import measured as localisation_runs
-from missions.bench.localisation.report import rows_of as localisation_rows
-from missions.bench.mission_table import measured, mission_entries, rows_of
-from missions.bench.resumable import TableOptions
 from missions.execution.prepare import RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS, load_world
 from missions.execution.running import run_mission
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import FloatArray, Pose2D
+from tests.benchmarks.benchmark import in_order
 from tests.benchmarks.table import Rows
 
 GOOD_AGAIN = 0.3
@@ -63,32 +55,9 @@ class Trace:
         """Nothing to close."""
 
 
-def mission_table(seeds: int, options: TableOptions) -> Rows:
-    """A row for each shipped mission, as `treepilot bench missions` measures.
-
-    Without the real-time factor: the processes share the cores.
-    """
-    runs = measured(mission_entries((), seeds), options, lambda line: print(line, file=sys.stderr))
-    return [
-        {key: value for key, value in row.items() if key != "x real time"} for row in rows_of(runs)
-    ]
-
-
-def localisation_table(cases: int, options: TableOptions) -> Rows:
-    """A row for each experiment, and one for the calibration of the health."""
-    entries = entries_of((), cases, options.out / "worlds")
-    runs = localisation_runs(entries, {}, options, lambda line: print(line, file=sys.stderr))
-    bins = bins_of(runs)
-    rows: Rows = localisation_rows(runs)
-    samples = f"{bins[:, 0].sum():.0f} samples"
-    error = f"expected calibration error {calibration_error(bins):.3f}"
-    blank = dict.fromkeys(rows[0], "")
-    return [*rows, {**blank, "experiment": f"health, {samples}", "contained": error}]
-
-
 def kidnap_table(seeds: int, jobs: int) -> Rows:
     """How soon each kidnapping of mission 05 is noticed and corrected, over many seeds."""
-    rows = list(_map(kidnapped_once, range(seeds), jobs))
+    rows = in_order(kidnapped_once, range(seeds), jobs)
     noticed = [row["noticed"] <= 5.0 for row in rows]
     corrected = [row["corrected"] <= 30.0 for row in rows]
     return [
@@ -129,11 +98,8 @@ def kidnapped_once(seed: int) -> dict[str, Any]:
 
 def wall_table(seeds: int, jobs: int) -> Rows:
     """Mission 04: true distance to straight walls against what was asked for."""
-    rows = list(
-        _map(
-            wall_error, [(side, seed) for side in ("right", "left") for seed in range(seeds)], jobs
-        )
-    )
+    tasks = [(side, seed) for side in ("right", "left") for seed in range(seeds)]
+    rows = in_order(wall_error, tasks, jobs)
     return [
         {
             "side": side,
@@ -190,14 +156,6 @@ def straight_errors(poses: list[Pose2D], corners: FloatArray, wanted: float) -> 
         for wall in np.flatnonzero(beside & (parallel > np.cos(np.radians(15.0)))):
             errors.append(float(distance[wall] - wanted))
     return errors
-
-
-def _map(function: Any, tasks: Any, jobs: int) -> Iterator[Any]:
-    if jobs == 1:
-        yield from map(function, tasks)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(function, tasks)
 
 
 def _finite(seconds: float) -> float | None:

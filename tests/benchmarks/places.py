@@ -12,11 +12,9 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from math import cos, degrees, pi, radians, sin
-from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 
@@ -25,8 +23,7 @@ import numpy as np
 from behaviours._sensing.marker_pose import Hypothesis, merged
 from behaviours._sensing.place_pose import place_hypothesis
 from behaviours.localisation.relocalise import STEP_RANGE, STEP_SHARE, Relocalise
-from missions.bench.localisation.report import wilson
-from missions.bench.perception.place_offices import PosterOffice
+from missions.bench.bench import wilson
 from missions.execution.component_choices import chosen
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS, load_map, load_robot
@@ -40,6 +37,8 @@ from stack.sim.sensors.lidar import Lidar
 from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
 from stack.telemetry.records import MissionState
 from stack.types import FloatArray, Image, PlaceSighting, Pose2D, Scan, wrap_angle
+from tests.benchmarks.benchmark import FILES, in_order
+from tests.benchmarks.place_offices import PosterOffice
 from tests.benchmarks.table import Rows
 
 HELD_OUT = 9000
@@ -142,7 +141,7 @@ def mapped(office: Office, folder: Path) -> Path:
             arguments={"stops": stops, "map": str(target)},
             start=f"{tour[0].x:.2f},{tour[0].y:.2f},0",
         )  # fmt: skip
-        report = execute(prepare(MISSIONS / "bench" / "places.yaml", options), options, [])
+        report = execute(prepare(FILES / "places.yaml", options), options, [])
         assert report.status == MissionState.SUCCESS, report.reason
     return target
 
@@ -181,11 +180,7 @@ def run(poses: int, folder: Path, jobs: int = 1, seed: int = HELD_OUT) -> Rows:
         own.close()
     work = partial(asked_with, saved, poses, folder)
     seeds = (seed, seed + 1)
-    if jobs == 1:
-        near, far = map(work, seeds)
-    else:
-        with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-            near, far = pool.map(work, seeds)
+    near, far = in_order(work, seeds, jobs)
     curve(folder / "places.png", near, far)
     found = read_keyframes(saved)
     count = 0 if found is None else len(found[0])

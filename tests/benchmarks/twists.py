@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import re
-import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import atan2, cos, hypot, pi, sin
-from time import perf_counter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 
-from missions.bench.resumable import Key, TableOptions, Work, fill, record_settings
+from missions.bench.bench import PASSED, Bench, Key, Options, Row
+from missions.bench.resumable import measured
 from missions.execution.resources import MISSIONS, load_robot
 from robots.simulated import SimulatedBody
 from stack.body import BodyCommand
@@ -40,6 +39,7 @@ from stack.types import (
     TrackedObject,
     Twist,
 )
+from tests.benchmarks.benchmark import tell
 from tests.benchmarks.clutter import Room
 from tests.benchmarks.table import Rows
 
@@ -55,8 +55,6 @@ MOVING = 0.02
 
 SEEN = 0.15
 """Metres between a contact and an obstacle point that shows it."""
-
-WHERE = re.compile(r"contact with (.+) at \((.+), (.+)\)")
 
 
 @dataclass(frozen=True)
@@ -99,11 +97,16 @@ class Drive:
     @property
     def key(self) -> Key:
         """Unique key in the table."""
-        return self.robot, "clutter", self.world
+        return self.robot, self.world
+
+    @property
+    def label(self) -> str:
+        """The robot."""
+        return self.robot
 
 
 @dataclass(frozen=True)
-class Driven:
+class Driven(Row):
     """Row: what became of a drive.
 
     Attributes:
@@ -116,32 +119,46 @@ class Driven:
 
     robot: str
     world: int
-    twists: int
-    seconds: float
-    driven: float
-    moving: float
-    clearance: float
-    wall_seconds: float
+    status: str
+    cause: str
+    twists: int = 0
+    seconds: float = 0.0
+    driven: float = 0.0
+    moving: float = 0.0
+    clearance: float = 0.0
+    wall_seconds: float = 0.0
     touch: dict[str, Any] | None = None
 
     @property
-    def key(self) -> Key:
-        """Unique key in the table."""
-        return self.robot, "clutter", self.world
+    def figures(self) -> str:
+        """Its most important figures as text."""
+        figures = f"{self.driven:.1f} m in {self.seconds:.0f} s"
+        return figures if self.touch is None else f"{figures}; {self.touch}"
 
 
-def twist_table(twists: int, options: TableOptions) -> Rows:
+def entries_of(options: Options) -> list[Drive]:
+    """Return a drive of each robot in each world, and in a tenth of them by sonar alone."""
+    entries = [
+        Drive(name, world, TWISTS_PER_WORLD) for world in options.seeds for name in ROBOT_NAMES
+    ]
+    fewer = range(max(1, len(options.seeds) // 10))
+    return [*entries, *(Drive(BY_SONAR, world, TWISTS_PER_WORLD) for world in fewer)]
+
+
+def settings_of(entry: Drive) -> dict[str, Any]:
+    """Return what the drives depend on."""
+    return {"twists in a world": entry.twists, "safety": str(SafetyParameters())}
+
+
+def table_of(runs: Sequence[Driven]) -> Rows:
+    """Return a row for each robot."""
+    return [_row(name, [run for run in runs if run.robot == name]) for name in described()]
+
+
+def twist_table(twists: int, options: Options) -> Rows:
     """A row for each robot; `twists` in all over the four robots, and a tenth by sonar alone."""
     worlds = max(1, round(twists / len(ROBOT_NAMES) / TWISTS_PER_WORLD))
-    entries = [
-        Drive(name, world, TWISTS_PER_WORLD) for world in range(worlds) for name in ROBOT_NAMES
-    ]
-    entries += [Drive(BY_SONAR, world, TWISTS_PER_WORLD) for world in range(max(1, worlds // 10))]
-    settings = {"twists in a world": TWISTS_PER_WORLD, "safety": str(SafetyParameters())}
-    record_settings(options.out, settings)
-    work = Work(drive, _read, line_of)
-    runs = fill(entries, options, work, lambda line: print(line, file=sys.stderr))
-    return [_row(name, [run for run in runs if run.robot == name]) for name in described()]
+    return table_of(measured(BENCH, replace(options, seeds=range(worlds)), tell))
 
 
 def described() -> dict[str, RobotDescription]:
@@ -150,19 +167,9 @@ def described() -> dict[str, RobotDescription]:
     return {**found, BY_SONAR: replace(found["scout"], lidar=None)}
 
 
-def _read(values: dict[str, Any]) -> Driven:
-    return Driven(**values)
-
-
-def line_of(run: Driven) -> str:
-    """Return a run as one line."""
-    driven = f"{run.robot}, world {run.world}: {run.driven:.1f} m in {run.seconds:.0f} s"
-    return driven if run.touch is None else f"{driven}; {run.touch}"
-
-
-def drive(entry: Drive) -> Driven:
+def drive(entry: Drive, picture: Path) -> Driven:
     """Drive random velocities in a random room; the same in every process."""
-    began, robot = perf_counter(), described()[entry.robot]
+    robot = described()[entry.robot]
     random = stream(entry.world, "twists")
     room = Room(stream(entry.world, "clutter"), robot.footprint.circumscribed_radius)
     world, heading = room.world(people=entry.world % 3), float(random.uniform(-pi, pi))
@@ -182,13 +189,14 @@ def drive(entry: Drive) -> Driven:
         return Driven(
             entry.robot,
             entry.world,
+            PASSED,
+            "",
             twists,
             body.time,
             loop.driven,
             loop.moving / loop.steps,
             body.clearance,
-            perf_counter() - began,
-            loop.touch and asdict(loop.touch),
+            touch=loop.touch and asdict(loop.touch),
         )
     finally:
         body.close()
@@ -249,9 +257,9 @@ class SafetyLoop:
         self.driven += before.pose.distance_to(body.truth.pose)
         self.moving += _moves(before.twist)
         self.steps += 1
-        texts = [text for kind, text in body.take_events() if kind == "contact"]
-        if texts:
-            self.touch = self._touch(texts[0], before.twist, people, obstacles)
+        contacts = [event.fields for event in body.take_events() if event.kind == "contact"]
+        if contacts:
+            self.touch = self._touch(contacts[0], before.twist, people, obstacles)
 
     def _tracked(self, observation: Observation) -> list[TrackedObject]:
         """Moving objects now, odom frame; nothing is known of the walls."""
@@ -262,15 +270,18 @@ class SafetyLoop:
         return [track.at(observation.time) for track in self._tracks]
 
     def _touch(
-        self, text: str, twist: Twist, people: FloatArray, obstacles: ObstaclePoints
+        self,
+        contact: Mapping[str, Any],
+        twist: Twist,
+        people: FloatArray,
+        obstacles: ObstaclePoints,
     ) -> Touch:
         """Describe a contact; `twist` and `people` are those of the step before."""
-        match, body = WHERE.fullmatch(text), self._body
-        assert match is not None, text
-        at = Pose2D(float(match[2]), float(match[3])).relative_to(body.truth.pose)
+        body, touched = self._body, contact["touched"]
+        at = Pose2D(*contact["at"]).relative_to(body.truth.pose)
         out, their_velocity = np.array([at.x, at.y]), np.zeros(2)
-        if match[1].startswith("person"):
-            number = int(match[1].split()[1]) - 1
+        if contact["is_person"]:
+            number = int(np.argmin(np.hypot(*(body.people[:, :2] - contact["at"]).T)))
             there = Pose2D(*body.people[number, :2]).relative_to(body.truth.pose)
             out = np.array([there.x - at.x, there.y - at.y])
             c, s = cos(body.truth.pose.heading), sin(body.truth.pose.heading)
@@ -282,7 +293,7 @@ class SafetyLoop:
         cause = "person" if their_speed > max(speed, 0.0) else "robot"
         near = np.hypot(*(obstacles.points - (at.x, at.y)).T)
         return Touch(
-            round(body.time, 2), match[1], round(at.x, 3), round(at.y, 3),
+            round(body.time, 2), touched, round(at.x, 3), round(at.y, 3),
             "standing" if body.tally.against_standing else cause,
             round(speed, 3), round(their_speed, 3), bool(near.size and near.min() < SEEN),
             obstacles.is_blind(atan2(at.y, at.x)), self._safety.reason,
@@ -327,3 +338,6 @@ def _text(touch: Mapping[str, Any]) -> str:
         sight = "seen" if touch["seen"] else "not seen"
     where = f"({touch['x']:.2f}, {touch['y']:.2f})"
     return f"{touch['obstacle']} at {where}, {sight}, {touch['speed']:.2f} m/s"
+
+
+BENCH = Bench(Driven, entries_of, drive, settings_of, table_of)

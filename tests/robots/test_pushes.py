@@ -41,7 +41,7 @@ def test_a_standing_robot_is_displaced_and_its_wheels_stand(pushed, by, frame):
     assert hypot(body.truth.twist.linear, body.truth.twist.lateral) < 1e-3
     wheels = felt[-1].wheels.pose
     assert hypot(wheels.x, wheels.y) < 3e-3 and abs(wheels.heading) < 0.02
-    kinds, texts = zip(*body.take_events(), strict=True)
+    kinds, texts, _ = zip(*body.take_events(), strict=True)
     assert kinds == ("pushed", "pushed")
     assert texts[1].startswith("the push ended; the robot moved by (")
 
@@ -83,7 +83,7 @@ def test_a_push_stops_at_an_obstacle(pushed):
     # The box begins at x = 0.75; the rover is 0.18 m long in front of its base.
     assert body.truth.pose.x == pytest.approx(0.57, abs=0.03)
     assert body.tally == ContactTally(by_robot=0, against_standing=1)
-    texts = [text for kind, text in body.take_events() if kind == "pushed"]
+    texts = [event.text for event in body.take_events() if event.kind == "pushed"]
     assert texts[-1].startswith("the push was stopped by an obstacle; the robot moved by (0.5")
 
 

@@ -33,9 +33,10 @@ def test_driving_into_a_box_is_one_contact_of_the_robot(build):
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
     assert body.clearance == pytest.approx(0.0, abs=2e-3)
     assert body.truth.pose.x == pytest.approx(0.75 - 0.18, abs=0.01)
-    (kind, text), *more = body.take_events()
-    assert kind == "contact"
-    assert text.startswith("contact with a static obstacle at (0.7")
+    event, *more = body.take_events()
+    assert event.kind == "contact"
+    assert event.text.startswith("contact with a static obstacle at (0.7")
+    assert (event.fields["touched"], event.fields["is_person"]) == ("a static obstacle", False)
     assert not more
     assert body.take_events() == []
 
@@ -78,7 +79,9 @@ def test_a_robot_driving_into_a_person_touches(build):
     body = build(replace(EMPTY, people=(walking([0.8, 0.0], [0.8, 0.01], speed=0.0),)))
     drive(body, Twist(0.5), 2.0)
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
-    assert body.take_events()[0][1].startswith("contact with Ada at (")
+    contact = body.take_events()[0]
+    assert contact.text.startswith("contact with Ada at (")
+    assert (contact.fields["touched"], contact.fields["is_person"]) == ("Ada", True)
 
 
 def test_a_door_closing_on_a_standing_robot_is_not_its_contact(build):
@@ -109,8 +112,8 @@ def test_doors_move_on_time_and_the_lidar_sees_it(build):
     assert np.isinf(ahead).tolist() == [False] * 5 + [True] * 3 + [False] * 2
     assert body.doors == {"gate": True}
     assert body.scene_changes == 2
-    assert body.take_events() == [
-        ("door", "the door gate opened"), ("door", "the door gate closed"),
+    assert [event.text for event in body.take_events()] == [
+        "the door gate opened", "the door gate closed",
     ]  # fmt: skip
 
 
@@ -122,7 +125,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
     )
     body = build(world)
     assert body.sense().battery.charge == pytest.approx(0.2)
-    assert body.take_events() == [("battery", "battery charge set to 20%")]
+    assert [event[:2] for event in body.take_events()] == [("battery", "battery charge set to 20%")]
     battery = drive(body, Twist(), 3.0)[-1].battery
     assert battery.charging
     # 200 W for 3 s of 100 Wh
@@ -144,7 +147,7 @@ def test_a_lifted_robot_stands_elsewhere_and_its_odometry_knows_nothing(build):
     assert body.truth.pose.distance_to(there) < 2e-3
     shakes = np.concatenate([o.imu.linear_acceleration for o in felt]) - [0.0, 0.0, 9.81]
     assert np.abs(shakes).max() < 1.0
-    assert body.take_events()[-1] == ("lifted", "the robot was lifted to (4.00, -3.00, 2.00)")
+    assert body.take_events()[-1][:2] == ("lifted", "the robot was lifted to (4.00, -3.00, 2.00)")
 
 
 BUSY = square_room(

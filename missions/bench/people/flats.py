@@ -1,23 +1,28 @@
-"""Random flats and offices with people: the worlds of `treepilot bench flats`."""
+"""Random flats and offices with people: `treepilot bench flats`."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 
 import numpy as np
 
+from missions.bench.bench import Bench, Options, Rows
 from missions.bench.generation.floor_plan import START_CLEARANCE, FloorPlan
 from missions.bench.generation.worlds import WorldOptions, generate
-from missions.bench.people.runs import PeopleCase, PeopleEntry, write_shared_world
-from stack.errors import InputError
+from missions.bench.people.runs import (
+    MODELS,
+    PeopleCase,
+    PeopleEntry,
+    PeopleRow,
+    alone,
+    check_people,
+    figures,
+    run_entry,
+    settings_of,
+    write_shared_world,
+)
 from stack.streams import stream
-
-FLATS = "flats"
-"""Name of the scene."""
-
-MODELS = ("none", "social_force", "polite", "unaware")
-"""What the people are: nobody; by social forces; on loops, and stop for a robot ahead; on loops,
-and react to nobody."""
 
 GOALS = 4
 MOST_PEOPLE = 6
@@ -31,12 +36,7 @@ def make_flat(entry: PeopleEntry) -> PeopleCase:
     The walls, the furniture, the people and the goals of a seed are the same for all robots and all
     kinds of people. Everybody begins at least START_CLEARANCE from the robot, or as far as their
     way leads.
-
-    Raises:
-        InputError: there is no such kind of people.
     """
-    if entry.people not in MODELS:
-        raise InputError(f"no people {entry.people!r}; choose from {', '.join(MODELS)}")
     random = stream(entry.seed, "flats")
     count = int(random.integers(1, MOST_PEOPLE + 1))
     kind = "flat" if entry.seed % 2 == 0 else "office"
@@ -70,3 +70,33 @@ def _choose_people(plan: FloorPlan, model: str, start: str) -> None:
         number = int(person["start"] * len(way))
         if min(away[number], away[(number + 1) % len(way)]) < START_CLEARANCE:
             person["start"] = round(int(np.argmax(away)) / len(way) + 0.001, 3)
+
+
+def entries_of(options: Options) -> list[PeopleEntry]:
+    """Return the runs, seed by seed, so that an interrupted bench has all kinds.
+
+    Raises:
+        InputError: there is no such kind of people.
+    """
+    check_people(options)
+    return [
+        PeopleEntry("flats", robot, model, seed, make_flat, options)
+        for seed in options.seeds
+        for robot in options.robots
+        for model in options.people
+    ]
+
+
+def table_of(rows: Sequence[PeopleRow]) -> Rows:
+    """Return a row of figures for each kind of people and robot, and one for all robots."""
+    robots = list(dict.fromkeys(row.robot for row in rows))
+    found: Rows = []
+    for model in MODELS:
+        for robot in [*robots, "all"] if len(robots) > 1 else robots:
+            own = [row for row in rows if row.people == model and robot in (row.robot, "all")]
+            if own:
+                found.append({"people": model, "robot": robot, **figures(own, alone(rows))})
+    return found
+
+
+FLATS = Bench(PeopleRow, entries_of, run_entry, settings_of, table_of)

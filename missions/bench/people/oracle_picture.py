@@ -9,16 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from missions.bench.people.oracle import Verdict
+from missions.bench.picture import BODY, GOAL, OBSTACLE, UNREACHED, write_page
 from stack.types import Pose2D
 
 SMALLEST = 600
 """Pixels of the longer side, at least."""
-
-HEIGHT = 26
-"""Pixels of the caption."""
-
-WALL, NEVER, BODY, GOAL = (70, 60, 50), (235, 235, 235), (190, 60, 160), (60, 130, 30)
-"""Colours in OpenCV's order: blue, green, red."""
 
 
 def sentence(verdict: Verdict) -> str:
@@ -41,8 +36,8 @@ def draw_verdict(path: Path, verdict: Verdict, goals: Sequence[Pose2D]) -> None:
     ground, came = verdict.ground, np.isfinite(verdict.arrival)
     share = np.where(came, verdict.arrival, 0.0) / max(verdict.ended, 1e-9)
     pixels = cv2.applyColorMap((share * 255.0).astype(np.uint8), cv2.COLORMAP_JET)
-    pixels[~came] = NEVER
-    pixels[~ground.free] = WALL
+    pixels[~came] = UNREACHED
+    pixels[~ground.free] = OBSTACLE
     zoom = ceil(SMALLEST / max(came.shape))
     pixels = np.kron(pixels[::-1], np.ones((zoom, zoom, 1), np.uint8))
     scale = zoom / ground.resolution
@@ -56,11 +51,4 @@ def draw_verdict(path: Path, verdict: Verdict, goals: Sequence[Pose2D]) -> None:
         cv2.circle(pixels, at(x, y), round(radius * scale), BODY, 2, cv2.LINE_AA)
     for goal in goals:
         cv2.circle(pixels, at(goal.x, goal.y), round(0.2 * scale), GOAL, 2, cv2.LINE_AA)
-    page = np.full((pixels.shape[0] + HEIGHT, pixels.shape[1], 3), 255, np.uint8)
-    page[HEIGHT:] = pixels
-    font = cv2.FONT_HERSHEY_SIMPLEX
-    cv2.putText(page, sentence(verdict), (8, 18), font, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
-    done, png = cv2.imencode(".png", page)
-    if done:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(png.tobytes())
+    write_page(path, pixels, [sentence(verdict)])

@@ -1,26 +1,28 @@
-"""One run among people, and its row in a table: of `bench flats` and `bench people`."""
+"""Runs among people: how one is made, its row, and the figures of several."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from time import perf_counter
+from statistics import median
 from typing import Any
 
+from missions.bench.bench import FAILED, PASSED, Group, Key, Options, Row
+from missions.bench.conditions import conditions, world_of
 from missions.bench.drive_recorder import DriveRecorder, is_end_of_motion
 from missions.bench.people.oracle import Task, judge
 from missions.bench.people.oracle_picture import draw_verdict
-from missions.bench.resumable import Key, Work
-from missions.bench.runs import CRASHED
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS
 from missions.execution.running import execute
+from stack.errors import InputError
 from stack.mapping.whole_files import replace_file
-from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
+from stack.telemetry.records import Event, MissionState
+from stack.telemetry.sinks import Sink
 from stack.types import Pose2D
 
 MISSION = MISSIONS / "bench" / "flats.yaml"
@@ -31,10 +33,9 @@ FALSE_GOAL = 0.5
 TIME_LIMIT = 900.0
 """Seconds after which a run ends."""
 
-PICTURES = "oracle"
-"""Folder of the oracle's pictures of runs that failed or that nobody could have passed."""
-
-PASSED, FAILED = "passed", "failed"
+MODELS = ("none", "social_force", "polite", "unaware")
+"""What the people are: nobody; by social forces; on loops, and stop for a robot ahead; on loops,
+and react to nobody."""
 
 NOBODY: dict[str, Any] = {
     "contacts": [], "least_distance": None, "seconds_intimate": 0.0, "seconds_personal": 0.0,
@@ -51,9 +52,7 @@ class PeopleEntry:
         scene: name of the scene. robot: name or file. people: kind of people. seed: of all that is
             drawn, and of the run.
         make: generates the world of an entry; a top-level function.
-        folder: of the generated world files.
-        parameters: `controller.cruise_speed` -> value as text.
-        keep: folder for the records of the run; None keeps none.
+        options: of the bench.
     """
 
     scene: str
@@ -61,14 +60,17 @@ class PeopleEntry:
     people: str
     seed: int
     make: Callable[[PeopleEntry], PeopleCase]
-    folder: Path
-    parameters: Mapping[str, str]
-    keep: Path | None = None
+    options: Options
 
     @property
     def key(self) -> Key:
         """Unique key of the run in a table."""
-        return f"{self.scene} {Path(self.robot).stem}", self.people, self.seed
+        return self.scene, Path(self.robot).stem, self.people, self.seed
+
+    @property
+    def label(self) -> str:
+        """Scene and robot."""
+        return f"{self.scene} {Path(self.robot).stem}"
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ class PeopleCase:
 
 
 @dataclass(frozen=True, slots=True)
-class PeopleRow:
+class PeopleRow(Row):
     """One row of the table: a run.
 
     Attributes:
@@ -118,72 +120,61 @@ class PeopleRow:
     seed: int
     status: str
     cause: str
-    goals: int
-    visited: int
-    false_goals: int
-    persons: int
-    time: float
-    driven: float
-    failures: dict[str, int]
-    drove_into: int
-    struck_moving: int
-    struck_standing: int
-    things: int
-    least_distance: float | None
-    intimate: float
-    personal: float
-    collision_time: float | None
-    jerk: float
-    longest_stand: float
-    standoffs: int
-    wall_seconds: float
+    goals: int = 0
+    visited: int = 0
+    false_goals: int = 0
+    persons: int = 0
+    time: float = 0.0
+    driven: float = 0.0
+    failures: dict[str, int] = field(default_factory=dict)
+    drove_into: int = 0
+    struck_moving: int = 0
+    struck_standing: int = 0
+    things: int = 0
+    least_distance: float | None = None
+    intimate: float = 0.0
+    personal: float = 0.0
+    collision_time: float | None = None
+    jerk: float = 0.0
+    longest_stand: float = 0.0
+    standoffs: int = 0
+    wall_seconds: float = 0.0
     possible: bool | None = None
     oracle_time: float | None = None
 
     @property
-    def success(self) -> bool:
-        """Whether all goals were reached."""
-        return self.status == PASSED
-
-    @property
-    def key(self) -> Key:
-        """Key of its entry."""
-        return f"{self.scene} {self.robot}", self.people, self.seed
+    def figures(self) -> str:
+        """Its most important figures as text."""
+        return (
+            f"{self.visited}/{self.goals} goals, {self.time:.0f} s, {self.driven:.0f} m, drove into"
+            f" {self.drove_into}, struck {self.struck_moving + self.struck_standing}"
+        )
 
 
-class FailureCodes:
-    """A telemetry sink that counts the failed drives by their code, and contacts with things.
+class FailureCodes(Sink):
+    """A telemetry sink that counts failed drives by code, and contacts with things.
 
-    Args:
-        people: their names; contacts with them are counted elsewhere.
+    Attributes:
+        codes: number of failed drives by code. last: the last of them, in words.
+        things: contacts with anything but people.
     """
 
-    def __init__(self, people: Iterable[str]) -> None:
-        self._people = tuple(f"contact with {name} at " for name in people)
+    def __init__(self) -> None:
         self.codes: Counter[str] = Counter()
         self.things = 0
         self.last = ""
-
-    def open(self, info: RunInfo) -> None:
-        """Do nothing."""
 
     def event(self, event: Event) -> None:
         """Count an event."""
         if is_end_of_motion(event, "failed"):
             self.codes[str(event.fields.get("code"))] += 1
             self.last = event.text
-        elif event.kind == "contact" and not event.text.startswith(self._people):
-            self.things += 1
+        elif event.kind == "contact":
+            self.things += not event.fields["is_person"]
 
     def wants_snapshot(self, time: float) -> bool:
         """Return False: no snapshot is needed."""
         return False
-
-    def snapshot(self, snapshot: Snapshot) -> None:
-        """Ignore the final snapshot, which every sink receives."""
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """Do nothing."""
 
 
 def write_shared_world(entry: PeopleEntry, name: str, text: str) -> Path:
@@ -191,36 +182,56 @@ def write_shared_world(entry: PeopleEntry, name: str, text: str) -> Path:
 
     The runs of all robots share the file: other processes may be reading it.
     """
-    entry.folder.mkdir(parents=True, exist_ok=True)
-    file = entry.folder / f"{name}_{entry.seed}_{entry.people}.yaml"
+    folder = entry.options.worlds
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{name}_{entry.seed}_{entry.people}.yaml"
     if not file.exists() or file.read_text("utf-8") != text:
         replace_file(file, text.encode())
     return file.resolve()
 
 
+def check_people(options: Options) -> None:
+    """Check the kinds of people.
+
+    Raises:
+        InputError: there is no such kind.
+    """
+    for model in options.people:
+        if model not in MODELS:
+            raise InputError(f"--people {model}: choose from {', '.join(MODELS)}")
+
+
 def options_of(entry: PeopleEntry, case: PeopleCase) -> RunOptions:
     """Return the options of a run."""
-    name = "-".join(map(str, entry.key)).replace(" ", "_")
-    records = None if entry.keep is None else entry.keep / name
+    name, keep = "-".join(map(str, entry.key)).replace(" ", "_"), entry.options.keep
     return RunOptions(
         seed=entry.seed, robot=entry.robot, arguments={"goals": case.argument},
-        world=str(case.file), out=records,
-        serve=False, camera="off", parameters=dict(entry.parameters),
+        world=str(case.file), out=None if keep is None else keep / name,
+        serve=False, camera="off", parameters=dict(entry.options.parameters),
     )  # fmt: skip
 
 
-def run_entry(entry: PeopleEntry) -> PeopleRow:
-    """Make one run.
+def settings_of(entry: PeopleEntry) -> dict[str, Any]:
+    """Return the conditions of the runs in a scene, with the world and the goals of one of them.
+
+    It is the same one for all runs, so that a table can be continued with other seeds and people.
+    """
+    one = replace(entry, seed=0, people="unaware")
+    options = options_of(one, one.make(one))
+    plan = prepare(MISSION, options)
+    return {**conditions(plan, options), "world": world_of(plan), "time_limit": TIME_LIMIT}
+
+
+def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
+    """Make one run; draw what the oracle found if it failed or nobody could have passed.
 
     Raises:
         InputError: the mission or a parameter has errors.
     """
-    began = perf_counter()
     case = entry.make(entry)
     options = options_of(entry, case)
     plan = prepare(MISSION, options)
-    recorder = DriveRecorder()
-    codes = FailureCodes(person.name for person in plan.world.people)
+    recorder, codes = DriveRecorder(), FailureCodes()
     report = execute(plan, options, [recorder, codes], lambda: recorder.time >= TIME_LIMIT)
     false = sum(goal.distance_to(truth) > FALSE_GOAL for goal, truth in recorder.reached)
     visited = int(report.blackboard.get("visited", "0"))
@@ -230,10 +241,9 @@ def run_entry(entry: PeopleEntry) -> PeopleRow:
     task = Task(plan.start, case.goals, FALSE_GOAL, TIME_LIMIT)
     verdict = judge(plan.world, plan.robot, entry.seed, task)
     if verdict is not None and not (whole and verdict.possible):
-        name = f"{'-'.join(map(str, entry.key)).replace(' ', '_')}.png"
-        draw_verdict(entry.folder.parent / PICTURES / Path(name).name, verdict, case.goals)
+        draw_verdict(picture, verdict, case.goals)
     return PeopleRow(
-        *_names(entry), status=PASSED if whole else FAILED,
+        *entry.key[:3], entry.seed, status=PASSED if whole else FAILED,
         cause="" if whole else _cause(report, recorder.time, false, codes.last),
         goals=len(case.goals), visited=visited, false_goals=false, persons=case.people,
         time=round(report.simulated_seconds, 2), driven=round(report.distance_m, 2),
@@ -243,7 +253,6 @@ def run_entry(entry: PeopleEntry) -> PeopleRow:
         intimate=people["seconds_intimate"], personal=people["seconds_personal"],
         collision_time=people["least_time_to_collision"], jerk=round(recorder.jerk, 3),
         longest_stand=people["longest_stand"], standoffs=people["standoffs"],
-        wall_seconds=round(perf_counter() - began, 2),
         possible=None if verdict is None else verdict.possible,
         oracle_time=None if verdict is None else verdict.time,
     )  # fmt: skip
@@ -258,33 +267,40 @@ def _cause(report: Report, time: float, false_goals: int, last_failed: str) -> s
     return last_failed or report.reason
 
 
-def line_of(row: PeopleRow) -> str:
-    """Return a run as one line."""
-    figures = f"{row.time:.0f} s, {row.driven:.0f} m"
-    if row.drove_into or row.struck_moving or row.struck_standing:
-        struck = row.struck_moving + row.struck_standing
-        figures += f", drove into {row.drove_into}, struck {struck}"
-    outcome = figures if row.success else f"{row.visited}/{row.goals} goals: {row.cause}; {figures}"
-    return f"{row.scene}, {row.robot}, {row.people} seed {row.seed}: {outcome}"
+Alone = Mapping[tuple[str, str, int], PeopleRow]
+"""Runs without people by scene, robot and seed."""
 
 
-def _names(entry: PeopleEntry) -> tuple[str, str, str, int]:
-    return entry.scene, Path(entry.robot).stem, entry.people, entry.seed
+def alone(rows: Sequence[PeopleRow]) -> Alone:
+    """Return the runs without people that passed: with them the others are compared."""
+    return {
+        (row.scene, row.robot, row.seed): row
+        for row in rows
+        if row.people == "none" and row.success
+    }
 
 
-def _crashed(entry: PeopleEntry, sentence: str) -> PeopleRow:
-    """Return the row of a run that ended with an exception."""
-    return PeopleRow(
-        *_names(entry), status=CRASHED, cause=sentence, goals=0, visited=0, false_goals=0,
-        persons=0, time=0.0, driven=0.0, failures={}, drove_into=0, struck_moving=0,
-        struck_standing=0, things=0,
-        least_distance=None, intimate=0.0, personal=0.0, collision_time=None, jerk=0.0,
-        longest_stand=0.0, standoffs=0, wall_seconds=0.0,
-    )  # fmt: skip
-
-
-def _read(values: dict[str, Any]) -> PeopleRow:
-    return PeopleRow(**values)
-
-
-PEOPLE_WORK: Work[PeopleEntry, PeopleRow] = Work(run_entry, _read, line_of, _crashed)
+def figures(rows: Sequence[PeopleRow], empty: Alone) -> dict[str, object]:
+    """Return the figures of several runs; `empty` are the runs without people."""
+    pairs = [(row, empty.get((row.scene, row.robot, row.seed))) for row in rows if row.success]
+    times = [row.time / other.time for row, other in pairs if other is not None]
+    ways = [row.driven / other.driven for row, other in pairs if other is not None]
+    distances = [row.least_distance for row in rows if row.least_distance is not None]
+    judged = [row.possible for row in rows if row.possible is not None]
+    group = Group(rows)
+    return {
+        "all goals": group.share(),
+        "95 % interval": group.interval,
+        "impossible": f"{judged.count(False)}/{len(judged)}" if judged else "",
+        "goals": f"{group.total(lambda row: row.visited)}/{group.total(lambda row: row.goals)}",
+        "false": group.total(lambda row: row.false_goals),
+        "drove into": group.total(lambda row: row.drove_into),
+        "struck moving": group.total(lambda row: row.struck_moving),
+        "struck standing": group.total(lambda row: row.struck_standing),
+        "things": group.total(lambda row: row.things),
+        "time": f"{median(times):.2f}" if times else "",
+        "way": f"{median(ways):.2f}" if ways else "",
+        "standoffs": group.total(lambda row: row.standoffs),
+        "intimate": f"{sum(row.intimate for row in rows) / max(1, len(rows)):.1f} s",
+        "least distance": f"{median(distances):.2f} m" if distances else "",
+    }

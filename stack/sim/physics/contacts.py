@@ -28,11 +28,13 @@ class Touch(NamedTuple):
         name: of what it touches.
         place: x, y in the world frame, metres.
         depth: by which the bodies overlap, metres.
+        is_person: whether it is a person of the world.
     """
 
     name: str
     place: tuple[float, float]
     depth: float = 0.0
+    is_person: bool = False
 
 
 def depths(touches: Iterable[Touch], tilt: float) -> dict[str, float]:

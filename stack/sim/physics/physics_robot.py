@@ -215,11 +215,11 @@ class PhysicsRobot:
 
     def touching(self) -> list[Touch]:
         """Return the contacts except those with the floor."""
-        floor, name_of = self.world.scene.floor, self.world.name_of
+        scene, name_of = self.world.scene, self.world.name_of
         return [
-            Touch(name_of(point[2]), point[6][:2], max(0.0, -point[8]))
+            Touch(name_of(point[2]), point[6][:2], max(0.0, -point[8]), scene.is_person(point[2]))
             for point in self._bullet.getContactPoints(self.robot, physicsClientId=self.client)
-            if point[2] != floor and (point[8] <= 0.0 or point[9] > 0.0)
+            if point[2] != scene.floor and (point[8] <= 0.0 or point[9] > 0.0)
         ]
 
     def distance(self, reach: float) -> float:

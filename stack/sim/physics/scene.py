@@ -259,6 +259,10 @@ class Scene:
                 picture = write_picture(poster_picture(poster.number, poster.size), self._folder)
                 self._add_picture(poster_quad(poster, self._folder), picture)
 
+    def is_person(self, body: int) -> bool:
+        """Whether a body is a person of the world."""
+        return body in self._people
+
     def _add_door(self, door: Door, *, visible: bool) -> int:
         pose, length = slab(np.array(door.start), np.array(door.end))
         half = (length / 2.0, door.thickness / 2.0, door.height / 2.0)

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.bench.course_bench import CourseOptions, course_entries, report
+from missions.bench.bench import Options
+from missions.bench.course_bench import COURSE_BENCH, entries_of
 from missions.bench.courses import COURSES, Size
 from missions.bench.shortest import shortest_path_length
-from missions.bench.table import TableOptions, fill_table
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
@@ -90,11 +90,11 @@ def test_there_is_a_way_through(course, robot, tmp_path):
     ],
 )  # fmt: skip
 def test_a_robot_of_default_settings_gets_through(course, robot, tmp_path):
-    options = CourseOptions(tmp_path / "worlds", (course,), (robot,), trials=1)
-    (run,) = fill_table(course_entries(options), TableOptions(tmp_path), print)
+    (entry,) = entries_of(Options(tmp_path, names=(course,), robots=(robot,)))
+    run = COURSE_BENCH.row(entry, tmp_path)
     assert (run.status, run.cause) == ("success", "")
     assert run.clearance > 0.01
-    line = report([run])[1]
+    line = COURSE_BENCH.report([run])[1]
     assert line.split()[:4] == [*run.setup.split(), course, "1/1"]
 
 
@@ -102,9 +102,9 @@ def test_a_robot_of_default_settings_gets_through(course, robot, tmp_path):
 def test_a_corner_is_passed_in_several_motions(tmp_path):
     """The robot used to stand in these trials: it did not finish the motions that it had planned,
     and safety held it before the end of one. 3 cm are free on each side at best."""
-    options = CourseOptions(tmp_path / "worlds", ("corner",), ("jackal",), trials=21)
-    entries = [course_entries(options)[trial] for trial in (8, 11, 20)]
-    runs = fill_table(entries, TableOptions(tmp_path), print)
+    options = Options(tmp_path, 1, range(21), ("corner",), ("jackal",))
+    entries = [entries_of(options)[trial] for trial in (8, 11, 20)]
+    runs = [COURSE_BENCH.row(entry, tmp_path) for entry in entries]
     assert [(run.status, run.cause) for run in runs] == [("success", "")] * 3
     assert min(run.clearance for run in runs) > 0.01
 
@@ -112,25 +112,25 @@ def test_a_corner_is_passed_in_several_motions(tmp_path):
 @pytest.mark.slow
 def test_a_robot_that_is_blind_behind_does_not_stay_before_unseen_ground(tmp_path):
     """It stood in these trials: standstill was preferred to a turn that is as slow as allowed."""
-    options = CourseOptions(tmp_path / "worlds", ("door",), ("jackal",), trials=16)
-    entries = [course_entries(options)[trial] for trial in (13, 15)]
-    runs = fill_table(entries, TableOptions(tmp_path), print)
+    options = Options(tmp_path, 1, range(16), ("door",), ("jackal",))
+    entries = [entries_of(options)[trial] for trial in (13, 15)]
+    runs = [COURSE_BENCH.row(entry, tmp_path) for entry in entries]
     assert [(run.status, run.cause) for run in runs] == [("success", "")] * 2
 
 
 def test_results_of_other_worlds_are_not_mixed_in(tmp_path):
-    options = CourseOptions(tmp_path / "worlds", ("door",), ("scout",), trials=2)
-    first, second = course_entries(options)
-    assert [entry.case.file for entry in course_entries(options)] == [
+    options = Options(tmp_path, 1, range(2), ("door",), ("scout",))
+    first, second = entries_of(options)
+    assert [entry.case.file for entry in entries_of(options)] == [
         first.case.file, second.case.file,
     ]  # fmt: skip
     first.case.file.write_text(second.case.file.read_text())
     with pytest.raises(
         InputError, match=r"door_0.yaml differs from the generated world.*choose another --out"
     ):
-        course_entries(options)
+        entries_of(options)
 
 
 def test_an_unknown_course_is_named(tmp_path):
     with pytest.raises(InputError, match="no course 'dor'; did you mean 'door'"):
-        course_entries(CourseOptions(tmp_path, ("dor",)))
+        entries_of(Options(tmp_path, names=("dor",), robots=("scout",)))

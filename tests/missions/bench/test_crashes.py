@@ -1,16 +1,19 @@
-"""A run that crashes is a row of its table; the other runs are made all the same."""
+"""A run that crashes or hangs is a row of its table; the other runs are made all the same."""
 
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import pytest
 
-from missions.bench.mission_runs import MISSION_WORK, QUIET, MissionEntry
-from missions.bench.resumable import TableOptions, Work, fill
+from missions.bench.bench import PASSED, Bench, Options, Row
+from missions.bench.mission_runs import MISSIONS, QUIET, MissionEntry
+from missions.bench.resumable import fill
 from missions.bench.runs import Case, Entry, Rules, Setup
 from missions.bench.trial import run_trial
 from missions.execution.resources import WORLDS
@@ -25,63 +28,68 @@ class Division:
 
     by: int
 
+    label = "division"
+
     @property
     def key(self):
-        return "division", "12", self.by
+        return "12", self.by
 
 
 @dataclass(frozen=True)
-class Quotient:
+class Quotient(Row):
+    dividend: str
     by: int
-    text: str
+    status: str
+    cause: str
+    text: str = ""
     wall_seconds: float = 0.0
 
-    @property
-    def key(self):
-        return "division", "12", self.by
 
-
-def divide(entry: Division) -> Quotient:
+def divide(entry: Division, picture: Path) -> Quotient:
     if entry.by == 7:
         raise InputError("no sevens")
     if entry.by == 9:
         os.kill(os.getpid(), signal.SIGKILL)
     if entry.by == 11:
         os._exit(3)
-    return Quotient(entry.by, str(12 // entry.by))
+    if entry.by == 13:
+        signal.pause()
+    return Quotient(*entry.key, PASSED, "", str(12 // entry.by))
 
 
-def read(values: dict) -> Quotient:
-    return Quotient(**values)
+def nothing(_):
+    return []
 
 
-def text(row: Quotient) -> str:
-    return row.text
+BENCH = Bench(Quotient, nothing, divide, nothing, nothing)
 
 
-def crashed(entry: Division, sentence: str) -> Quotient:
-    return Quotient(entry.by, sentence)
-
-
-WORK = Work(divide, read, text, crashed)
+def filled(numbers, options):
+    return fill(BENCH, [Division(by) for by in numbers], options, lambda _: None)
 
 
 def test_a_crash_is_a_row_with_file_and_line(tmp_path, capsys):
-    rows = fill(
-        [Division(3), Division(0), Division(4)], TableOptions(tmp_path), WORK, lambda _: None
-    )
+    rows = filled((3, 0, 4), Options(tmp_path))
     assert [row.text for row in rows][::2] == ["4", "3"]
-    assert rows[1].text.startswith(
+    assert rows[1].cause.startswith(
         "ZeroDivisionError: integer division or modulo by zero (test_cra"
     )
     stored = [json.loads(line) for line in (tmp_path / "runs.jsonl").read_text().splitlines()]
     assert [row["by"] for row in stored] == [3, 0, 4]
-    assert "the run ('division', '12', 0) crashed\nTraceback" in capsys.readouterr().err
+    assert "the run ('12', 0) crashed\nTraceback" in capsys.readouterr().err
 
 
 def test_wrong_input_ends_the_table(tmp_path):
     with pytest.raises(InputError, match="no sevens"):
-        fill([Division(3), Division(7), Division(4)], TableOptions(tmp_path), WORK, lambda _: None)
+        filled((3, 7, 4), Options(tmp_path))
+
+
+def test_a_row_without_one_of_its_figures_is_no_row_of_the_table(tmp_path):
+    filled((3,), Options(tmp_path))
+    table = tmp_path / "runs.jsonl"
+    table.write_text(table.read_text("utf-8").replace('"text": "4", ', ""), "utf-8")
+    with pytest.raises(InputError, match=r"not a row of this table: missing: text"):
+        filled((3,), Options(tmp_path))
 
 
 @pytest.fixture
@@ -100,35 +108,41 @@ def faulty(tmp_path):
     return mission
 
 
-def test_both_benches_make_a_row_of_a_failing_plugin(faulty):
-    run = MISSION_WORK.row(MissionEntry(str(faulty), 60.0))
+def test_both_benches_make_a_row_of_a_failing_plugin(faulty, tmp_path):
+    run = MISSIONS.row(MissionEntry(str(faulty), 60.0), tmp_path)
     assert run.status == "error" and "KeyError: 'inside' (faulty.py:" in run.cause
     case = Case("room", read_world(WORLDS / "small_room.yaml"))
-    trial = run_trial(Entry(Setup(str(faulty), Rules(0.3, 60.0)), case, 0))
-    assert trial.run.status == "gave_up" and "KeyError: 'inside' (faulty.py:" in trial.run.cause
+    row = run_trial(Entry(Setup(str(faulty), Rules(0.3, 60.0)), case, 0), tmp_path / "a.png")
+    assert row.status == "gave_up" and "KeyError: 'inside' (faulty.py:" in row.cause
 
 
-def test_a_crash_outside_the_loop_is_a_row_too(faulty, monkeypatch, capsys):
+def test_a_crash_outside_the_loop_is_a_row_too(faulty, tmp_path, monkeypatch, capsys):
     def broken(*_):
         raise RuntimeError("no figures")
 
     monkeypatch.setattr("missions.bench.mission_runs._shortest", broken)
-    run = MISSION_WORK.row(MissionEntry(str(faulty), 60.0, replace(QUIET, seed=3)))
+    run = MISSIONS.row(MissionEntry(str(faulty), 60.0, replace(QUIET, seed=3)), tmp_path)
     assert (run.status, run.seed, run.success) == ("crashed", 3, False)
     assert run.cause.startswith("RuntimeError: no figures")
     assert "crashed\nTraceback" in capsys.readouterr().err
 
 
 def test_a_process_that_dies_loses_only_its_own_run(tmp_path):
-    entries = [Division(by) for by in (1, 9, 2, 11, 3, 4)]
-    rows = fill(entries, TableOptions(tmp_path, jobs=2), WORK, lambda _: None)
-    assert [row.text for row in rows] == [
+    rows = filled((1, 9, 2, 11, 3, 4), Options(tmp_path, jobs=2))
+    assert [row.text or row.cause for row in rows] == [
         "12", "the process was ended by SIGKILL", "6", "the process ended with exit code 3",
         "4", "3",
     ]  # fmt: skip
 
 
+def test_a_process_that_hangs_is_ended_and_reported(tmp_path, monkeypatch):
+    """With a bound of no time at all, so that the test does not depend on the machine."""
+    monkeypatch.setattr("missions.bench.processes.LONGEST_RUN", 0.0)
+    rows = filled((13, 13, 13, 1), Options(tmp_path, jobs=2))
+    assert {row.cause for row in rows} == {"hung: no result after 0 h"}
+    assert not any(process.is_alive() for process in multiprocessing.active_children())
+
+
 def test_wrong_input_ends_a_table_that_several_processes_fill(tmp_path):
-    entries = [Division(by) for by in (1, 7, 2)]
     with pytest.raises(InputError, match="no sevens"):
-        fill(entries, TableOptions(tmp_path, jobs=2), WORK, lambda _: None)
+        filled((1, 7, 2), Options(tmp_path, jobs=2))

@@ -9,17 +9,24 @@ import numpy as np
 import pytest
 import yaml
 
-from missions.bench.people.flats import GOALS, MODELS, START_CLEARANCE, make_flat
+from missions.bench.bench import Options
+from missions.bench.people.flats import (
+    FLATS,
+    GOALS,
+    START_CLEARANCE,
+    entries_of,
+    make_flat,
+    table_of,
+)
 from missions.bench.people.runs import (
     MISSION,
-    PEOPLE_WORK,
+    MODELS,
     FailureCodes,
     PeopleEntry,
     PeopleRow,
-    run_entry,
+    settings_of,
 )
-from missions.bench.people.table import flat_entries, measured, report, rows_of
-from missions.bench.resumable import TableOptions
+from missions.bench.resumable import record_settings
 from missions.execution.resources import load_robot
 from missions.inspection.file_scaffold import new_mission
 from robots.load import find_robot
@@ -38,7 +45,7 @@ ROW = PeopleRow(
 
 
 def entry(tmp_path, people="unaware", seed=3) -> PeopleEntry:
-    return PeopleEntry("flats", "scout", people, seed, make_flat, tmp_path, {})
+    return PeopleEntry("flats", "scout", people, seed, make_flat, Options(tmp_path))
 
 
 @pytest.mark.parametrize("seed", [2, 3])
@@ -82,36 +89,34 @@ def test_the_table_has_intervals_and_compares_with_the_runs_without_people():
         ROW,
         replace(ROW, seed=1, status="failed", visited=3, cause="drive to (1, 2) failed: LOST"),
     ]
-    none, unaware = rows_of(rows)
+    none, unaware = table_of(rows)
     assert (none["people"], unaware["people"]) == ("none", "unaware")
     assert (unaware["all goals"], unaware["goals"]) == ("1/2", "7/8")
     assert unaware["95 % interval"] == "9% to 91%"  # Wilson 1927 for 1 of 2
     assert (unaware["time"], unaware["way"]) == ("1.20", "1.10")
     assert unaware["struck moving"] == 2
-    lines = report(rows, rows_of(rows))
-    assert lines[-1] == "  flats, scout, unaware seed 1: 3/4 goals: drive to (1, 2) failed: LOST"
-    assert report([], []) == []
+    lines = FLATS.report(rows)
+    assert lines[-1] == "  flats, scout, unaware, seed 1: failed: drive to (1, 2) failed: LOST"
+    assert FLATS.report([]) == []
     both = [*rows, replace(ROW, robot="glide")]
-    assert [row["robot"] for row in rows_of(both)] == ["scout", "all", "scout", "glide", "all"]
+    assert [row["robot"] for row in table_of(both)] == ["scout", "all", "scout", "glide", "all"]
 
 
 def test_a_kind_of_people_that_does_not_exist_is_refused(tmp_path):
     with pytest.raises(InputError, match="--people nice: choose from none, social_force"):
-        flat_entries(["scout"], ["nice"], range(2), tmp_path, {})
-    entries = flat_entries(["scout", "glide"], ["none"], range(2), tmp_path, {})
-    assert [item.key for item in entries] == [
-        ("flats scout", "none", 0), ("flats glide", "none", 0),
-        ("flats scout", "none", 1), ("flats glide", "none", 1),
+        entries_of(Options(tmp_path, people=("nice",)))
+    entries = entries_of(
+        Options(tmp_path, seeds=range(2), robots=("scout", "glide"), people=("none",))
+    )
+    assert [item.key[1:] for item in entries] == [
+        ("scout", "none", 0), ("glide", "none", 0), ("scout", "none", 1), ("glide", "none", 1),
     ]  # fmt: skip
 
 
 def test_a_table_of_another_mission_world_or_robot_is_not_continued(tmp_path, monkeypatch):
-    monkeypatch.setattr("missions.bench.people.table.fill", lambda *_: [])
-    out = TableOptions(tmp_path / "out")
-
     def record(people="social_force", seed=3, robot="scout"):
-        made = entry(tmp_path / "worlds", people, seed)
-        measured([replace(made, robot=robot)], out, lambda line: None)
+        made = replace(entry(tmp_path / "made", people, seed), robot=robot)
+        record_settings(tmp_path / "out", {made.label: settings_of(made)})
 
     record()
     record("none", 4)  # other seeds and people continue it
@@ -119,7 +124,7 @@ def test_a_table_of_another_mission_world_or_robot_is_not_continued(tmp_path, mo
     mission = tmp_path / "flats.yaml"
     mission.write_text(MISSION.read_text("utf-8").replace("90 s", "80 s"), "utf-8")
     with monkeypatch.context() as changed:
-        changed.setattr("missions.bench.people.table.MISSION", mission)
+        changed.setattr("missions.bench.people.runs.MISSION", mission)
         with pytest.raises(InputError, match="results of other settings"):
             record()
     with monkeypatch.context() as changed:
@@ -144,18 +149,17 @@ def test_a_run_that_is_not_over_at_its_limit_says_so(tmp_path, monkeypatch):
         {"status": "failed", "code": "NO_PROGRESS", "moves": True},
     )  # fmt: skip
     monkeypatch.setattr(FailureCodes, "open", lambda codes, info: codes.event(failed))
-    row = run_entry(entry(tmp_path, "none", 2))
+    row = FLATS.row(entry(tmp_path, "none", 2), tmp_path)
     assert (row.status, row.failures) == ("failed", {"NO_PROGRESS": 1})
     assert row.cause == "not finished after 2 s"
 
 
 def test_a_run_reaches_its_goals_and_a_crash_is_a_row(tmp_path):
-    row = run_entry(entry(tmp_path, "social_force", 2))
+    row = FLATS.row(entry(tmp_path, "social_force", 2), tmp_path)
     assert (row.status, row.visited, row.false_goals) == ("passed", GOALS, 0)
     assert (row.drove_into, row.things) == (0, 0)
     assert row.least_distance is not None
     assert 0.0 < row.intimate <= row.personal
-    assert PEOPLE_WORK.line(row).startswith("flats, scout, social_force seed 2: ")
-    assert PEOPLE_WORK.crashed is not None
-    crash = PEOPLE_WORK.crashed(entry(tmp_path), "ValueError: no")
+    assert row.line.startswith("flats, scout, social_force, seed 2: 4/4 goals")
+    crash = PeopleRow.crashed(entry(tmp_path).key, "ValueError: no")
     assert (crash.success, crash.cause) == (False, "ValueError: no")

@@ -5,8 +5,16 @@ from __future__ import annotations
 import pytest
 from typer.testing import CliRunner
 
-from missions.bench.mission_runs import MissionEntry, MissionRun, run_entry
-from missions.bench.mission_table import mission_entries, rows_of, table_lines
+from missions.bench.bench import Options
+from missions.bench.mission_runs import (
+    MISSIONS as MISSION_BENCH,
+)
+from missions.bench.mission_runs import (
+    MissionEntry,
+    MissionRun,
+    entries_of,
+    table_of,
+)
 from missions.cli.app import app
 from missions.execution.resources import MISSIONS, mission_files
 from stack.errors import InputError
@@ -25,21 +33,21 @@ def run(seed, **changes):
 
 def test_a_row_counts_what_succeeded_and_keeps_the_worst():
     bad = run(2, status="failure", cause="NO_VALID_PATH", clearance=0.01, collisions=2)
-    (row,) = rows_of([run(0), run(1, localisation_error=(0.04, 0.5)), bad])
+    (row,) = table_of([run(0), run(1, localisation_error=(0.04, 0.5)), bad])
     assert (row["success"], row["collisions"], row["recoveries"]) == ("2/3", 2, 3)
     assert (row["time s"], row["clearance m"], row["error max m"]) == (11.0, 0.01, 0.5)
     assert row["error mean m"] == pytest.approx(0.08 / 3)
     assert row["failed"] == "2: NO_VALID_PATH"
-    assert list(table_lines([run(0), bad]))[-1] == "  m seed 2: failure: NO_VALID_PATH"
+    assert MISSION_BENCH.report([run(0), bad])[-1] == "  m seed 2: failure: NO_VALID_PATH"
 
 
-def test_without_names_all_shipped_missions_are_run():
-    assert len(mission_entries((), 3)) == 3 * len(mission_files())
+def test_without_names_all_shipped_missions_are_run(tmp_path):
+    assert len(entries_of(Options(tmp_path, seeds=range(3)))) == 3 * len(mission_files())
 
 
-def test_missions_of_the_same_name_are_refused():
+def test_missions_of_the_same_name_are_refused(tmp_path):
     with pytest.raises(InputError, match="a is given 2 times"):
-        mission_entries(("x/a.yaml", "y/a.yaml"), 1)
+        entries_of(Options(tmp_path, names=("x/a.yaml", "y/a.yaml")))
 
 
 LISTENER = """\
@@ -63,9 +71,9 @@ def test_the_end_of_a_recording_is_no_timeout(tmp_path):
     mission = tmp_path / "listener.yaml"
     text = LISTENER.format(log=MISSIONS / "logs" / "flat.clf.gz").replace("3 s", "1 h")
     mission.write_text(text, "utf-8")
-    ended = run_entry(MissionEntry(str(mission), 7200.0))
+    ended = MISSION_BENCH.row(MissionEntry(str(mission), 7200.0), tmp_path)
     assert (ended.status, ended.cause) == ("interrupted", "the recording is over")
-    late = run_entry(MissionEntry(str(mission), 2.0))
+    late = MISSION_BENCH.row(MissionEntry(str(mission), 2.0), tmp_path)
     assert (late.status, late.cause) == ("timeout", "not finished after 2 s")
 
 

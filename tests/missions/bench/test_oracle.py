@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from missions.bench.people.flats import table_of
 from missions.bench.people.oracle import (
     STEP,
     Ground,
@@ -22,7 +23,6 @@ from missions.bench.people.oracle import (
     walks,
 )
 from missions.bench.people.oracle_picture import draw_verdict, sentence
-from missions.bench.people.table import rows_of
 from robots.load import find_robot, read_robot
 from stack.sim.worlds.world import Person
 from stack.sim.worlds.world_file import read_world
@@ -231,7 +231,7 @@ def test_the_picture_shows_walls_and_bodies(tmp_path):
 def test_the_table_counts_impossible_runs_among_those_that_were_judged():
     judged = [replace(ROW, possible=possible, seed=n) for n, possible in enumerate((True, False))]
     reacting = replace(ROW, people="social_force")
-    rows = {row["people"]: row["impossible"] for row in rows_of([*judged, ROW, reacting])}
+    rows = {row["people"]: row["impossible"] for row in table_of([*judged, ROW, reacting])}
     assert rows == {"unaware": "1/2", "social_force": ""}
 
 

@@ -35,7 +35,8 @@ HERE = Path(__file__).parent
 PARTS = ("trees.yaml", "parameters.yaml")
 WHOLE = "with_files.yaml"
 FILES = [
-    *mission_files(), MISSIONS / "bench" / "barn.yaml", HERE.parent / "testing/shelf_patrol.yaml",
+    *mission_files(), HERE.parents[1] / "benchmarks/files/barn.yaml",
+    HERE.parent / "testing/shelf_patrol.yaml",
     HERE / WHOLE, *(HERE / part for part in PARTS),
 ]  # fmt: skip
 SHARDS, CASES = 10, 500

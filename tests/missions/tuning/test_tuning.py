@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from missions.bench.mission_runs import MISSION_WORK, QUIET, MissionEntry
+from missions.bench.mission_runs import QUIET, MissionEntry, MissionRun
 from missions.bench.resumable import rows_in
 from missions.cli.app import app
 from missions.execution.prepare import RunOptions, prepare
@@ -40,7 +40,7 @@ def test_baseline_and_samples_are_driven_and_measured(finished):
     out, found = finished
     assert found.scores[0].settings == {}
     assert len(found.scores) == 3 and found.scores[0].cost == pytest.approx(1.0)
-    rows = list(rows_in(out, MISSION_WORK).values())
+    rows = list(rows_in(out, MissionRun).values())
     assert [row.success for row in rows] == [True] * 3
     for row in rows:  # the straight line from (1, 1) to (2.6, 2.2) is 2.0 m
         assert 1.95 < row.shortest < row.driven * 1.02 < 2.5
@@ -145,7 +145,7 @@ def test_refining_and_confirming_add_runs(tmp_path):
     assert found.best.settings and found.best.cost < 0.8  # 0.2 of at least 0.3 m/s, less its ends
     assert [item.settings for item in found.confirmed] == [{}, found.best.settings]
     assert [set(item.costs) for item in found.confirmed] == [{1}, {1}]  # the seed not used before
-    assert len(rows_in(options.out, MISSION_WORK)) == 6  # four settings, then two of them again
+    assert len(rows_in(options.out, MissionRun)) == 6  # four settings, then two of them again
 
 
 def test_a_baseline_that_nothing_beats_is_not_confirmed(finished):
@@ -159,7 +159,7 @@ def test_a_baseline_that_nothing_beats_is_not_confirmed(finished):
 def test_a_run_out_of_time_has_failed(tmp_path):
     found = tuned(tmp_path, time_limit=2.0, samples=1)
     assert [item.cost for item in found.scores] == [10.0, 10.0]
-    (row, _) = rows_in(tmp_path, MISSION_WORK).values()
+    (row, _) = rows_in(tmp_path, MissionRun).values()
     assert (row.status, row.cause) == ("timeout", "not finished after 2 s")
 
 
@@ -184,7 +184,7 @@ def test_an_interrupted_tuning_keeps_its_table(tmp_path, monkeypatch):
     words += [f"--try={name}={text}" for name, text in RANGES.items()]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 130
-    assert "baseline" in done.stdout and len(rows_in(tmp_path, MISSION_WORK)) == 2
+    assert "baseline" in done.stdout and len(rows_in(tmp_path, MissionRun)) == 2
 
 
 @pytest.mark.parametrize(

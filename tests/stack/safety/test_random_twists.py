@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from missions.bench.resumable import TableOptions
+from missions.bench.bench import Options
 from robots.simulated import SimulatedBody
 from stack.drivetrain.description import LidarDescription
 from stack.safety.parameters import SafetyParameters
@@ -33,9 +33,9 @@ BOUNDS = (-4.0, -4.0, 4.0, 4.0)
 
 
 @pytest.mark.parametrize("name", ROBOT_NAMES)
-def test_no_random_velocity_drives_a_robot_into_anything(name):
+def test_no_random_velocity_drives_a_robot_into_anything(name, tmp_path):
     """Room 0 has no people; without the safety stage every robot hits something."""
-    run = drive(Drive(name, 0, 12))
+    run = drive(Drive(name, 0, 12), tmp_path)
     assert run.touch is None
     assert run.driven > 1.5
     assert 0.0 < run.clearance < 0.7
@@ -113,7 +113,7 @@ def test_nothing_stands_on_the_robot_at_the_start(seed):
 
 def test_the_table_is_resumed_and_has_a_row_for_each_robot(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(twists, "TWISTS_PER_WORLD", 1)
-    options = TableOptions(tmp_path)
+    options = Options(tmp_path)
     rows = twists.twist_table(4, options)
     assert [(row["robot"], row["worlds"], row["twists"]) for row in rows] == [
         ("scout", 1, 1), ("jackal", 1, 1), ("glide", 1, 1), ("buggy", 1, 1),

@@ -1,1 +1,0 @@
-"""Benchmark of the localisation: tracking, pushes, kidnaps, unknown starts, twin rooms, health."""

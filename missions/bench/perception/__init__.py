@@ -1,1 +1,0 @@
-"""Benchmarks of behaviours that steer by what they perceive: lines and docks."""

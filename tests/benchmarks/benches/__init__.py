@@ -1,0 +1,1 @@
+"""Benches of driving, one a file: each defines BENCHMARKS by name, which the command line finds."""

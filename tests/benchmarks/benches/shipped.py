@@ -1,0 +1,72 @@
+"""The benches of `treepilot bench`, with the figures of the documentation."""
+
+from __future__ import annotations
+
+from missions.bench.bench import Rows
+from missions.bench.course_bench import COURSE_BENCH
+from missions.bench.mission_runs import MISSIONS
+from missions.bench.people.flats import FLATS
+from missions.bench.people.runs import MODELS
+from tests.benchmarks.benchmark import Benchmark, Given, table
+from tests.benchmarks.layouts import Layout
+from tests.benchmarks.setups import with_choices
+
+FIRST_SEED = 10040
+"""First seed of the flats and meetings that are not used for development."""
+
+OFF: dict[str, str | int] = {"recording": "off"}
+
+
+def course_table(given: Given) -> Rows:
+    """Return a row for each robot and passage."""
+    options = given.options("courses", range(given["trials"]), robots=("scout", "jackal"))
+    return with_choices(table(COURSE_BENCH, options), COURSE_BENCH.entries(options))
+
+
+def mission_table(given: Given) -> Rows:
+    """Return a row for each shipped mission, without the speed: the processes share the cores."""
+    rows = table(MISSIONS, given.options("missions", range(given["seeds"])))
+    return [{name: row[name] for name in row if name != "x real time"} for row in rows]
+
+
+def flat_table(given: Given) -> Rows:
+    """Return a row for each robot and kind of people, with seeds held out."""
+    return table(FLATS, given.options(
+        "flats", given.seeds(FIRST_SEED, given["worlds"]),
+        robots=("scout", "jackal", "glide", "buggy"), people=MODELS,
+    ))  # fmt: skip
+
+
+BENCHMARKS = {
+    "courses": Benchmark(
+        "Narrow passages, default parameters", course_table, ("trials",), OFF, Layout(
+    {
+        "robot": "{robot}", "course": "`{course}`", "passed": "{success}",
+        "median time": "{time s:.1f} s", "driven / shortest": "{driven / shortest:.2f}",
+        "least clearance": "{clearance cm:.1f} cm",
+    },
+    failed="{robot}, `{course}`",
+),
+    ),
+    "missions": Benchmark("Missions over seeds", mission_table, ("seeds",), OFF, Layout(
+    {
+        "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",
+        "pushed into": "{pushed into}", "median time": "{time s:.1f} s",
+        "median distance": "{distance m:.1f} m", "least clearance": "{clearance m:.2f} m",
+        "mean pose error": "{error mean m:.3f} m", "largest": "{error max m:.2f} m",
+        "recoveries": "{recoveries}",
+    },
+    failed="{mission}",
+)),
+    "flats": Benchmark(
+        "Random flats with people", flat_table, ("worlds",), {**OFF, "first seed": FIRST_SEED},
+        Layout({
+    "people": "{people}", "robot": "{robot}", "all four goals": "{all goals}",
+    "95 %": "{95 % interval}", "goals": "{goals}", "false": "{false}",
+    "drove into": "{drove into}", "struck moving": "{struck moving}",
+    "struck standing": "{struck standing}", "things": "{things}", "time": "{time}",
+    "way": "{way}", "standoffs": "{standoffs}", "within 0.45 m": "{intimate}",
+    "least distance": "{least distance}",
+}, added={"nobody could pass": "{impossible}"}),
+    ),
+}  # fmt: skip
