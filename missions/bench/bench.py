@@ -137,7 +137,7 @@ class Row:
     @classmethod
     def crashed(cls, key: Key, cause: str) -> Self:
         """Return the row of a run that has no figures."""
-        return cls(*key, CRASHED, cause)
+        return cls(*key, CRASHED, cause)  # type: ignore[call-arg]
 
     @property
     def key(self) -> Key:

@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from missions.bench.bench import CAUSES, CRASHED, Bench, Key, Options, Row, Rows, groups
+from missions.bench.bench import CAUSES, CRASHED, Bench, Options, Row, Rows, groups
 from missions.bench.conditions import conditions, world_of
 from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.shortest import shortest_path_lengths
@@ -46,7 +46,7 @@ class MissionEntry:
     options: RunOptions = QUIET
 
     @property
-    def key(self) -> Key:
+    def key(self) -> tuple[str, str, int]:
         """Unique key of the run in a table."""
         settings = settings_text(self.options.parameters or {})
         return self.label, settings, self.options.seed

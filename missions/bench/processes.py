@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import faulthandler
 import signal
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -22,6 +21,9 @@ E = TypeVar("E")
 
 LONGEST_RUN = 4.0 * 3600.0
 """Wall seconds after which a run counts as hung: far more than the slowest run of a bench takes."""
+
+STDERR = 2
+"""File descriptor."""
 
 LONGEST_END = 10.0
 """Wall seconds that a process may take to end."""
@@ -116,7 +118,7 @@ def results(
 @contextmanager
 def bounded() -> Iterator[None]:
     """End this process with a traceback if a run in it hangs."""
-    faulthandler.dump_traceback_later(LONGEST_RUN, exit=True, file=sys.__stderr__)
+    faulthandler.dump_traceback_later(LONGEST_RUN, exit=True, file=STDERR)
     try:
         yield
     finally:

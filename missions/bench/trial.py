@@ -36,10 +36,6 @@ class FailureNotes(Sink):
         elif event.level in ("warning", "error") or event.kind == "recovery":
             self.trouble = f"{event.text} ({event.time:.1f} s)"
 
-    def wants_snapshot(self, time: float) -> bool:
-        """Return False: no snapshot is needed."""
-        return False
-
 
 @dataclass(frozen=True, slots=True)
 class TrialState:

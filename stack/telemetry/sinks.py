@@ -12,28 +12,28 @@ class Sink(Protocol):
     """Receiver of events and snapshots: recorder, rerun, ZeroMQ server, MAVLink, progress lines.
 
     All calls come from the engine's thread. A sink that raises is removed with a warning; the
-    mission continues.
+    mission continues. Its methods do nothing: a class that inherits it overrides what it needs.
     """
 
     def open(self, info: RunInfo) -> None:
         """Start: called once, before the first event."""
-        ...
+        return
 
     def event(self, event: Event) -> None:
         """Receive an event; called for each event, in order."""
-        ...
+        return
 
     def wants_snapshot(self, time: float) -> bool:
         """Whether the sink needs a snapshot at this robot time, seconds; must be cheap."""
-        ...
+        return False
 
     def snapshot(self, snapshot: Snapshot) -> None:
         """Receive a snapshot that `wants_snapshot` asked for; also the last one of the run."""
-        ...
+        return
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """End: `report` is the content of report.json, or None after a crash."""
-        ...
+        return
 
 
 @runtime_checkable

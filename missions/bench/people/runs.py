@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from missions.bench.bench import FAILED, PASSED, Group, Key, Options, Row
+from missions.bench.bench import FAILED, PASSED, Group, Options, Row
 from missions.bench.conditions import conditions, world_of
 from missions.bench.drive_recorder import DriveRecorder, is_end_of_motion
 from missions.bench.people.oracle import Task, judge
@@ -63,7 +63,7 @@ class PeopleEntry:
     options: Options
 
     @property
-    def key(self) -> Key:
+    def key(self) -> tuple[str, str, str, int]:
         """Unique key of the run in a table."""
         return self.scene, Path(self.robot).stem, self.people, self.seed
 
@@ -172,10 +172,6 @@ class FailureCodes(Sink):
         elif event.kind == "contact":
             self.things += not event.fields["is_person"]
 
-    def wants_snapshot(self, time: float) -> bool:
-        """Return False: no snapshot is needed."""
-        return False
-
 
 def write_shared_world(entry: PeopleEntry, name: str, text: str) -> Path:
     """Write the world file of a run, unless it is there; return its path.
@@ -243,7 +239,7 @@ def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
     if verdict is not None and not (whole and verdict.possible):
         draw_verdict(picture, verdict, case.goals)
     return PeopleRow(
-        *entry.key[:3], entry.seed, status=PASSED if whole else FAILED,
+        *entry.key, status=PASSED if whole else FAILED,
         cause="" if whole else _cause(report, recorder.time, false, codes.last),
         goals=len(case.goals), visited=visited, false_goals=false, persons=case.people,
         time=round(report.simulated_seconds, 2), driven=round(report.distance_m, 2),

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from missions.bench.bench import FAILED, PASSED, Bench, Key, Options, Row, Rows, groups
+from missions.bench.bench import FAILED, PASSED, Bench, Options, Row, Rows, groups
 from missions.bench.layout import write_world
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
@@ -55,7 +55,7 @@ class LineEntry:
     options: Options
 
     @property
-    def key(self) -> Key:
+    def key(self) -> tuple[str, str, int]:
         """Unique key of the run in a table."""
         return Path(self.robot).stem, self.light, self.seed
 
@@ -127,7 +127,7 @@ def run_entry(entry: LineEntry, picture: Path) -> LineRow:
     times = np.array(recorder.times)[on_line]
     took = float(np.ptp(times)) if len(times) else 0.0
     return LineRow(
-        *entry.key[:2], entry.seed, status=FAILED if cause else PASSED, cause=cause,
+        *entry.key, status=FAILED if cause else PASSED, cause=cause,
         rms=round(float(np.sqrt(np.mean(away[on_line] ** 2))), 4) if len(times) else 0.0,
         largest=round(float(away[on_line].max(initial=0.0)), 4),
         speed=round(float(np.ptp(along[on_line])) / took, 3) if took else 0.0,

@@ -6,6 +6,8 @@ import json
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -146,3 +148,13 @@ def test_a_process_that_hangs_is_ended_and_reported(tmp_path, monkeypatch):
 def test_wrong_input_ends_a_table_that_several_processes_fill(tmp_path):
     with pytest.raises(InputError, match="no sevens"):
         filled((1, 7, 2), Options(tmp_path, jobs=2))
+
+
+def test_a_run_that_hangs_in_the_command_itself_ends_it_with_a_traceback():
+    script = (
+        "import signal, missions.bench.processes as p\n"
+        "p.LONGEST_RUN = 0.1\n"
+        "with p.bounded(): signal.pause()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 1 and "Timeout" in done.stderr and "line 3" in done.stderr
