@@ -282,3 +282,22 @@ def test_every_package_says_what_it_is():
         )
     ]
     assert not silent
+
+
+def test_every_module_of_the_benches_serves_a_command():
+    """Those that only developers use are in tests/benchmarks, and the wheel does not hold them."""
+    modules = {module_of(file): file for file in files_of("missions.bench")}
+    waiting = [*files_of("missions.cli"), *files_of("missions.tuning")]
+    reached: set[str] = set()
+    while waiting:
+        names = imported_names(waiting.pop())
+        new = {
+            module
+            for name in names
+            for module in (name, name.rpartition(".")[0])
+            if module in modules and module not in reached
+        }
+        reached |= new
+        waiting += [modules[module] for module in new]
+    packages = {module for module in modules if modules[module].name == "__init__.py"}
+    assert {*modules} - packages == reached - packages

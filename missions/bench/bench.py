@@ -36,13 +36,10 @@ class Options:
 
     Attributes:
         out: folder of the results. jobs: number of processes.
-        seeds: of the runs. names: of missions, courses, scenes, experiments or worlds; empty: all.
+        seeds: of the runs. names: of missions, courses or other cases; empty: all.
         robots, controllers, people: to compare; empty controllers: that of the mission.
         parameters: `controller.cruise_speed` -> value as text.
-        arguments: of the mission. mission: replaces the mission of the bench.
         keep: folder for the records of each run; None keeps none.
-        files: of recorded data.
-        speed: wanted, m/s.
     """
 
     out: Path
@@ -53,11 +50,7 @@ class Options:
     controllers: tuple[str, ...] = ()
     people: tuple[str, ...] = ()
     parameters: Mapping[str, str] = field(default_factory=dict)
-    arguments: Mapping[str, str] = field(default_factory=dict)
-    mission: str = ""
     keep: Path | None = None
-    files: tuple[Path, ...] = ()
-    speed: float = 0.4
 
     @property
     def worlds(self) -> Path:

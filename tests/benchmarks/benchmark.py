@@ -23,13 +23,29 @@ FILES = Path(__file__).with_name("files")
 
 
 @dataclass(frozen=True)
+class MoreOptions(Options):
+    """Options of the benches that are not part of the product.
+
+    Attributes:
+        mission: replaces the mission of the bench. arguments: of the mission.
+        files: worlds or recorded tracks.
+        speed: wanted, m/s.
+    """
+
+    mission: str = ""
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    files: tuple[Path, ...] = ()
+    speed: float = 0.4
+
+
+@dataclass(frozen=True)
 class Given:
     """Options of the command line.
 
     Attributes:
         counts: numbers of runs, by name.
         folder: of the runs. A clean commit's runs are kept there and resumed.
-        chosen: fields of `Options` in place of those of the documentation's figures.
+        chosen: fields of `MoreOptions` in place of those of the documentation's figures.
         seed: first one in place of that of the documentation's figures.
         repeats: runs of each world, likewise.
     """
@@ -52,16 +68,16 @@ class Given:
         first = first if self.seed is None else self.seed
         return range(first, first + count)
 
-    def options(self, name: str, seeds: range = range(1), **figures: Any) -> Options:
+    def options(self, name: str, seeds: range = range(1), **figures: Any) -> MoreOptions:
         """Return the options of a bench.
 
         Args:
             name: of the bench and of its folder.
             seeds: of the runs.
-            figures: fields of `Options` for the documentation's figures.
+            figures: fields of `MoreOptions` for the documentation's figures.
         """
         fields = {"out": self.folder / name, **figures, **self.chosen}
-        return Options(jobs=self.jobs, seeds=seeds, **fields)
+        return MoreOptions(jobs=self.jobs, seeds=seeds, **fields)
 
 
 def table(bench: Bench[E, R], options: Options) -> Rows:

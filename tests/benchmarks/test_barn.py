@@ -7,7 +7,6 @@ from itertools import chain
 
 import pytest
 
-from missions.bench.bench import Options
 from missions.bench.resumable import measured
 from missions.bench.runs import Entry, Setup, with_controller
 from missions.bench.shortest import shortest_path_length
@@ -18,6 +17,7 @@ from stack.errors import InputError
 from stack.types import Pose2D
 from tests.benchmarks.barn_worlds import find_worlds
 from tests.benchmarks.benches.barn import BARN, MISSION, RULES, score_of
+from tests.benchmarks.benchmark import MoreOptions
 from tests.stack.sim.gazebo_text import (
     collision_model,
     cylinder_world,
@@ -37,7 +37,7 @@ SLALOM = [*((i, 36) for i in range(1, 21)), *((i, 48) for i in range(9, 29))]
 
 def barn(file, mission="", out="out", trials=1, jobs=1, tell=print, only=(), **arguments):
     """Runs of a mission through the worlds of a file, in a folder beside it."""
-    return measured(BARN, Options(
+    return measured(BARN, MoreOptions(
         file.parent / out, jobs, range(trials), only, mission=mission, arguments=arguments,
         files=(file,),
     ), tell)  # fmt: skip

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from missions.bench.bench import Options, picture_name
+from missions.bench.bench import picture_name
 from missions.bench.layout import Layout, write_world
 from missions.bench.runs import Entry, Setup
 from missions.bench.trial import driven
@@ -17,7 +17,7 @@ from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
 from stack.types import Pose2D
 from tests.benchmarks.benches.dyna import DYNA, MISSION, RULES, entries_of, spread
-from tests.benchmarks.benchmark import FILES
+from tests.benchmarks.benchmark import FILES, MoreOptions
 from tests.benchmarks.dyna_worlds import GOAL, HIGHEST, LOWEST, START, dyna_text
 
 
@@ -97,7 +97,7 @@ def test_the_report_counts_who_ran_into_whom(tmp_path):
 
 
 def test_fewer_worlds_are_spread_evenly(tmp_path):
-    options = Options(tmp_path, names=spread(3), robots=("jackal",), controllers=("dwb",))
+    options = MoreOptions(tmp_path, names=spread(3), robots=("jackal",), controllers=("dwb",))
     assert [entry.case.name for entry in entries_of(options)] == ["0", "10", "19"]
     with pytest.raises(InputError, match="expected 1 to 20"):
         spread(21)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.bench.bench import Options
 from stack.sim.worlds.world_file import read_world
 from tests.benchmarks.benches.line import LIGHTS, LINE, LineEntry, LineRow, entries_of, table_of
+from tests.benchmarks.benchmark import MoreOptions
 from tests.benchmarks.line_courses import APART, GAPS, MAIN, cross_track, make_course
 
 ROW = LineRow(
@@ -62,13 +62,13 @@ def test_the_table_counts_what_was_handled():
 
 
 def test_a_crash_is_a_row(tmp_path):
-    entry = LineEntry("scout", "dim", 5, Options(tmp_path))
+    entry = LineEntry("scout", "dim", 5, MoreOptions(tmp_path))
     row = LineRow.crashed(entry.key, "out of memory")
     assert (row.key, row.success, row.cause) == (entry.key, False, "out of memory")
 
 
 def test_a_run_follows_its_line_in_the_dark(tmp_path):
-    entries = entries_of(Options(tmp_path, robots=("scout",)))
+    entries = entries_of(MoreOptions(tmp_path, robots=("scout",)))
     assert [entry.light for entry in entries] == list(LIGHTS)
     row = LINE.row(entries[0], tmp_path)
     assert row.success and row.crossed and row.junction, row.cause

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missions.bench.bench import Options
 from missions.bench.people.flats import make_flat
 from missions.bench.people.runs import FailureCodes, PeopleEntry
 from stack.errors import InputError
@@ -28,10 +27,11 @@ from tests.benchmarks.benches.people import (
     scene_names,
     table_of,
 )
+from tests.benchmarks.benchmark import MoreOptions
 
 
 def entry(tmp_path, scene, people="unaware", seed=0) -> PeopleEntry:
-    return PeopleEntry(scene, "scout", people, seed, make_scene, Options(tmp_path))
+    return PeopleEntry(scene, "scout", people, seed, make_scene, MoreOptions(tmp_path))
 
 
 @pytest.mark.parametrize("scene", [*SCENES, OFFICE])
@@ -47,7 +47,7 @@ def test_every_scene_is_a_world_in_which_nobody_begins_at_the_robot(tmp_path, sc
 @pytest.mark.parametrize("make", [make_scene, make_flat])
 def test_the_file_of_a_world_is_never_half_written(tmp_path, monkeypatch, make):
     """Processes with other robots read the file while one finds that it is of another version."""
-    made = PeopleEntry("crowd", "scout", "unaware", 2, make, Options(tmp_path))
+    made = PeopleEntry("crowd", "scout", "unaware", 2, make, MoreOptions(tmp_path))
     file = make(made).file
     text = file.read_text("utf-8")
     file.write_text("old", "utf-8")
@@ -93,7 +93,7 @@ def test_scenes_are_chosen_by_the_begin_of_their_names(tmp_path):
     assert len(scene_names(("corridor 1.2",), ())) == 4
     with pytest.raises(InputError, match="no scene begins with 'corner'; there are corridor"):
         scene_names(("corner",), ())
-    made = entries_of(Options(
+    made = entries_of(MoreOptions(
         tmp_path, names=("crowd", OFFICE, RECORDED), robots=("scout",),
         people=("none", "social_force"), files=(Path("a.txt"),),
     ))  # fmt: skip

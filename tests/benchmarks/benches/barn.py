@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from statistics import mean
 
-from missions.bench.bench import Bench, Options, Rows, groups
+from missions.bench.bench import Bench, Rows, groups
 from missions.bench.course_bench import figures
 from missions.bench.runs import Case, Entry, Rules, Setup, TrialRow, with_controller
 from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from stack.errors import InputError
 from tests.benchmarks.barn_worlds import find_worlds
-from tests.benchmarks.benchmark import FILES, Benchmark, Given, table
+from tests.benchmarks.benchmark import FILES, Benchmark, Given, MoreOptions, table
 from tests.benchmarks.layouts import Layout
 from tests.benchmarks.setups import with_choices
 
@@ -52,7 +52,7 @@ def score_of(run: TrialRow, k: float) -> float:
     return score(run.success, run.time, run.path_length, k)
 
 
-def entries_of(options: Options) -> list[Entry]:
+def entries_of(options: MoreOptions) -> list[Entry]:
     """Return the runs of every controller, trial and world.
 
     Raises:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from missions.bench.bench import Bench, Options, Rows, groups
+from missions.bench.bench import Bench, Rows, groups
 from missions.bench.course_bench import figures
 from missions.bench.layout import write_world
 from missions.bench.people.oracle import Task, judge
@@ -15,7 +15,7 @@ from missions.bench.runs import Entry, Rules, Setup, TrialRow, goal_of, with_con
 from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from stack.errors import InputError
-from tests.benchmarks.benchmark import FILES, Benchmark, Given, table
+from tests.benchmarks.benchmark import FILES, Benchmark, Given, MoreOptions, table
 from tests.benchmarks.dyna_worlds import WORLDS, dyna_text
 from tests.benchmarks.layouts import Layout
 from tests.benchmarks.setups import with_choices
@@ -39,7 +39,7 @@ RULES = Rules(goal_radius=1.0, time_limit=100.0)
 CONTROLLERS, TRIALS = ("pure_pursuit", "mppi", "dwb"), 3
 
 
-def entries_of(options: Options) -> list[Entry]:
+def entries_of(options: MoreOptions) -> list[Entry]:
     """Return the runs of every robot, controller, trial and world.
 
     Given parameters override those of `FAST`.

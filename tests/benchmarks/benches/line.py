@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from missions.bench.bench import FAILED, PASSED, Bench, Options, Row, Rows, groups
+from missions.bench.bench import FAILED, PASSED, Bench, Row, Rows, groups
 from missions.bench.layout import write_world
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.running import execute
 from stack.types import FloatArray
-from tests.benchmarks.benchmark import FILES, HELD_OUT, Benchmark, Given, table
+from tests.benchmarks.benchmark import FILES, HELD_OUT, Benchmark, Given, MoreOptions, table
 from tests.benchmarks.layouts import Layout
 from tests.benchmarks.line_courses import LineCourse, cross_track, make_course
 from tests.benchmarks.truth import TruthRecorder, ending
@@ -52,7 +52,7 @@ class LineEntry:
     robot: str
     light: str
     seed: int
-    options: Options
+    options: MoreOptions
 
     @property
     def key(self) -> tuple[str, str, int]:
@@ -100,7 +100,7 @@ class LineRow(Row):
         )
 
 
-def entries_of(options: Options) -> list[LineEntry]:
+def entries_of(options: MoreOptions) -> list[LineEntry]:
     """Return the runs, seed by seed, so that an interrupted bench has all kinds of light."""
     return [
         LineEntry(robot, light, seed, options)

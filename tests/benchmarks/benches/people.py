@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from missions.bench.bench import Bench, Options, Rows
+from missions.bench.bench import Bench, Rows
 from missions.bench.people.runs import (
     MODELS,
     PeopleCase,
@@ -36,7 +36,7 @@ from stack.sim.worlds.people import read_tracks
 from stack.streams import stream
 from stack.types import Pose2D
 from tests.benchmarks.benches.shipped import FIRST_SEED
-from tests.benchmarks.benchmark import Benchmark, Given, table
+from tests.benchmarks.benchmark import Benchmark, Given, MoreOptions, table
 from tests.benchmarks.layouts import Layout
 
 Point = tuple[float, float]
@@ -274,7 +274,7 @@ def _written(
     return PeopleCase(file, goals, people or len(document["people"]))
 
 
-def entries_of(options: Options) -> list[PeopleEntry]:
+def entries_of(options: MoreOptions) -> list[PeopleEntry]:
     """Return the runs, seed by seed; recorded people react to nobody, whatever was chosen.
 
     Raises:
@@ -290,7 +290,7 @@ def entries_of(options: Options) -> list[PeopleEntry]:
     ]
 
 
-def _models(scene: str, options: Options) -> list[str]:
+def _models(scene: str, options: MoreOptions) -> list[str]:
     """Return the kinds of people of a scene: in an empty office the time is measured alone."""
     return [model for model in options.people if model != "none" or scene == OFFICE]
 
