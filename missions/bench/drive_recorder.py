@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from math import hypot, sqrt
+from math import sqrt
+
+import numpy as np
 
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.sinks import Sink
-from stack.types import STANDSTILL, Pose2D, Twist
+from stack.types import FloatArray, Pose2D, Twist
 
 
 def is_end_of_motion(event: Event, status: str) -> bool:
@@ -29,18 +31,22 @@ class DriveRecorder(Sink):
         self._goal: Pose2D | None = None
         self._is_recovery = False
         self._goal_reached: Pose2D | None = None
-        self._before, self._twist, self._last = STANDSTILL, STANDSTILL, 0.0
-        self._moving, self._turning, self._jerk_squared = 0.0, 0.0, 0.0
+        self._commands: dict[float, Twist] = {}
 
     @property
     def turning(self) -> float:
         """Mean absolute change of the commanded angular velocity while driving, rad/s²."""
-        return self._turning / self._moving if self._moving else 0.0
+        periods, twists = self._driving()
+        changes = np.abs(twists[:, 2, 2] - twists[:, 1, 2])
+        return float(changes.sum() / periods.sum()) if len(periods) else 0.0
 
     @property
     def jerk(self) -> float:
         """Root mean square of the second change of the commanded velocity while driving, m/s³."""
-        return sqrt(self._jerk_squared / self._moving) if self._moving else 0.0
+        periods, twists = self._driving()
+        seconds = twists[:, 2, :2] - 2.0 * twists[:, 1, :2] + twists[:, 0, :2]
+        squares = (seconds**2).sum(axis=1) / periods**3
+        return sqrt(float(squares.sum() / periods.sum())) if len(periods) else 0.0
 
     def event(self, event: Event) -> None:
         """Record that a goal was reached; the success of a recovery or a plan does not count."""
@@ -54,25 +60,29 @@ class DriveRecorder(Sink):
         return True
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Record a step; the last step arrives twice and counts once."""
+        """Record a step. Of several snapshots of one time the last counts.
+
+        While a step waits for a plan, snapshots with the command of the step before are published.
+        """
         if self._goal_reached is not None and snapshot.truth is not None:
             self.reached.append((self._goal_reached, snapshot.truth))
         self._goal_reached = None
         if not self._is_recovery:  # `disambiguate` drives to views, which are no goals
             self._goal = snapshot.goal or self._goal
-        if snapshot.time > self._last:
-            self._command(snapshot.commanded, snapshot.time - self._last)
-        self.time = self._last = snapshot.time
+        if snapshot.time > 0.0:
+            self._commands[snapshot.time] = snapshot.commanded
+        self.time = snapshot.time
 
-    def _command(self, twist: Twist, period: float) -> None:
-        before, now = self._before, self._twist
-        self._before, self._twist = now, twist
-        if STANDSTILL == twist == now == before:
-            return
-        self._moving += period
-        self._turning += abs(twist.angular - now.angular)
-        second = hypot(
-            twist.linear - 2.0 * now.linear + before.linear,
-            twist.lateral - 2.0 * now.lateral + before.lateral,
-        )
-        self._jerk_squared += (second / period**2) ** 2 * period
+    def _driving(self) -> tuple[FloatArray, FloatArray]:
+        """Return the steps in which the robot was to move.
+
+        Returns:
+            Their periods (n,), seconds, and the commands (n, 3, 3) of the two steps before and of
+            the step: linear and lateral, m/s, and angular velocity, rad/s.
+        """
+        periods = np.diff([0.0, *self._commands])
+        given = [(twist.linear, twist.lateral, twist.angular) for twist in self._commands.values()]
+        twists = np.array([(0.0, 0.0, 0.0)] * 2 + given)
+        steps = np.stack([twists[:-2], twists[1:-1], twists[2:]], axis=1)
+        moves = steps.any(axis=(1, 2))
+        return periods[moves], steps[moves]

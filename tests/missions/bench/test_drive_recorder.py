@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import sqrt
 
 import numpy as np
@@ -49,6 +50,18 @@ def test_standing_counts_for_nothing_and_the_last_step_counts_once():
     once = recorder.turning
     recorder.snapshot(step(5, Twist(0.0, 0.3)))
     assert recorder.turning == once == pytest.approx(3.0)
+
+
+def test_a_snapshot_from_the_middle_of_a_step_changes_no_figure():
+    """While a step waits for a plan, clients are served with the command of the step before."""
+    quiet, busy = DriveRecorder(), DriveRecorder()
+    speeds = (0.0, 0.1, 0.2, 0.2)
+    for number, (before, now) in enumerate(pairwise((0.0, *speeds)), start=1):
+        busy.snapshot(step(number, Twist(before)))
+        for recorder in (quiet, busy):
+            recorder.snapshot(step(number, Twist(now, 0.5 * now)))
+    assert quiet.jerk > 0.0 and quiet.turning > 0.0
+    assert (busy.jerk, busy.turning) == (quiet.jerk, quiet.turning)
 
 
 def test_a_goal_is_met_where_the_robot_truly_is():
