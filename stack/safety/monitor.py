@@ -9,7 +9,7 @@ from math import atan2, cos, hypot, inf, pi, sin
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
-from stack.types import FloatArray, Pose2D, TrackedObject, Twist
+from stack.types import NOTHING_MOVES, FloatArray, Pose2D, TrackedObject, Twist
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,6 @@ class Contact:
 
 
 NOTHING_NEAR = Contact(inf)
-NOTHING_MOVES = np.empty((0, 5))
 
 
 class CollisionMonitor:

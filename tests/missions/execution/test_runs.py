@@ -50,6 +50,9 @@ EXPECTED = {
     "34_visual_kidnap",
     "36_glass_and_edges",
     "39_depth_camera_only",
+    "40_night_watch",
+    "41_plan_and_follow",
+    "42_fire_door",
 }
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.types import Footprint, Pose2D, Twist
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
+from tests.stack.safety.obstacles import SafetyStage
 
 PARAMETERS = SafetyParameters()
 
@@ -21,7 +21,7 @@ def through(gap, speed=0.6, parameters=PARAMETERS):
              (3, middle - gap / 2, 5, middle - gap / 2), (3, middle + gap / 2, 5, middle + gap / 2),
              (3, middle + gap / 2, 3, 8), (5, middle + gap / 2, 5, 8)]  # fmt: skip
     world = ToyWorld(room(8, 8) + posts, robot(), Pose2D(1.5, middle), beams=720)
-    safety = Safety(world.robot, parameters, world.period)
+    safety = SafetyStage(world.robot, parameters, world.period)
     inside = []
     for _ in range(500):
         twist = safety.limit(Twist(speed), world.odometry, world.obstacles)
@@ -47,7 +47,7 @@ def test_who_asks_for_what_the_room_allows_gets_it_and_without_a_tight_speed_not
     assert min(speeds) == max(speeds) == pytest.approx(0.3)
     world, speeds = through(0.44, parameters=replace(PARAMETERS, tight_speed=0.0))
     assert world.pose.x < 3.0 and not speeds
-    careful = Safety(world.robot, replace(PARAMETERS, tight_speed=0.0), world.period)
+    careful = SafetyStage(world.robot, replace(PARAMETERS, tight_speed=0.0), world.period)
     assert careful._padding(Twist(0.1)) == PARAMETERS.padding
 
 
@@ -74,7 +74,7 @@ def test_beside_a_post_within_the_padding_it_turns_a_little_nearer(side):
     creep."""
     posts = [(4.1, 4.0 + side * (0.229 + 0.05), 0.05)]
     world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0), posts, beams=1440)
-    safety = Safety(world.robot, PARAMETERS, world.period)
+    safety = SafetyStage(world.robot, PARAMETERS, world.period)
     for _ in range(100):
         world.drive(safety.limit(Twist(angular=side), world.odometry, world.obstacles))
     assert 0.05 < side * world.pose.heading < 0.12
@@ -85,7 +85,7 @@ def test_beside_a_post_within_the_padding_it_turns_a_little_nearer(side):
 def test_only_a_round_robot_turns_freely_where_it_touches_a_wall(footprint, speed):
     pose = Pose2D(4.0, -footprint.points[:, 1].min() - 0.005)
     world = ToyWorld(room(8, 8), robot(footprint), pose, beams=1440)
-    safety = Safety(world.robot, PARAMETERS, world.period)
+    safety = SafetyStage(world.robot, PARAMETERS, world.period)
     for _ in range(20):
         twist = safety.limit(Twist(angular=1.0), world.odometry, world.obstacles)
     assert twist.angular == pytest.approx(speed)
