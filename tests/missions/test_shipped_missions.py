@@ -10,6 +10,7 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import mission_files
 from missions.language.keys import BLACKBOARD_KEY, EVENT, MISSION, MODIFIERS, RECOVER, REPEAT, RETRY
 from missions.language.kinds import NODES
+from missions.testing.session import run_files
 from stack.components import BUILT_IN, DEFAULTS
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import MissionState
@@ -55,6 +56,11 @@ def test_every_component_is_driven_by_a_mission() -> None:
     for kind, known in BUILT_IN.items():
         assert set(known) - used[kind] == NEEDS_A_SAVED_GRAPH.get(kind, set()), kind
     assert used["smoother"] >= {"simple", "savitzky_golay", "constrained"}
+
+
+def test_the_tests_inside_the_missions_pass() -> None:
+    session = run_files([str(file) for file in mission_files()])
+    assert session.exit_code == 0, session.text
 
 
 @pytest.mark.pain("n3090")
