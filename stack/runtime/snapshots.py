@@ -104,7 +104,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         tracks=state.at(estimate).world.tracks,
         blackboard=parts.tree.blackboard(),
         counters=runtime.counters(),
-        teleop=parts.navigator.teleoperation is not None,
+        teleop=parts.navigator.recoveries.teleoperation is not None,
         detour=runtime.is_on_detour,
         safety="; ".join(
             filter(None, (runtime.command.reason, parts.navigator.localisation_monitor.reason))

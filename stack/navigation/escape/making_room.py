@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import atan2, inf
 
 from stack.lifecycle import Timers
@@ -53,7 +52,7 @@ class MakingRoom:
             follower: of the drive.
         """
         if self._motion is None and self._should_begin(state, follower):
-            self._begin(self._tools.make_room, state)
+            self._begin(state)
         if self._motion is None:
             return None
         twist = self._motion.step(state)
@@ -78,10 +77,10 @@ class MakingRoom:
             self._motion.stop(now)
             self._motion = None
 
-    def _begin(self, make: Callable[[], MotionExecutor], state: Perceived) -> None:
+    def _begin(self, state: Perceived) -> None:
         self._held.reset()
         self._made_at = state.motion.pose
-        self._motion = make()
+        self._motion = self._tools.motions.make_room(state, self._tools.parameters)
         self._motion.start(state.time)
         self._tools.emit("recovery", "no room to turn onto the path: making room")
 

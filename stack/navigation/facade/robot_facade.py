@@ -220,20 +220,20 @@ class RobotFacade(PerceptionFacade):
         self, angle: float, *, speed: float | None = None, while_lost: bool = False
     ) -> MotionTask:
         """Turn in place by an angle (may exceed a full turn), positive to the left."""
-        return self._navigation.spin(angle, speed=speed, while_lost=while_lost)
+        return self._navigation.recoveries.spin(angle, speed=speed, while_lost=while_lost)
 
     def back_up(
         self, distance: float, *, speed: float | None = None, while_lost: bool = False
     ) -> MotionTask:
         """Drive straight back by a distance; fails before it hits what a sensor sees."""
-        return self._navigation.back_up(distance, speed=speed, while_lost=while_lost)
+        return self._navigation.recoveries.back_up(distance, speed=speed, while_lost=while_lost)
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
         while_lost: bool = False,
     ) -> MotionTask:  # fmt: skip
         """Drive straight by a distance (negative: backward) and hold the heading."""
-        return self._navigation.drive_on_heading(
+        return self._navigation.recoveries.drive_on_heading(
             distance, speed=speed, direction=direction, while_lost=while_lost
         )
 
@@ -242,20 +242,20 @@ class RobotFacade(PerceptionFacade):
         speed: float | None = None, while_lost: bool = False,
     ) -> MotionTask:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry alone."""
-        return self._navigation.escape(
+        return self._navigation.recoveries.escape(
             clearance=clearance, distance=distance, speed=speed, while_lost=while_lost
         )
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
         """Let the operator drive, within the limits of the safety stage."""
-        return self._navigation.assisted_teleop(seconds, silence=silence)
+        return self._navigation.recoveries.assisted_teleop(seconds, silence=silence)
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
         contact: ContactZone | None = None, gives_way: bool = False,
     ) -> None:  # fmt: skip
         """Drive a velocity for some seconds; cancels another running motion task."""
-        self._navigation.drive_for(
+        self._navigation.recoveries.drive_for(
             twist, seconds, while_lost=while_lost, contact=contact, gives_way=gives_way
         )
 
@@ -303,9 +303,9 @@ class RobotFacade(PerceptionFacade):
 
     def disambiguate(self) -> MotionTask:
         """Drive to where rival poses differ until one is left; succeeds at once without rivals."""
-        task = self._navigation.new_task("disambiguate")
+        task = self._navigation.activities.task("disambiguate")
         executor = self._disambiguation(task)
-        self._navigation.start(executor, "recovery", "telling the possible poses apart")
+        self._navigation.activities.start(executor, "recovery", "telling the possible poses apart")
         return task
 
     def _disambiguation(self, task: MotionTask, then: GoalDrive | None = None) -> Disambiguation:
@@ -328,7 +328,7 @@ class RobotFacade(PerceptionFacade):
 
     def relocalise(self) -> MotionTask:
         """Find the pose on the whole map by lidar alone; fails AMBIGUOUS when several poses fit."""
-        task = self._navigation.new_task("relocalise")
+        task = self._navigation.activities.task("relocalise")
         parts = self._parts
         executor = Relocalisation(
             task,
@@ -338,7 +338,9 @@ class RobotFacade(PerceptionFacade):
             parts.frames,
             self._parts.emit,
         )
-        self._navigation.start(executor, "recovery", "searching for the pose on the whole map")
+        self._navigation.activities.start(
+            executor, "recovery", "searching for the pose on the whole map"
+        )
         return task
 
     def set_pose(

@@ -220,7 +220,7 @@ class GiveWay:
         self._drive = self._make_drive(place)
         self._drive.start(now)
         if not self._can_turn(state):
-            self._back = self._tools.back_up(BACK)
+            self._back = self._tools.motions.back_up(BACK, self._tools.parameters)
             if self._back is not None:
                 self._back.start(now)
 

@@ -71,7 +71,7 @@ def condition(run: LiveRun) -> tuple:
     return (
         runtime.state, runtime.reason, runtime.mission.emergency_stop, parts.body.pace,
         parts.facade.parameters, parts.facade.pose, parts.debugger.view(), runtime.command,
-        parts.navigator.teleoperation, parts.tree.outcome, len(run.kept.events),
+        parts.navigator.recoveries.teleoperation, parts.tree.outcome, len(run.kept.events),
     )  # fmt: skip
 
 

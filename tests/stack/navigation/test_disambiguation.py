@@ -38,7 +38,7 @@ class Rig:
         return self.views.pop(0) if self.views else None
 
     def executor(self, then=None):
-        task = self.navigator.new_task("disambiguate") if then is None else then.task
+        task = self.navigator.activities.task("disambiguate") if then is None else then.task
         return Disambiguation(
             task, self, self.navigator.parameters, lambda: self.world.scan,
             self.navigator.view_drive, self.navigator.localisation_monitor, then,
@@ -56,7 +56,7 @@ class Rig:
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
 
     def begin(self, executor):
-        self.navigator.start(executor, "recovery", "telling the possible poses apart")
+        self.navigator.activities.start(executor, "recovery", "telling the possible poses apart")
         return executor.task
 
 

@@ -166,9 +166,9 @@ def test_after_a_detour_the_controller_gets_the_path_of_the_mission_again(toy):
 
 
 @pytest.mark.parametrize("begin", [
-    lambda navigator: navigator.spin(3.0),
-    lambda navigator: navigator.drive_on_heading(2.0),
-    lambda navigator: navigator.escape(clearance=0.7, distance=1.0),
+    lambda navigator: navigator.recoveries.spin(3.0),
+    lambda navigator: navigator.recoveries.drive_on_heading(2.0),
+    lambda navigator: navigator.recoveries.escape(clearance=0.7, distance=1.0),
 ])  # fmt: skip
 def test_recoveries_do_not_count_a_pause(make, begin):
     walls = [*room(8, 6), (0.5, 2.5, 1.6, 2.5)]
@@ -182,7 +182,7 @@ def test_recoveries_do_not_count_a_pause(make, begin):
 
 
 def test_a_velocity_on_command_is_driven_for_its_whole_time(toy):
-    task = toy.navigator.drive_for(Twist(0.2), 2.0)
+    task = toy.navigator.recoveries.drive_for(Twist(0.2), 2.0)
     toy.run(1.0)
     hold(toy, 5.0)
     assert task.running
