@@ -46,9 +46,12 @@ class GracefulParameters(GoalAlignmentParameters):
 
     min_speed: float = parameter(0.1, "m/s", above=0.0, help="minimum speed in bends")
     min_lookahead: float = parameter(
-        0.15, "m", above=0.0, not_above="max_lookahead", help="nearest target on the path"
+        0.15, "m", above=0.0, not_above="max_lookahead", public=True,
+        help="nearest target on the path",
+    )  # fmt: skip
+    max_lookahead: float = parameter(
+        0.8, "m", above=0.0, public=True, help="farthest target on the path"
     )
-    max_lookahead: float = parameter(0.8, "m", above=0.0, help="farthest target on the path")
     k_phi: float = parameter(
         2.0, above=0.0, help="ratio of the rates at which heading and distance converge"
     )

@@ -17,7 +17,7 @@ class FollowingParameters:
     """Parameters of path following, inherited by each controller."""
 
     cruise_speed: float = parameter(
-        0.8, "m/s", above=0.0, at_most=5.0, robot_limit="linear_speed",
+        0.8, "m/s", above=0.0, at_most=5.0, robot_limit="linear_speed", public=True,
         help="speed on a clear path, within the robot's limit",
     )  # fmt: skip
     brake_share: float = parameter(

@@ -16,20 +16,23 @@ class LocaliserParameters:
     """
 
     lidar: str = parameter(
-        "", help="name of the lidar that weights the particles; empty: the robot's main lidar"
-    )
+        "", public=True,
+        help="name of the lidar that weights the particles; empty: the robot's main lidar",
+    )  # fmt: skip
     initial_position_deviation: float = parameter(
-        0.1, "m", at_least=0.0, help="standard deviation of the initial position of the mission"
-    )
+        0.1, "m", at_least=0.0, public=True,
+        help="standard deviation of the initial position of the mission",
+    )  # fmt: skip
     initial_heading_deviation: float = parameter(
-        0.05, "rad", at_least=0.0, help="standard deviation of the initial heading of the mission"
-    )
+        0.05, "rad", at_least=0.0, public=True,
+        help="standard deviation of the initial heading of the mission",
+    )  # fmt: skip
     min_particles: int = parameter(
-        300, at_least=50, at_most=20000, not_above="max_particles",
+        300, at_least=50, at_most=20000, not_above="max_particles", public=True,
         help="number of particles when the pose is certain",
     )  # fmt: skip
     max_particles: int = parameter(
-        3000, at_least=50, at_most=20000, help="number of particles over the whole map"
+        3000, at_least=50, at_most=20000, public=True, help="number of particles over the whole map"
     )
     kld_error: float = parameter(
         0.05, above=0.0, at_most=1.0,
@@ -40,7 +43,7 @@ class LocaliserParameters:
         help="normal quantile of the probability that the error is kept; 2.33 is 99 %",
     )  # fmt: skip
     beams: int = parameter(
-        60, at_least=10, at_most=720, help="beams of a scan that weight the particles"
+        60, at_least=10, at_most=720, public=True, help="beams of a scan that weight the particles"
     )
     hit_deviation: float = parameter(
         0.08, "m", above=0.0, at_most=1.0, help="standard deviation of a return from a mapped wall"
@@ -142,7 +145,7 @@ class LocaliserParameters:
         0.01, "m", at_least=0.0, help="standard deviation of a lidar range, for the health"
     )
     lost_health: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, not_above="good_health",
+        0.3, at_least=0.0, at_most=1.0, not_above="good_health", public=True,
         help="health below which the robot counts as lost",
     )  # fmt: skip
     good_health: float = parameter(

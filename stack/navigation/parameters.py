@@ -26,7 +26,7 @@ class NavigationParameters:
         True, help="wait for a late plan (simulation); false: drive on until it arrives (hardware)"
     )
     replan_period: float = parameter(
-        2.0, "s", above=0.0, help="time between two searches for a better path"
+        2.0, "s", above=0.0, public=True, help="time between two searches for a better path"
     )
     replan_interval: float = parameter(
         0.5, "s", above=0.0, help="minimum time between two plan requests"
@@ -41,16 +41,18 @@ class NavigationParameters:
         0.5, "m", above=0.0, help="distance to the path above which the robot replans"
     )
     patience: float = parameter(
-        2.0, "s", at_least=0.0, help="a standing robot without a path fails after this time"
-    )
+        2.0, "s", at_least=0.0, public=True,
+        help="a standing robot without a path fails after this time",
+    )  # fmt: skip
     replan_patience: float = parameter(
-        1.0, "s", at_least=0.0, help="waits this long in front of an obstacle, then replans"
-    )
+        1.0, "s", at_least=0.0, public=True,
+        help="waits this long in front of an obstacle, then replans",
+    )  # fmt: skip
     collision_patience: float = parameter(
-        5.0, "s", at_least=0.0, help="waits this long after that, then fails"
+        5.0, "s", at_least=0.0, public=True, help="waits this long after that, then fails"
     )
     person_patience: float = parameter(
-        20.0, "s", at_least=0.0,
+        20.0, "s", at_least=0.0, public=True,
         help="waits this long instead while a person is in the way, then fails",
     )  # fmt: skip
     person_distance: float = parameter(
@@ -87,7 +89,7 @@ class NavigationParameters:
         5.0, "s", above=0.0, help="that search fails if the scans do not arrive within this time"
     )
     ambiguous_goals: str = parameter(
-        "disambiguate", one_of=("disambiguate", "refuse", "drive"),
+        "disambiguate", one_of=("disambiguate", "refuse", "drive"), public=True,
         help="what a goal does while other poses explain the scans as well: first drive to where "
         "they differ, fail with AMBIGUOUS, or ignore them",
     )  # fmt: skip
@@ -119,7 +121,7 @@ class NavigationParameters:
         help="a drive stands this long while the robot is lost, then fails with LOST",
     )  # fmt: skip
     lost_motions: str = parameter(
-        "refuse", one_of=("refuse", "drive"),
+        "refuse", one_of=("refuse", "drive"), public=True,
         help="what motions without a path do while the robot is lost (spin, back up, escape, "
         "velocities of behaviours): fail with LOST, or drive",
     )  # fmt: skip
@@ -135,10 +137,11 @@ class NavigationParameters:
         help="distance driven by odometry while the map is hidden; then the robot stops",
     )
     spin_speed: float = parameter(
-        1.0, "rad/s", above=0.0, robot_limit="angular_speed", help="turning speed of spins"
-    )
+        1.0, "rad/s", above=0.0, robot_limit="angular_speed", public=True,
+        help="turning speed of spins",
+    )  # fmt: skip
     back_up_speed: float = parameter(
-        0.15, "m/s", above=0.0, robot_limit="reverse_speed", help="speed of backing up"
+        0.15, "m/s", above=0.0, robot_limit="reverse_speed", public=True, help="speed of backing up"
     )
     straight_speed: float = parameter(
         0.25, "m/s", above=0.0, robot_limit="linear_speed",

@@ -43,6 +43,16 @@ class NamedParameters:
         self._collected: list[Any] = []
         self._named: dict[str, Any] = {}
 
+    @property
+    def public(self) -> tuple[str, ...]:
+        """Full names of the parameters that users may need."""
+        return tuple(
+            f"{component}.{name}"
+            for component, tunable in self._tunables.items()
+            for name, declared in declarations(type(tunable.read())).items()
+            if declared.public
+        )
+
     def current(self) -> dict[str, Any]:
         """Values by full name, e.g. `controller.cruise_speed`."""
         parameters = [tunable.read() for tunable in self._tunables.values()]

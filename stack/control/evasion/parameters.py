@@ -12,7 +12,7 @@ class EvasionParameters:
     """Parameters of `Evasion`."""
 
     when: str = parameter(
-        "driving", one_of=("driving", "always", "never"),
+        "driving", one_of=("driving", "always", "never"), public=True,
         help="when the robot predicts how people walk and keeps clear of them: during drives (also "
         "while it waits for a plan or stands before an obstacle), whenever the mission runs, or "
         "never: then a person is an obstacle like others",

@@ -16,17 +16,20 @@ class MppiParameters(GoalAlignmentParameters):
     """
 
     reverse_speed: float = parameter(
-        0.2, "m/s", at_least=0.0, robot_limit="reverse_speed",
+        0.2, "m/s", at_least=0.0, robot_limit="reverse_speed", public=True,
         help="top speed backward; 0: never reverse",
     )  # fmt: skip
     blind_speed: float = parameter(
         0.15, "m/s", at_least=0.0, help="top speed backward into ground that no sensor covers"
     )
     lateral_speed: float = parameter(
-        0.5, "m/s", at_least=0.0, help="omni only: top lateral speed; 0: never sideways"
+        0.5, "m/s", at_least=0.0, public=True,
+        help="omni only: top lateral speed; 0: never sideways",
+    )  # fmt: skip
+    batch: int = parameter(
+        2000, at_least=16, at_most=20000, public=True, help="rollouts per command"
     )
-    batch: int = parameter(2000, at_least=16, at_most=20000, help="rollouts per command")
-    steps: int = parameter(56, at_least=8, at_most=400, help="steps of a rollout")
+    steps: int = parameter(56, at_least=8, at_most=400, public=True, help="steps of a rollout")
     time_step: float = parameter(0.05, "s", above=0.0, at_most=0.5, help="length of a step")
     iterations: int = parameter(1, at_least=1, at_most=10, help="optimisations per command")
     temperature: float = parameter(

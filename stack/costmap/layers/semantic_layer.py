@@ -59,10 +59,10 @@ class SemanticParameters:
     """Labels that cost, and the memory of things."""
 
     things: tuple[Any, ...] = parameter(
-        (),
+        (), public=True,
         help="{label: chair, radius: 0.6 m, cost: 120, memory: 60 s}, …; default: that, person "
         "with 1.2 m, 220 and 5 s, and door with 0.8 m, 80 and 300 s",
-    )
+    )  # fmt: skip
     same_place: float = parameter(
         0.5, "m", above=0.0, at_most=5.0,
         help="distance up to which a detection is a remembered thing of its label",

@@ -43,7 +43,7 @@ class SocialLayer(Layer):
 
         horizon: float = parameter(2.0, "s", at_least=0.0, at_most=10.0, help="prediction time")
         cost: int = parameter(
-            200, at_least=1, at_most=252, help="cost at a person's current position"
+            200, at_least=1, at_most=252, public=True, help="cost at a person's current position"
         )
         fade: float = parameter(
             0.6, at_least=0.0, at_most=1.0, help="share of the cost lost at the horizon"

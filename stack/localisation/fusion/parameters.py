@@ -143,10 +143,11 @@ class EkfParameters(OdometryFusionParameters):
         4.0, above=0.0,
         help="Mahalanobis distance of a scan match from the wheels beyond which they disagree",
     )  # fmt: skip
-    scan_matching: bool = parameter(True, help="match the scans of the lidar")
+    scan_matching: bool = parameter(True, public=True, help="match the scans of the lidar")
     lidar: str = parameter(
-        "", help="name of the lidar whose scans are matched; empty: the robot's main lidar"
-    )
+        "", public=True,
+        help="name of the lidar whose scans are matched; empty: the robot's main lidar",
+    )  # fmt: skip
     matching_range: float = parameter(
         12.0, "m", at_least=1.0, at_most=40.0, help="longer ranges are not matched"
     )
@@ -224,8 +225,9 @@ class EkfParameters(OdometryFusionParameters):
         1.2, "rad", at_least=0.1, at_most=3.2, help="reach of the search in heading"
     )
     sources: tuple[SourceParameters, ...] = parameter(
-        (), help="further sources of pose and twist, each {sensor: NAME, pose: [x, y], …}"
-    )
+        (), public=True,
+        help="further sources of pose and twist, each {sensor: NAME, pose: [x, y], …}",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sources", tuple(self.sources))  # files give a list

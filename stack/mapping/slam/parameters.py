@@ -14,10 +14,11 @@ class MapperParameters:
     """Parameters of scan matching, keyframes, loop closure and map rendering."""
 
     resolution: float = parameter(
-        0.05, "m", at_least=0.01, at_most=0.5, help="side of a cell of the map and of the search"
-    )
+        0.05, "m", at_least=0.01, at_most=0.5, public=True,
+        help="side of a cell of the map and of the search",
+    )  # fmt: skip
     match_range: float = parameter(
-        30.0, "m", above=1.0, help="longer ranges are neither matched nor drawn"
+        30.0, "m", above=1.0, public=True, help="longer ranges are neither matched nor drawn"
     )
     clear_range: float = parameter(
         4.0, "m", at_least=0.0, help="distance that a beam without return clears in the map"
@@ -27,9 +28,6 @@ class MapperParameters:
     )
     keyframe_angle: float = parameter(
         0.25, "rad", above=0.0, at_most=3.0, help="angle turned from keyframe to keyframe"
-    )
-    match_distance: float = parameter(
-        0.0, "m", at_least=0.0, help="distance driven between two scans that are matched"
     )
     odometry_distance_error: float = parameter(
         0.15, at_least=0.0, at_most=1.0, help="standard deviation of odometry per metre driven, m/m"
@@ -129,7 +127,9 @@ class MapperParameters:
 class SlamParameters(MapperParameters):
     """Parameters of the estimator `slam`: those of the mapper, and how it runs in a mission."""
 
-    lidar: str = parameter("", help="name of the lidar that maps; empty: the robot's main lidar")
+    lidar: str = parameter(
+        "", public=True, help="name of the lidar that maps; empty: the robot's main lidar"
+    )
     latency: float = parameter(
         1.0, "s", at_least=0.0, at_most=60.0,
         help="time from a loop closure to the corrected map; the optimisation runs meanwhile",
@@ -145,7 +145,7 @@ class SlamParameters(MapperParameters):
         0.1, above=0.0, at_most=1.0, help="share of a new scan in the health"
     )
     lost_health: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, not_above="good_health",
+        0.3, at_least=0.0, at_most=1.0, not_above="good_health", public=True,
         help="health below which the robot counts as lost",
     )  # fmt: skip
     good_health: float = parameter(

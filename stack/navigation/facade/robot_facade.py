@@ -57,6 +57,11 @@ class RobotFacade(PerceptionFacade):
         """Current parameters of the components: `controller.cruise_speed` -> value."""
         return self._parameters.current()
 
+    @property
+    def public_parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that users may need."""
+        return self._parameters.public
+
     def set_parameter(self, name: str, value: Any) -> None:
         """Change a parameter of a component, from the next step on.
 

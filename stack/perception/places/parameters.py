@@ -13,8 +13,9 @@ class PlaceParameters:
     """Visual place recognition: keyframes that are recorded, and poses that are accepted."""
 
     record: bool = parameter(
-        False, help="record keyframes while the robot knows its pose; takes pictures at new places"
-    )
+        False, public=True,
+        help="record keyframes while the robot knows its pose; takes pictures at new places",
+    )  # fmt: skip
     keyframe_distance: float = parameter(
         0.8, "m", above=0.0, at_most=10.0, help="motion after which the next keyframe is taken"
     )
@@ -48,10 +49,10 @@ class PlaceParameters:
         help="poses with a larger standard deviation are not accepted",
     )  # fmt: skip
     descriptor: str = parameter(
-        "",
+        "", public=True,
         help="an ONNX file that describes a picture by a vector, relative to the mission; retrieves"
         " keyframes in place of VLAD; empty: no model",
-    )
+    )  # fmt: skip
     descriptor_size: int = parameter(
         224, at_least=16, at_most=2048,
         help="side of the descriptor's input in pixels, where the file leaves it open",

@@ -12,7 +12,7 @@ class RecordingParameters:
     """Rates and size of the rerun recording. What did not change is not recorded again."""
 
     rate: float = parameter(
-        5.0, "Hz", above=0.0, at_most=100.0,
+        5.0, "Hz", above=0.0, at_most=100.0, public=True,
         help="snapshots: pose, plots, states, people and tracks; no other rate can be higher",
     )  # fmt: skip
     scan_rate: float = parameter(5.0, "Hz", above=0.0, at_most=100.0, help="lidar scans")
@@ -40,5 +40,5 @@ class RecordingParameters:
         help="robot time between two writes to the file; a killed run loses at most this time",
     )  # fmt: skip
     size_limit: float = parameter(
-        2000.0, at_least=1.0, help="megabytes at which the recording of a run stops"
+        2000.0, at_least=1.0, public=True, help="megabytes at which the recording of a run stops"
     )
