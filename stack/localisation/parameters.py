@@ -289,13 +289,6 @@ class OdometryFusionParameters:
     settling_time: float = parameter(
         0.25, "s", at_least=0.0, help="time at standstill before the gyro's bias is measured"
     )
-    bias_tolerance: float = parameter(
-        0.05, "rad/s", above=0.0,
-        help="at standstill, a rate farther than this from the bias is a rotation by hand",
-    )  # fmt: skip
-    bias_samples: int = parameter(
-        1000, at_least=1, help="number of samples over which the bias is averaged"
-    )
     gyro_timeout: float = parameter(
         0.1, "s", above=0.0,
         help="time without gyro samples after which the wheels measure the rotation",
