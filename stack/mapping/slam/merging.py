@@ -17,6 +17,7 @@ import numpy as np
 from stack.errors import InputError
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.graph import Edge, PoseGraph
+from stack.mapping.slam.loops import LOOP_CONFLICT
 from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
@@ -137,7 +138,7 @@ def _placement(first: PoseGraph, second: PoseGraph, p: MapperParameters) -> Plac
             tried.append(placement)
     verified = sorted(
         (found for found in (_compared(one, first, second, p) for one in tried)
-         if found.conflict <= p.loop_conflict and found.points >= LEAST_POINTS),
+         if found.conflict <= LOOP_CONFLICT and found.points >= LEAST_POINTS),
         key=lambda placement: -placement.score,
     )  # fmt: skip
     if not verified:

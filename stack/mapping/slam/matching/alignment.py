@@ -7,9 +7,9 @@ from math import hypot
 
 import numpy as np
 
-from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
+from stack.mapping.slam.matching.local_map import RESIDUAL_DEVIATION, LocalMap, ScanMatch
 from stack.mapping.slam.matching.scans import PreparedScan
-from stack.mapping.slam.parameters import MapperParameters
+from stack.mapping.slam.odometry_error import odometry_error
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 GOOD_OVERLAP = 0.75
@@ -39,19 +39,20 @@ EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
 
 
 def align_step(
-    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D, parameters: MapperParameters
+    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D
 ) -> tuple[Pose2D, ScanMatch]:
     """Return the pose of a scan and its match; the pose of odometry if it does not match.
+
+    A match that is not accepted has no information.
 
     Args:
         local: surroundings, map frame.
         scan: base frame.
         pose: of the base at the scan before, map frame.
         moved: the motion since then by odometry, frame of that pose.
-        parameters: errors of odometry and scans. A match that is not accepted has no information.
     """
-    expected, deviation = pose.compose(moved), parameters.residual_deviation
-    position, heading = odometry_deviation(moved, parameters)
+    expected, deviation = pose.compose(moved), RESIDUAL_DEVIATION
+    position, heading = odometry_deviation(moved)
     prior = np.diag([position**-2, position**-2, WEAK_HEADING**-2])
     found = local.align(scan, expected, deviation, (expected, prior))
     likely = (position, heading)
@@ -74,15 +75,15 @@ def align_step(
     return expected, replace(found, information=np.zeros((3, 3)))
 
 
-def odometry_deviation(moved: Pose2D, parameters: MapperParameters) -> tuple[float, float]:
+def odometry_deviation(moved: Pose2D) -> tuple[float, float]:
     """Return the deviations of a motion by odometry, m and rad."""
-    position, heading = parameters.odometry_deviation(moved)
+    position, heading = odometry_error(moved)
     return DEVIATION_FLOOR + position, DEVIATION_FLOOR + heading
 
 
-def odometry_information(moved: Pose2D, parameters: MapperParameters) -> FloatArray:
+def odometry_information(moved: Pose2D) -> FloatArray:
     """Return the information (3, 3) of a motion by odometry."""
-    position, heading = odometry_deviation(moved, parameters)
+    position, heading = odometry_deviation(moved)
     return np.diag([position**-2, position**-2, heading**-2])
 
 

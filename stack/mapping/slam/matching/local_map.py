@@ -14,6 +14,11 @@ from stack.mapping.slam.matching import kernels
 from stack.mapping.slam.matching.scans import PreparedScan, as_pose, as_row
 from stack.types import FloatArray, Pose2D
 
+RESIDUAL_DEVIATION = 0.03
+"""Standard deviation of a point from the surface that it is matched with, m."""
+EDGE_OVERLAP = 0.4
+"""Share of a scan's points that an edge explains."""
+
 LEVELS = 6
 """Of the pyramid of scores: cells of up to 32 times the resolution."""
 
