@@ -23,7 +23,7 @@ from stack.types import FloatArray, Pose2D, Scan
 SHORT_OBJECT = 1.0
 """Evidence against a mode of an unmapped object 6 degrees wide (log-likelihood)."""
 LONG_OBJECT = 2.0
-"""Likewise of a mapped object that is not there: rarer than an unmapped one."""
+"""Evidence against a mode of a mapped object that is not there: rarer than an unmapped one."""
 
 FIT_BEAMS = 90
 """Number of beams of a scan in its fit, evenly spread over all directions."""

@@ -13,6 +13,9 @@ from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 
+SEARCH_TIME = 5.0
+"""A search of the whole map fails if the scans do not arrive within this time, s."""
+
 
 class Relocalisation(MotionExecutor):
     """Stands still, collects scans and lets the estimator match them with the whole map.
@@ -35,7 +38,7 @@ class Relocalisation(MotionExecutor):
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._found = estimator, found
-        self._wanted, self._patience = parameters.search_scans, parameters.search_time
+        self._wanted, self._patience = parameters.search_scans, SEARCH_TIME
         self._newest_scan, self._frames = newest_scan, frames
         self._scans: list[Scan] = []
         self._waiting = self.timers.new()

@@ -23,9 +23,6 @@ class LoopParameters:
         10.0, "s", at_least=1.0,
         help="how long poses are kept, for measurements that arrive late",
     )  # fmt: skip
-    camera_time: float = parameter(
-        1.0, "s", at_least=0.2, help="how long a request for pictures keeps the camera on"
-    )
 
     def __post_init__(self) -> None:
         steps = self.control_rate / self.tree_rate

@@ -40,6 +40,9 @@ from stack.types import (
     wrap_angle,
 )
 
+JUMP_ANGLE = 0.2
+"""A pose whose heading differs by more clears the sensed obstacles, rad."""
+
 
 class RobotFacade(PerceptionFacade):
     """Implementation of stack.robot.Robot with the components of the stack.
@@ -329,7 +332,7 @@ class RobotFacade(PerceptionFacade):
     def _unless_ambiguous(self, drive: GoalDrive) -> MotionExecutor:
         """Return a drive to a goal, preceded by disambiguation while there are rivals."""
         before = self._navigation.parameters.ambiguous_goals == "disambiguate"
-        if before and other_places(drive, self.estimate, self._navigation.parameters):
+        if before and other_places(drive, self.estimate):
             return self._disambiguation(drive.task, drive)
         return drive
 
@@ -374,7 +377,7 @@ class RobotFacade(PerceptionFacade):
     def _is_jump(self, before: Pose2D, pose: Pose2D) -> bool:
         """Whether what was sensed at one pose has a wrong position at the other."""
         p, turn = self._navigation.parameters, abs(wrap_angle(pose.heading - before.heading))
-        return before.distance_to(pose) > p.jump_distance or turn > p.jump_angle
+        return before.distance_to(pose) > p.jump_distance or turn > JUMP_ANGLE
 
     def _relocalised(self, before: Pose2D, match: Match) -> None:
         self._handle_jump(before, match.pose, "lidar")

@@ -35,10 +35,6 @@ class RecordingParameters:
         at_most=100.0,
         help="camera pictures as JPEG, depth pictures as PNG, and depth obstacles",
     )
-    write_period: float = parameter(
-        4.0, "s", at_least=0.1, at_most=60.0,
-        help="robot time between two writes to the file; a killed run loses at most this time",
-    )  # fmt: skip
     size_limit: float = parameter(
         2000.0, at_least=1.0, public=True, help="megabytes at which the recording of a run stops"
     )
