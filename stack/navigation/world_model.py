@@ -10,7 +10,7 @@ from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
 from stack.perception.tracking.people_mask import is_echo_of, without_objects
-from stack.perception.tracking.tracker import Tracker
+from stack.perception.tracking.tracker import MOVING_SPEED, Tracker
 from stack.safety.monitor import moving_discs
 from stack.types import (
     NO_DEPTH,
@@ -143,7 +143,7 @@ class WorldModel:
             return update
         now, settings = update.time, self.tracker.parameters
         for track in self._tracks:
-            if track.speed >= settings.moving_speed or track.id not in self._walked_at:
+            if track.speed >= MOVING_SPEED or track.id not in self._walked_at:
                 self._walked_at[track.id] = now
         known = self.tracker.known_ids
         self._walked_at = {k: time for k, time in self._walked_at.items() if k in known}

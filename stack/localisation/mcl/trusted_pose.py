@@ -119,8 +119,8 @@ class TrustedPose:
     def log_priors(self, poses: Sequence[Pose2D], odometry: Pose2D) -> list[float]:
         """Return the log-probability of each pose, relative to the most probable one: at most 0.
 
-        A normal distribution about the expected pose with the deviations `push_distance` and
-        `push_angle`, mixed with LIFTED_SHARE of a constant one; after a touch, with
+        A normal distribution about the expected pose with the deviations PUSH_DISTANCE and
+        PUSH_ANGLE, mixed with LIFTED_SHARE of a constant one; after a touch, with
         CARRIED_SHARE of one that is constant in the place only.
 
         Args:

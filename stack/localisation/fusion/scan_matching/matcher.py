@@ -195,7 +195,7 @@ class ScanMatcher:
         """Return the only pose in the window of the search that explains the scan.
 
         If that is little of the scan, or other poses explain it nearly as well, the best pose must
-        be the same in `confirmations` scans.
+        be the same in CONFIRMATIONS scans.
         """
         k = self.keyframe
         assert k is not None
@@ -221,7 +221,7 @@ class ScanMatcher:
         return None
 
     def _is_confirmed(self, best: ScanMatch) -> bool:
-        """Whether the best pose of the last `confirmations` searches was the same."""
+        """Whether the best pose of the last CONFIRMATIONS searches was the same."""
         before, count = self._unconfirmed or (best.pose, 0)
         count = 1 if _differ(before, best.pose) else count + 1
         self._unconfirmed = best.pose, count
