@@ -188,7 +188,7 @@ class GoalAlignment:
 
 
 def _style(p: GoalAlignmentParameters) -> TurnStyle:
-    return TurnStyle(p.rotate_speed, p.brake_share, p.turn_precision)
+    return TurnStyle(p.rotate_speed, p.turn_precision)
 
 
 def _rim_speed(twist: Twist) -> float:

@@ -20,6 +20,7 @@ from stack.components import ControlState
 from stack.control.goal_alignment import GoalAlignmentParameters
 from stack.control.path_controller import PathController
 from stack.control.ramps import stopping_speed
+from stack.control.turning import BRAKE_SHARE
 from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
@@ -107,7 +108,7 @@ class Graceful(PathController[GracefulParameters]):
             cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
         exact = self._alignment.parameters
         distance = self._alignment.distance_left(state) - 0.5 * exact.stop_distance
-        brake = p.brake_share * limits.linear_deceleration
+        brake = BRAKE_SHARE * limits.linear_deceleration
         stopping = stopping_speed(distance, brake, p.response_time + self._period)
         return min(cruise, max(stopping, exact.final_speed(0.5 * p.min_speed, self._period)))
 

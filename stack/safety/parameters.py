@@ -69,9 +69,6 @@ class SafetyParameters:
         0.15, "m/s", at_least=0.0, public=True,
         help="speed limit towards a sector no sensor covers, and of an outline in unseen ground",
     )  # fmt: skip
-    contact_speed: float = parameter(
-        0.1, "m/s", above=0.0, at_most=0.5, help="speed limit while the robot may touch something"
-    )
     top_speed: float = parameter(
         5.0, "m/s", above=0.0, public=True, help="speed limit, in addition to the robot's own"
     )

@@ -18,9 +18,6 @@ class DwbParameters(GoalAlignmentParameters):
     )  # fmt: skip
     linear_samples: int = parameter(20, at_least=2, at_most=200, help="number of forward speeds")
     angular_samples: int = parameter(21, at_least=3, at_most=201, help="number of turning speeds")
-    lateral_samples: int = parameter(
-        5, at_least=3, at_most=51, help="omnidirectional robots only: number of lateral speeds"
-    )
     simulation_time: float = parameter(
         1.7, "s", above=0.2, at_most=10.0, help="simulated time of each sample"
     )

@@ -29,7 +29,7 @@ def test_each_value_names_the_file_and_line_that_sets_it() -> None:
     speed = found["controller.cruise_speed"]
     assert (speed.value, speed.source) == ("0.5 m/s", f"19_from_nav2.yaml:{line}")
     assert found["controller.use"].source.startswith("parameters/nav2_params.yaml:")
-    assert found["controller.noise_correlation"].source == "default"
+    assert found["controller.moving_margin"].source == "default"
 
 
 def test_a_mission_without_a_map_has_defaults_of_its_own() -> None:
