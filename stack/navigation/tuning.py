@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from operator import is_not
-from typing import Any
+from typing import Any, cast
 
 from stack.errors import ParameterError
 from stack.parameters import check_relations, declarations, suggestion, values_of
@@ -49,7 +49,7 @@ class NamedParameters:
         return tuple(
             f"{component}.{name}"
             for component, tunable in self._tunables.items()
-            for name, declared in declarations(type(tunable.read())).items()
+            for name, declared in declarations(cast("type", type(tunable.read()))).items()
             if declared.public
         )
 
