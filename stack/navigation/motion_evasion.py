@@ -12,8 +12,8 @@ from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.following import Drive
 from stack.navigation.path_speeds import slower
 from stack.navigation.recoveries import DriveFor
-from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FloatArray, Twist
+from stack.navigation.tasks import Emit, MotionExecutor
+from stack.types import STANDSTILL, FloatArray, Perceived, Twist
 
 FORESEEN = 8.0
 """Metres of path along which evasion expects the robot."""
@@ -41,7 +41,7 @@ class MotionEvasion:
         self._evaded_at = -inf
 
     def step(
-        self, wanted: Twist, state: NavigationState, motion: MotionExecutor | None, *,
+        self, wanted: Twist, state: Perceived, motion: MotionExecutor | None, *,
         along_path: bool, limit: float,
     ) -> Twist:  # fmt: skip
         """Return the wanted velocity, or one that leaves the way of a person.
@@ -68,9 +68,10 @@ class MotionEvasion:
         way = NO_POINTS
         if along_path:
             way = self._path_follower.way_ahead(FORESEEN, backward=wanted.linear < 0.0)
+        makes_way = isinstance(motion, Drive) and motion.makes_way and wanted != STANDSTILL
         situation = Situation(
-            state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles,
-            way, isinstance(motion, Drive) and motion.makes_way and wanted != STANDSTILL,
+            state.time, state.estimate.pose, state.motion.twist, state.world.tracks,
+            state.obstacles, way, makes_way,
         )  # fmt: skip
         was_active = self.evasion.active
         twist = self.evasion.step(wanted, situation)

@@ -34,7 +34,7 @@ from stack.navigation.recoveries import (
     Spin,
     StraightLine,
 )
-from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
+from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
 from stack.types import (
@@ -42,6 +42,7 @@ from stack.types import (
     ContactZone,
     FailureCode,
     Path,
+    Perceived,
     Pose2D,
     TaskStatus,
     Twist,
@@ -121,7 +122,7 @@ class Navigator:
         self.localisation_monitor = LocalisationMonitor(emit, period)
         self._activities = Activities(emit, self.localisation_monitor, log)
         self._queries = PlanQueries(self._tools)
-        self._state: NavigationState | None = None
+        self._state: Perceived | None = None
 
     @property
     def parameters(self) -> NavigationParameters:
@@ -171,6 +172,15 @@ class Navigator:
         return self._evasion.evasion
 
     @property
+    def evades(self) -> bool:
+        """Whether only evasion keeps the robot clear of who walks.
+
+        Otherwise they are obstacles: evasion is off, or the controller plans with tracks itself.
+        """
+        on = self.evasion.parameters.when != "never"
+        return on and not self.path_follower.plans_with_tracks
+
+    @property
     def goal(self) -> Pose2D | None:
         """Goal of the current drive, map frame; None without one."""
         drive = self._drive
@@ -199,7 +209,7 @@ class Navigator:
         """Counters for the snapshot: plans, replans, recoveries, distance (metres driven)."""
         return dict(self._tools.counters)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step; STANDSTILL without a running task."""
         self._count_distance(state)
         self._state = state
@@ -379,7 +389,7 @@ class Navigator:
         if state is not None and costmap.way_out is None and not lost:
             reach = goal.distance + 2.0 * self._robot.footprint.circumscribed_radius
             pose, zones = state.estimate.pose, costmap.forbidden.values()
-            fence = state.odometry.pose.transform(zone_edges(zones, costmap.view, pose, reach))
+            fence = state.motion.pose.transform(zone_edges(zones, costmap.view, pose, reach))
         return Escape(task, goal, self._surroundings, self._recovery_tools(), fence)
 
     @property
@@ -509,9 +519,9 @@ class Navigator:
         text = f"{task.what} {word}{why}"
         self._emit("task", text, level, status=word, code=code, moves=moves)
 
-    def _count_distance(self, state: NavigationState) -> None:
+    def _count_distance(self, state: Perceived) -> None:
         if self._state is not None:
-            before, now = self._state.odometry.pose, state.odometry.pose
+            before, now = self._state.motion.pose, state.motion.pose
             self._tools.counters["distance"] += before.distance_to(now)
 
 

@@ -75,10 +75,6 @@ class NavigationParameters:
         8, at_least=1, at_most=100,
         help="number of places to which the robot drives to tell such poses apart",
     )  # fmt: skip
-    jump_distance: float = parameter(
-        0.3, "m", at_least=0.0,
-        help="a new pose farther away than this clears the sensed obstacles",
-    )  # fmt: skip
     teleop_timeout: float = parameter(
         0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
     )
