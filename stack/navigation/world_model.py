@@ -31,6 +31,9 @@ from stack.types import (
     WorldView,
 )
 
+STANDING_TIME = 10.0
+"""Paths lead past people who have stood for less than this; then they are obstacles, s."""
+
 DEPTH_PERIOD = 0.1
 """Seconds for which obstacles of depth cameras wait for the costmaps' update by the next scan: two
 updates cost twice as much. Safety and controllers have them at once."""
@@ -118,18 +121,18 @@ class WorldModel:
     def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
         """Return the measurements without the returns of walking people.
 
-        Who has stood for `standing_time` is an obstacle like others until they walk on.
+        Who has stood for STANDING_TIME is an obstacle like others until they walk on.
         """
         if not self._tracks:
             self._walkers = ()
             return update
-        now, settings = update.time, self.tracker.parameters
+        now = update.time
         for track in self._tracks:
             if track.speed >= MOVING_SPEED or track.id not in self._walked_at:
                 self._walked_at[track.id] = now
         known = self.tracker.known_ids
         self._walked_at = {k: time for k, time in self._walked_at.items() if k in known}
-        oldest = now - settings.standing_time
+        oldest = now - STANDING_TIME
         self._walkers = tuple(t for t in self._tracks if self._walked_at[t.id] >= oldest)
         scans = {
             name: PosedScan(

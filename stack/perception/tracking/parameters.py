@@ -14,7 +14,3 @@ class TrackerParameters:
     range: float = parameter(12.0, "m", above=0.0, help="largest range of a return")
     confirm: int = parameter(3, at_least=2, help="number of detections that confirm a track")
     forget: float = parameter(1.0, "s", above=0.0, help="a track not seen for this time is removed")
-    standing_time: float = parameter(
-        10.0, "s", at_least=0.0,
-        help="paths lead past people who have stood for less than this; then they are obstacles",
-    )  # fmt: skip
