@@ -69,7 +69,7 @@ def test_errors_have_code_and_position(mission, keys, code, sentence):
 
 
 def test_a_robot_without_camera_cannot_use_markers(mission):
-    with pytest.raises(InputError, match="the robot 'scout' has no camera"):
+    with pytest.raises(InputError, match=r"E183.*the robot 'scout' has no camera"):
         prepare(mission("navigation: {markers: {survey: true}}"), RunOptions(camera="off"))
 
 
