@@ -111,7 +111,7 @@ class Localiser(Estimator):
         self._calibration = stream(seed, "localisation calibration")
         self._recovery = RecoverySchedule(parameters)
         self._confidence, self._trusted = Confidence(), TrustedPose()
-        self._estimate: PoseEstimate | None = None
+        self.lidar = parameters.lidar or robot.main_lidar
         self._read(grid)
         self._odometry = OdometrySince()
         self._travelled = 0.0
@@ -127,8 +127,13 @@ class Localiser(Estimator):
             self._field, self._evaluator, motion_model(self._robot.drivetrain, self.parameters),
             self.parameters, self._generator,
         )  # fmt: skip
+        self._touch = TouchSense(self._robot.footprint, self._evaluator)
+        self._markers = MarkerUpdate(self._field, self._filter)
+        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter)
+        variance = (CELL_DEVIATION * self._field.resolution) ** 2
+        self._common_errors = np.diag([variance, variance, 0.0])
         self._scale: FitScale | None = None
-        self._use(self.parameters)
+        self._estimate: PoseEstimate | None = None
 
     def load_map(self, grid: OccupancyGrid, folder: Path, pose: Pose2D | None) -> None:
         """Use another map from now on; see `Estimator`."""
@@ -156,20 +161,10 @@ class Localiser(Estimator):
         p, before = parameters, self.parameters
         if (p.range_noise, p.health_obstacles) != (before.range_noise, before.health_obstacles):
             self._scale = None
-        self._use(parameters)
-
-    def _use(self, parameters: LocaliserParameters) -> None:
-        """Derive everything that depends on the parameters and the map."""
-        p = self.parameters = parameters
+        self.parameters = self._recovery.parameters = p
         self.lidar = p.lidar or self._robot.main_lidar
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
-        self._recovery.parameters = p
-        self._touch = TouchSense(self._robot.footprint, self._evaluator)
-        self._markers = MarkerUpdate(self._field, self._filter)
-        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter)
         self._estimate = None
-        variance = (CELL_DEVIATION * self._field.resolution) ** 2
-        self._common_errors = np.diag([variance, variance, 0.0])
 
     def start(self, pose: Pose2D | None) -> None:
         """Start around the initial pose; if that is unknown, anywhere on the map."""
