@@ -208,7 +208,7 @@ class LoopClosure:
         found = local.search(scan, start, window, deviations=likely, least=LOOP_SCORE)
         if found is None:
             return None
-        match = local.align(scan, found[0], RESIDUAL_DEVIATION)
+        match = local.align(scan, found[0])
         if match.overlap < LOOP_OVERLAP or match.pose.distance_to(found[0]) > 0.3:
             return None
         weakest = float(np.linalg.eigvalsh(match.information[:2, :2])[0])
@@ -232,7 +232,7 @@ class LoopClosure:
         """Add the edge of a verified match."""
         pair = align_pair(
             self._prepared(hypothesis.place), self._prepared(hypothesis.keyframe),
-            hypothesis.relative, RESIDUAL_DEVIATION,
+            hypothesis.relative,
         )  # fmt: skip
         match = hypothesis.match
         if pair.overlap >= EDGE_OVERLAP and pair.pose.distance_to(hypothesis.relative) < 0.1:

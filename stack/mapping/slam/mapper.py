@@ -34,7 +34,6 @@ from stack.mapping.slam.loops import LoopClosure
 from stack.mapping.slam.matching.alignment import align_step, odometry_information, softened
 from stack.mapping.slam.matching.local_map import (
     EDGE_OVERLAP,
-    RESIDUAL_DEVIATION,
     LocalMap,
     ScanMatch,
     align_pair,
@@ -389,7 +388,7 @@ class Mapper:
         """Return the edge between two keyframes by their scans; None if they overlap too little."""
         keyframes = self.graph.keyframes
         start = keyframes[target].pose.relative_to(keyframes[source].pose)
-        found = align_pair(self.prepared(source), self.prepared(target), start, RESIDUAL_DEVIATION)
+        found = align_pair(self.prepared(source), self.prepared(target), start)
         if found.overlap < EDGE_OVERLAP or found.pose.distance_to(start) > 0.3:
             return None
         if abs(wrap_angle(found.pose.heading - start.heading)) > 0.15:

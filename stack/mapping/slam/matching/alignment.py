@@ -7,7 +7,7 @@ from math import hypot
 
 import numpy as np
 
-from stack.mapping.slam.matching.local_map import RESIDUAL_DEVIATION, LocalMap, ScanMatch
+from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
 from stack.mapping.slam.matching.scans import PreparedScan
 from stack.mapping.slam.odometry_error import odometry_error
 from stack.types import FloatArray, Pose2D, wrap_angle
@@ -51,10 +51,10 @@ def align_step(
         pose: of the base at the scan before, map frame.
         moved: the motion since then by odometry, frame of that pose.
     """
-    expected, deviation = pose.compose(moved), RESIDUAL_DEVIATION
+    expected = pose.compose(moved)
     position, heading = odometry_deviation(moved)
     prior = np.diag([position**-2, position**-2, WEAK_HEADING**-2])
-    found = local.align(scan, expected, deviation, (expected, prior))
+    found = local.align(scan, expected, (expected, prior))
     likely = (position, heading)
     searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
     if hypot(moved.x, moved.y) > LARGE_STEP or abs(moved.heading) > LARGE_TURN:
@@ -65,7 +65,7 @@ def align_step(
             continue
         searched = local.search(scan, centre, window, deviations=likely)
         if searched is not None:
-            other = local.align(scan, searched[0], deviation)
+            other = local.align(scan, searched[0])
             if other.overlap > found.overlap + 0.05:
                 found = other
     turned = abs(wrap_angle(found.pose.heading - expected.heading))
