@@ -38,7 +38,7 @@ class MotionEvasion:
 
     def __init__(self, evasion: Evasion, path_follower: PathFollower, emit: Emit) -> None:
         self.evasion, self._path_follower, self._emit = evasion, path_follower, emit
-        self._evaded_at = -inf
+        self._evaded_at, self._evades = -inf, False
 
     def step(
         self, wanted: Twist, state: Perceived, motion: MotionExecutor | None, *,
@@ -58,12 +58,12 @@ class MotionEvasion:
         when = self.evasion.parameters.when
         is_held = motion is not None and motion.held_for is not None
         if when == "never" or is_held or (when == "driving" and not _gives_way(motion)):
-            if self.evasion.active and isinstance(motion, Drive):
+            if self._evades and isinstance(motion, Drive):
                 motion.note_evasion()
-            self.evasion.rest()
+            self._rest()
             return wanted
         if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear(state.time):
-            self.evasion.rest()
+            self._rest()
             return wanted
         way = NO_POINTS
         if along_path:
@@ -73,15 +73,19 @@ class MotionEvasion:
             state.time, state.estimate.pose, state.motion.twist, state.world.tracks,
             state.obstacles, way, makes_way,
         )  # fmt: skip
-        was_active = self.evasion.active
-        twist = self.evasion.step(wanted, situation)
-        if was_active and not self.evasion.active and isinstance(motion, Drive):
+        twist, evades = self.evasion.step(wanted, situation)
+        if self._evades and not evades and isinstance(motion, Drive):
             motion.note_evasion()
-        if self.evasion.active:
+        self._evades = evades
+        if evades:
             if state.time >= self._evaded_at + NEW_EVASION:
                 self._emit("evasion", "keeping clear of a person")
             self._evaded_at = state.time
         return twist if motion is None or motion.while_lost else slower(twist, limit)
+
+    def _rest(self) -> None:
+        self.evasion.rest()
+        self._evades = False
 
 
 def _gives_way(motion: MotionExecutor | None) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import degrees
+from typing import NamedTuple
 
 from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
@@ -53,6 +54,14 @@ VIEW_TOLERANCE = 0.3
 
 MAKES_ROOM = 1.5
 """Metres that a drive may move away from an obstacle to turn onto its path."""
+
+
+class WantedTwist(NamedTuple):
+    """What navigation wants: a velocity, base frame, and where the robot may touch something."""
+
+    twist: Twist
+    contact: ContactZone | None = None
+
 
 First = Callable[[GoalDrive], MotionExecutor]
 
@@ -209,7 +218,7 @@ class Navigator:
         """Counters for the snapshot: plans, replans, recoveries, distance (metres driven)."""
         return dict(self._tools.counters)
 
-    def step(self, state: Perceived) -> Twist:
+    def step(self, state: Perceived) -> WantedTwist:
         """Compute the velocity for this step; STANDSTILL without a running task."""
         self._count_distance(state)
         self._state = state
@@ -218,9 +227,11 @@ class Navigator:
         self.localisation_monitor.update(state, self.parameters)
         wanted, motion = self._activities.step(state, self.parameters), self._motion
         limit = self.localisation_monitor.speed_limit
-        return self._evasion.step(
+        twist = self._evasion.step(
             wanted, state, motion, along_path=_follows_path(motion), limit=limit
         )
+        current = self._activities.current
+        return WantedTwist(twist, current.contact if isinstance(current, DriveFor) else None)
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.
@@ -391,12 +402,6 @@ class Navigator:
             pose, zones = state.estimate.pose, costmap.forbidden.values()
             fence = state.motion.pose.transform(zone_edges(zones, costmap.view, pose, reach))
         return Escape(task, goal, self._surroundings, self._recovery_tools(), fence)
-
-    @property
-    def contact_zone(self) -> ContactZone | None:
-        """Where the robot may touch something in its current motion."""
-        current = self._activities.current
-        return current.contact if isinstance(current, DriveFor) else None
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,

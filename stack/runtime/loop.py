@@ -12,6 +12,7 @@ from math import hypot
 from typing import Any
 
 from stack.body import BodyCommand, SimulatedWorld
+from stack.navigation.navigator import WantedTwist
 from stack.navigation.relocalisation import report_pose
 from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
@@ -33,7 +34,6 @@ from stack.types import (
     Odometry,
     Perceived,
     PoseEstimate,
-    Twist,
     is_jump,
 )
 
@@ -151,8 +151,8 @@ class Runtime:
             wanted = self._navigate(perceived)
         with measure("safety"):
             self.command = p.safety.limit(
-                wanted, perceived, emergency_stop=self.mission.emergency_stop,
-                contact=p.navigator.contact_zone,
+                wanted.twist, perceived, emergency_stop=self.mission.emergency_stop,
+                contact=wanted.contact,
             )  # fmt: skip
         twist = self.command.twist
         p.body.command(BodyCommand(twist, self.sensing.captures, self.sensing.measures_depth))
@@ -329,12 +329,12 @@ class Runtime:
             self.end(MissionState.FAILURE, self.parts.tree.reason)
         self._commands.debugging.after_tick()
 
-    def _navigate(self, perceived: Perceived) -> Twist:
+    def _navigate(self, perceived: Perceived) -> WantedTwist:
         """Return the velocity of the current task; standstill while the robot is held."""
         if not self._navigates:
-            return STANDSTILL
+            return WantedTwist(STANDSTILL)
         wanted = self.parts.navigator.step(perceived)
-        return wanted if self.parts.odometry.is_ready else STANDSTILL
+        return wanted if self.parts.odometry.is_ready else WantedTwist(STANDSTILL)
 
     def _slept(self) -> float:
         """Wall seconds that the body has slept to keep its pace; these are not compute time."""

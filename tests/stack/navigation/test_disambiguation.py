@@ -52,7 +52,7 @@ class Rig:
     def step(self):
         world = self.world
         state = Perceived(world.time, self.estimate, world.odometry, world.obstacles)
-        twist = self.navigator.step(state)
+        twist = self.navigator.step(state).twist
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
 
     def begin(self, executor):

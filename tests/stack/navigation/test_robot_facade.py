@@ -139,7 +139,7 @@ class Rig:
             world.time, estimate, world.odometry, world.obstacles, measurements=self.measurements
         )
         self.facade.see(perceived)
-        twist = self.toy.navigator.step(perceived)
+        twist = self.toy.navigator.step(perceived).twist
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
         return twist
 

@@ -78,7 +78,7 @@ class ToyDrive:
             tuple(self.tracks()), standing=tuple(self.standing()), evaded=tuple(self.evaded())
         )
         state = Perceived(world.time, estimate, world.odometry, world.obstacles, world=around)
-        twist = self.navigator.step(state)
+        twist = self.navigator.step(state).twist
         self.commands.append(twist)
         world.drive(self.safety.limit(twist, world.odometry, world.obstacles))
 
