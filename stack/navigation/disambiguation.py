@@ -12,6 +12,9 @@ from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, RivalPose, Scan, Twist
 
+VIEW_TIME = 0.5
+"""How long it stands and looks at each of them, s."""
+
 
 def ambiguity(pose: Pose2D, rivals: Sequence[RivalPose]) -> str:
     """Return a sentence about the rivals of a pose."""
@@ -128,7 +131,7 @@ class Disambiguation(MotionExecutor):
         self.task.report(f"{_rivals(state)}, looking", 0.0)
         if not standing(state.motion.twist):
             self._looking.start(state.time)
-        if self._looking.elapsed(state.time) < self._parameters.view_time:
+        if self._looking.elapsed(state.time) < VIEW_TIME:
             return STANDSTILL
         scan, estimate = self._newest_scan(), state.estimate
         if scan is None:

@@ -18,6 +18,10 @@ from stack.types import (
     wrap_angle,
 )
 
+AMBIGUOUS_DISTANCE = 1.5
+"""A drive goes on past another pose that is nearer than this, m, and than half of the way to its
+goal: the drive resolves it on the way."""
+
 
 class LocalisationMonitor:
     """Decides what a robot may do whose estimate says that it is lost.
@@ -129,7 +133,7 @@ def step_in_doubt(
     Every motion is stepped by this function, whatever behaviour has started it.
     """
     if not executor.while_ambiguous and parameters.ambiguous_goals != "drive":
-        if rivals := other_places(executor, state.estimate, parameters):
+        if rivals := other_places(executor, state.estimate):
             executor.task.fail(FailureCode.AMBIGUOUS, _ambiguity(rivals))
             return STANDSTILL
     free = not executor.follows_map and parameters.lost_motions == "drive"
@@ -152,16 +156,14 @@ def step_in_doubt(
     return STANDSTILL
 
 
-def other_places(
-    executor: MotionExecutor, estimate: PoseEstimate, parameters: NavigationParameters
-) -> list[RivalPose]:
+def other_places(executor: MotionExecutor, estimate: PoseEstimate) -> list[RivalPose]:
     """Return the rivals that a motion cannot tell apart on its way.
 
     After a push along a corridor the pose may be a metre farther or not. Rivals that near are no
     reason to end a drive that has a longer way before it.
     """
     pose = estimate.pose
-    near = min(parameters.ambiguous_distance, 0.5 * executor.way_left(pose))
+    near = min(AMBIGUOUS_DISTANCE, 0.5 * executor.way_left(pose))
     return [
         rival for rival in estimate.rivals
         if rival.pose.distance_to(pose) >= near

@@ -29,6 +29,13 @@ from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
 
+VIA_RADIUS = 0.4
+"""Distance within which a via pose is passed, m."""
+REPLAN_INTERVAL = 0.5
+"""Minimum time between two plan requests, s: a plan takes up to about as long."""
+OFF_PATH = 0.5
+"""Distance to the path above which the robot replans, m."""
+
 PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
 """Failures that waiting cannot fix."""
 
@@ -230,7 +237,7 @@ class GoalDrive(Drive):
 
     def _pass_goals(self, pose: Pose2D) -> None:
         """Remove the via goals that have been passed."""
-        progress, radius = self._follower.progress, self._tools.parameters.via_radius
+        progress, radius = self._follower.progress, VIA_RADIUS
         if progress is None:
             return
         self._follower.update(pose)
@@ -264,7 +271,7 @@ class GoalDrive(Drive):
     def _interval(self) -> float:
         """Seconds between two plans: before a person in the way a new one rarely differs."""
         p, person = self._tools.parameters, self._follower.standoff.person
-        return p.replan_interval if person is None else p.replan_period
+        return REPLAN_INTERVAL if person is None else p.replan_period
 
     def _replan_reason(self, state: Perceived) -> str | None:
         """Reason to plan now; ROUTINE to search for a better path, None for no plan."""
@@ -289,7 +296,7 @@ class GoalDrive(Drive):
 
     def _beside_path(self, progress: PathProgress, state: Perceived) -> str | None:
         """Reason for a plan from where the robot is and as it faces; None if it needs none."""
-        if progress.offset > self._tools.parameters.off_path:
+        if progress.offset > OFF_PATH:
             return f"{progress.offset:.1f} m off the path"
         if self._has_evaded and progress.offset > BESIDE:
             return f"{progress.offset:.1f} m beside the path after an evasion"
@@ -367,7 +374,7 @@ class GoalDrive(Drive):
         if self._reason == ROUTINE:
             return
         progress, p = self._follower.progress, self._tools.parameters
-        left = progress is not None and progress.offset > p.off_path
+        left = progress is not None and progress.offset > OFF_PATH
         if self._reason == OTHER_ROUTES or left:
             self.path = None  # it may lead along a closed edge, or elsewhere
             self._follower.drop_path(state.time)

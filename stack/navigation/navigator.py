@@ -37,6 +37,9 @@ from stack.types import (
     Twist,
 )
 
+VIEW_TOLERANCE = 0.3
+"""Goal tolerance at a place from which rival poses look different, m."""
+
 
 class WantedTwist(NamedTuple):
     """What navigation wants: a velocity, base frame, and where the robot may touch something."""
@@ -272,7 +275,7 @@ class Navigator:
     def view_drive(self, view: Pose2D) -> GoalDrive:
         """Return the drive to a place where rival poses differ, map frame of the estimate."""
         task = MotionTask(f"drive to {_text(view)}", lambda _: None)
-        drive = GoalDrive(task, self._tools, [view], self.parameters.view_tolerance)
+        drive = GoalDrive(task, self._tools, [view], VIEW_TOLERANCE)
         drive.while_ambiguous = drive.partial = True
         self._emit("view", f"driving to {_text(view)}, where the possible poses differ")
         return drive

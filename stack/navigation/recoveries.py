@@ -27,6 +27,13 @@ from stack.types import (
     wrap_angle,
 )
 
+RECOVERY_PADDING = 0.05
+"""Distance kept around the footprint in recoveries, m."""
+RECOVERY_PATIENCE = 2.0
+"""A blocked recovery waits this long, then fails, s."""
+STALL_TIME = 3.0
+"""A recovery that does not move for this long fails, s."""
+
 DONE = 0.02
 """Remaining metres or radians at which a motion is complete: half a slow control step."""
 
@@ -134,10 +141,10 @@ class Recovery(MotionExecutor):
             self._best = self._done
             self._stall.start(state.time)
         driven = f"drove {self._done:.2f} of {self._profile.total:.2f} {self._profile.unit}"
-        if self._stall.elapsed(state.time) >= self._tools.parameters.stall_time:
+        if self._stall.elapsed(state.time) >= STALL_TIME:
             self.task.fail(
                 FailureCode.NO_PROGRESS,
-                f"did not move for {self._tools.parameters.stall_time:g} s; {driven}",
+                f"did not move for {STALL_TIME:g} s; {driven}",
             )
         elif self._total.elapsed(state.time) >= self._profile.deadline:
             self.task.fail(
@@ -149,9 +156,7 @@ class Recovery(MotionExecutor):
         """Whether an obstacle is in the way; the task fails when patience is over."""
         points = state.obstacles.points
         ahead = min(remaining, self._profile.look_ahead)
-        contact = self._tools.monitor.contact(
-            self._twist(1.0), points, ahead, self._tools.parameters.recovery_padding
-        )
+        contact = self._tools.monitor.contact(self._twist(1.0), points, ahead, RECOVERY_PADDING)
         if contact.time == inf:
             if self._done > self._blocked_at + DONE:  # noise alone must not restart the patience
                 self._block.reset()
@@ -159,7 +164,7 @@ class Recovery(MotionExecutor):
         if not self._block.running:
             self._block.start(state.time)
             self._blocked_at = self._done
-        if self._block.elapsed(state.time) >= self._tools.parameters.recovery_patience:
+        if self._block.elapsed(state.time) >= RECOVERY_PATIENCE:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
                 f"an obstacle {contact.place} is in the way, contact in {contact.time:.2f} "

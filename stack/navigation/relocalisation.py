@@ -14,6 +14,9 @@ from stack.navigation.standstill import standing
 from stack.navigation.tasks import Emit, MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, Scan, Twist, wrap_angle
 
+SEARCH_TIME = 5.0
+"""A search of the whole map fails if the scans do not arrive within this time, s."""
+
 
 class Relocalisation(MotionExecutor):
     """Stands still, collects scans and lets the estimator match them with the whole map.
@@ -36,7 +39,7 @@ class Relocalisation(MotionExecutor):
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._emit = estimator, emit
-        self._wanted, self._patience = parameters.search_scans, parameters.search_time
+        self._wanted, self._patience = parameters.search_scans, SEARCH_TIME
         self._newest_scan, self._frames = newest_scan, frames
         self._scans: list[Scan] = []
         self._waiting = self.timers.new()

@@ -10,7 +10,7 @@ from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
 from stack.perception.tracking.people_mask import is_echo_of, without_objects
-from stack.perception.tracking.tracker import Tracker
+from stack.perception.tracking.tracker import MOVING_SPEED, Tracker
 from stack.safety.monitor import moving_discs
 from stack.types import (
     NO_DEPTH,
@@ -30,6 +30,9 @@ from stack.types import (
     Twist,
     WorldView,
 )
+
+STANDING_TIME = 10.0
+"""Paths lead past people who have stood for less than this; then they are obstacles, s."""
 
 DEPTH_PERIOD = 0.1
 """Seconds for which obstacles of depth cameras wait for the costmaps' update by the next scan: two
@@ -118,18 +121,18 @@ class WorldModel:
     def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
         """Return the measurements without the returns of walking people.
 
-        Who has stood for `standing_time` is an obstacle like others until they walk on.
+        Who has stood for STANDING_TIME is an obstacle like others until they walk on.
         """
         if not self._tracks:
             self._walkers = ()
             return update
-        now, settings = update.time, self.tracker.parameters
+        now = update.time
         for track in self._tracks:
-            if track.speed >= settings.moving_speed or track.id not in self._walked_at:
+            if track.speed >= MOVING_SPEED or track.id not in self._walked_at:
                 self._walked_at[track.id] = now
         known = self.tracker.known_ids
         self._walked_at = {k: time for k, time in self._walked_at.items() if k in known}
-        oldest = now - settings.standing_time
+        oldest = now - STANDING_TIME
         self._walkers = tuple(t for t in self._tracks if self._walked_at[t.id] >= oldest)
         scans = {
             name: PosedScan(

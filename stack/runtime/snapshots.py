@@ -93,6 +93,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         speed=runtime.real_time_factor,
         pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
         parameters=parts.facade.parameters,
+        public_parameters=parts.facade.public_parameters,
         image=runtime.image,
         detections=parts.facade.seen_objects,
         mask=parts.facade.colour_mask,

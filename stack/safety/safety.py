@@ -42,6 +42,9 @@ from stack.types import (
     Twist,
 )
 
+CONTACT_SPEED = 0.1
+"""Speed limit while the robot may touch something, m/s."""
+
 LEVELS = (0.75, 0.5, 0.25, 0.0)
 """Levels of padding, from 0, tight_padding, to 1, padding, that are tried in turn: the lower, the
 slower."""
@@ -122,7 +125,7 @@ class Safety:
         points, speed_limit = obstacles.points, world.speed_limit
         if contact is not None:
             points = points[~contact.contains(motion.pose.transform(points))]
-            speed_limit = min(speed_limit, self.parameters.contact_speed)
+            speed_limit = min(speed_limit, CONTACT_SPEED)
         around = _Around(points, world.moving if self.parameters.predict_motion else NOTHING_MOVES)
         wanted = self._unless_stale(self._robot.drivetrain.feasible(self._finite(twist)), obstacles)
         wanted = self._limited_where_blind(wanted, obstacles)

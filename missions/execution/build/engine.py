@@ -52,6 +52,9 @@ from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog
 from stack.types import OccupancyGrid
 
+CAMERA_TIME = 1.0
+"""How long a request for pictures keeps the camera on, s."""
+
 IDLE_SECONDS = 0.01
 """Wall seconds between two checks for commands while the robot is held."""
 
@@ -137,7 +140,7 @@ def build(
     markers = MarkerStage(detector, plan.choices["markers"].parameters)
     places = _places(plan)
     frames = TransformBuffer(loop.pose_history)
-    camera = CameraLease(loop.camera_time, always=options.camera == "on")
+    camera = CameraLease(CAMERA_TIME, always=options.camera == "on")
     objects = ObjectDetection(
         plan.choices["object_detector"].parameters,
         load_model(plan.choices["object_detector"].parameters) if robot.camera else None,
@@ -146,7 +149,7 @@ def build(
     )  # fmt: skip
     if body.is_real_time:
         objects.run_in_real_time()
-    depth_camera = CameraLease(loop.camera_time)
+    depth_camera = CameraLease(CAMERA_TIME)
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
         FolderMapStore(folder, plan.mission.source.parent), markers.survey, plan.markers, places,

@@ -23,6 +23,11 @@ from stack.drivetrain.description import RobotDescription
 from stack.safety.monitor import moving_discs
 from stack.types import TRACK_PADDING, FloatArray, ObstaclePoints, Pose2D, TrackedObject, Twist
 
+MARGIN = 0.35
+"""Distance below which being close costs, m."""
+DECAY = 1.0
+"""Time ahead after which a meeting weighs 1/e of one now, s."""
+
 STEP = 0.1
 """Step of the prediction, seconds."""
 
@@ -346,7 +351,7 @@ def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
     """Return the parameters as `motion_costs` takes them, with padding that is wider by metres."""
     p = parameters
     return np.array([
-        p.horizon, STEP, p.padding + wider, p.growth, p.headway, p.margin, STATIC_PADDING, p.decay,
+        p.horizon, STEP, p.padding + wider, p.growth, p.headway, MARGIN, STATIC_PADDING, DECAY,
         p.meeting_weight, p.closeness_weight, 1.0, ARM, OFF_WALLS,
     ])  # fmt: skip
 

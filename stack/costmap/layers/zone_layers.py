@@ -33,10 +33,11 @@ class _Zoned:
     """Position of the zones."""
 
     zones: tuple[Any, ...] = parameter(
-        (), help="polygons: [[x, y], …] or {name: text, corners: [[x, y], …]}, map frame"
-    )
+        (), public=True,
+        help="polygons: [[x, y], …] or {name: text, corners: [[x, y], …]}, map frame",
+    )  # fmt: skip
     mask: str = parameter(
-        "", help="a map.yaml, relative to the mission; its occupied cells are the zone"
+        "", public=True, help="a map.yaml, relative to the mission; its occupied cells are the zone"
     )
 
     def __post_init__(self) -> None:
@@ -131,7 +132,7 @@ class PreferredLanesLayer(Layer):
         """Position of the lanes and the cost outside them."""
 
         cost_outside: int = parameter(
-            60, at_least=1, at_most=252, help="minimum cost outside the lanes"
+            60, at_least=1, at_most=252, public=True, help="minimum cost outside the lanes"
         )
 
     inflated: ClassVar[bool] = False

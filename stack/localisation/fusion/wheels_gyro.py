@@ -19,6 +19,11 @@ from stack.localisation.fusion.wheel_slip import WheelSlip
 from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import Observation, Odometry, Pose2D, Twist, wrap_angle
 
+BIAS_TOLERANCE = 0.05
+"""At standstill, a rate farther than this from the bias is a rotation by hand, rad/s."""
+BIAS_SAMPLES = 1000
+"""Number of samples over which the bias is averaged."""
+
 
 class WheelGyroOdometry(OdometryFusion):
     """Translation of the wheels and rotation of the gyro; no other sensor corrects them.
@@ -92,9 +97,9 @@ class WheelGyroOdometry(OdometryFusion):
         if imu is not None and imu.stamps.size:
             rates = imu.angular_velocity[:, 2]
             mean = float(rates.sum()) / rates.size
-            by_hand = abs(mean - self._bias.value) > p.bias_tolerance
+            by_hand = abs(mean - self._bias.value) > BIAS_TOLERANCE
             if standing and not by_hand:
-                self._bias.learn(mean, rates.size, p.bias_samples)
+                self._bias.learn(mean, rates.size)
             if wheels.twist == Twist() and not by_hand:
                 return 0.0
         return raw - self._bias.value * elapsed
@@ -107,15 +112,14 @@ class _GyroBias:
         self.value = 0.0
         self._samples = 0
 
-    def learn(self, mean: float, samples: int, most: int) -> None:
+    def learn(self, mean: float, samples: int) -> None:
         """Update the bias with yaw rates measured at rest.
 
         Args:
             mean: of the rates, rad/s.
             samples: number of the rates.
-            most: samples that are averaged.
         """
-        self._samples = min(self._samples + samples, most)
+        self._samples = min(self._samples + samples, BIAS_SAMPLES)
         gain = min(1.0, samples / self._samples)
         self.value += gain * (mean - self.value)
 

@@ -14,10 +14,20 @@ from stack.navigation.escape.search import (
     Search,
 )
 from stack.navigation.escape.surroundings import Surroundings
-from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightLine
+from stack.navigation.recoveries import (
+    DONE,
+    RECOVERY_PATIENCE,
+    STALL_TIME,
+    MotionProfile,
+    RecoveryTools,
+    StraightLine,
+)
 from stack.navigation.standstill import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, FloatArray, Perceived, Pose2D, Twist
+
+ESCAPE_PADDING = 0.03
+"""Distance kept around the footprint in an escape, if free now, m."""
 
 LOOK_AGAIN = 0.5
 """Seconds between two searches while no motion is found."""
@@ -138,7 +148,7 @@ class Escape(MotionExecutor):
     def _wait(self, state: Perceived, code: FailureCode, sentence: str) -> None:
         """Stand and wait for a change; fail when patience is over."""
         self._wait_time.start_once(state.time)
-        if self._wait_time.elapsed(state.time) >= self._tools.parameters.recovery_patience:
+        if self._wait_time.elapsed(state.time) >= RECOVERY_PATIENCE:
             self.task.fail(code, sentence)
 
     def _follow_up(self, state: Perceived) -> None:
@@ -166,16 +176,13 @@ class Escape(MotionExecutor):
             self._banned = []
 
     def _out_of_time(self, state: Perceived) -> bool:
-        p = self._tools.parameters
         result = f"drove {self._driven:.2f} m, clearance {self._clearance:.2f} m"
         if self._total.elapsed(state.time) >= self.deadline:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"not enough clearance after {self.deadline:.0f} s; {result}"
             )
-        elif not self._wait_time.running and self._rest.elapsed(state.time) >= p.stall_time:
-            self.task.fail(
-                FailureCode.NO_PROGRESS, f"did not move for {p.stall_time:g} s; {result}"
-            )
+        elif not self._wait_time.running and self._rest.elapsed(state.time) >= STALL_TIME:
+            self.task.fail(FailureCode.NO_PROGRESS, f"did not move for {STALL_TIME:g} s; {result}")
         return not self.task.running
 
     def _is_over(self) -> bool:
@@ -241,7 +248,7 @@ class Escape(MotionExecutor):
             return
         self._look_time.start(state.time)
         pose = state.motion.pose
-        padding = self._tools.parameters.escape_padding
+        padding = ESCAPE_PADDING
         criteria = EscapeCriteria(self._goal.clearance + GAIN, padding, GAIN, self._remaining)
         self._chosen = self._search.best(pose, criteria, self._banned)
         if self._chosen is not None:
@@ -257,7 +264,7 @@ class Escape(MotionExecutor):
 
     def _wait_without_motion(self, state: Perceived, pose: Pose2D) -> None:
         """No motion leads to more clearance: wait for a change, then fail with the reason."""
-        padding = self._tools.parameters.escape_padding
+        padding = ESCAPE_PADDING
         wanted = self._goal.clearance
         if self._search.can_leave(pose, padding):
             self._wait(

@@ -55,6 +55,11 @@ class RobotFacade(PerceptionFacade):
         """Current parameters of the components: `controller.cruise_speed` -> value."""
         return self._parameters.current()
 
+    @property
+    def public_parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that users may need."""
+        return self._parameters.public
+
     def set_parameter(self, name: str, value: Any) -> None:
         """Change a parameter of a component, from the next step on.
 
@@ -322,7 +327,7 @@ class RobotFacade(PerceptionFacade):
     def _unless_ambiguous(self, drive: GoalDrive) -> MotionExecutor:
         """Return a drive to a goal, preceded by disambiguation while there are rivals."""
         before = self._navigation.parameters.ambiguous_goals == "disambiguate"
-        if before and other_places(drive, self.estimate, self._navigation.parameters):
+        if before and other_places(drive, self.estimate):
             return self._disambiguation(drive.task, drive)
         return drive
 

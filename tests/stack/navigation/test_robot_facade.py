@@ -369,6 +369,9 @@ def test_parameters_change_between_steps(rig):
     before = rig.facade.parameters
     assert before["controller.cruise_speed"] == PurePursuitParameters().cruise_speed
     assert {"navigation.patience", "safety.padding"} <= before.keys()
+    assert set(rig.facade.public_parameters) < before.keys()
+    assert "navigation.patience" in rig.facade.public_parameters
+    assert "navigation.teleop_timeout" not in rig.facade.public_parameters
     rig.facade.set_parameter("controller.cruise_speed", "30 cm/s")
     assert rig.facade.parameters["controller.cruise_speed"] == pytest.approx(0.3)
     rig.facade.set_parameter("navigation.patience", 7)
