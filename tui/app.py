@@ -357,7 +357,9 @@ class Dashboard(TerminalApp):
         if self.snapshot is None or not self.snapshot.parameters:
             self.notify("no parameters received yet", timeout=2.0)
             return
-        self.push_screen(Tuning(self.snapshot.parameters), self._tuned)
+        self.push_screen(
+            Tuning(self.snapshot.parameters, self.snapshot.public_parameters), self._tuned
+        )
 
     def _tuned(self, change: Change | None) -> None:
         if change is not None:

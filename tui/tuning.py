@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -17,7 +17,7 @@ from textual.widgets.option_list import Option
 from tui.drawing.palette import BAD, DIM, css
 from tui.drawing.strips import one_line
 
-HINT = "enter selects · esc cancels · the engine checks the value"
+HINT = "enter selects · x lists those for experts too · esc cancels · the engine checks the value"
 YES, NO = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
 
@@ -58,25 +58,29 @@ class ValueInput(Input):
 
 
 class Tuning(ModalScreen[Change | None]):
-    """List of all parameters; returns the change, or None."""
+    """List of parameters; returns the change, or None.
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Back")]
+    Args:
+        parameters: value by name.
+        public: the names that are listed before the user asks for all.
+    """
 
-    def __init__(self, parameters: Mapping[str, Any]) -> None:
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "cancel", "Back"),
+        Binding("x", "list_all", "Parameters for experts"),
+    ]
+
+    def __init__(self, parameters: Mapping[str, Any], public: Collection[str]) -> None:
         super().__init__()
         self._parameters = dict(sorted(parameters.items()))
+        self._listed = {name: self._parameters[name] for name in sorted(public)}
         self._chosen = ""
 
     def compose(self) -> ComposeResult:
         """Compose the list; the text input appears when a parameter is selected."""
-        width = max(map(len, self._parameters))
-        options = (
-            Option(one_line(f"{name:<{width}}  {value}"), id=name)
-            for name, value in self._parameters.items()
-        )
         with Vertical(classes="dialog"):
             yield Label("Change a parameter")
-            yield OptionList(*options, markup=False)
+            yield OptionList(*_options(self._listed or self._parameters), markup=False)
             yield ValueInput()
             yield Static(f"[{css(DIM)}]{HINT}[/]", id="hint")
 
@@ -102,6 +106,19 @@ class Tuning(ModalScreen[Change | None]):
             return
         self.dismiss(Change(self._chosen, value))
 
+    def action_list_all(self) -> None:
+        """List the parameters for experts too."""
+        if not self._chosen:
+            listed = self.query_one(OptionList).set_options(_options(self._parameters))
+            listed.highlighted = 0
+
     def action_cancel(self) -> None:
         """Close without a change."""
         self.dismiss(None)
+
+
+def _options(parameters: Mapping[str, Any]) -> list[Option]:
+    width = max(map(len, parameters))
+    return [
+        Option(one_line(f"{name:<{width}}  {value}"), id=name) for name, value in parameters.items()
+    ]

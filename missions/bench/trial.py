@@ -190,7 +190,7 @@ def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes
 
 
 def _cause(monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
-    end, speed = monitor.trace[-1], engine.runtime.parts.state.motion.twist
+    end, speed = monitor.trace[-1], engine.runtime.perceived.motion.twist
     if monitor.status in ("contact", "struck"):
         events = _simulation(engine).take_events()
         contacts = [event.text for event in events if event.kind == "contact"]

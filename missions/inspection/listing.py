@@ -30,7 +30,7 @@ from missions.inspection.parameter_descriptions import (
     owners_of,
     parameter_description,
 )
-from missions.inspection.tables import aligned, table
+from missions.inspection.tables import aligned, parameter_table, table
 from missions.language.keys import MODIFIERS, ONLY_FOR, SECTIONS
 from missions.language.kinds import NODES
 from robots.load import robot_names
@@ -111,7 +111,7 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
     return [(file.stem, _file_summary(file)) for file in files]
 
 
-def description_of(name: str, known: Installed) -> str:
+def description_of(name: str, known: Installed, *, expert: bool = False) -> str:
     """Return the documentation and settings of a behaviour, node, component, robot or world.
 
     A name with a slash or a suffix is that of a file of a robot, world, map, mission or trees. One
@@ -129,10 +129,10 @@ def description_of(name: str, known: Installed) -> str:
     if name in NODES or name in MODIFIERS:
         return _describe_word(name)
     if any(name in found for found in known.components.values()):
-        return _describe_component(name, known)
+        return _describe_component(name, known, expert)
     if name in SETTINGS:
         doc, fields = SETTINGS[name].__doc__, declarations(SETTINGS[name])
-        parts = [f"{name}: {(doc or '').strip()}", table("parameters", fields.values())]
+        parts = [f"{name}: {(doc or '').strip()}", parameter_table(fields.values(), expert=expert)]
         return "\n".join(filter(None, [*parts, list_hint(name)]))
     if "." in name:
         return parameter_description(name, known.components)
@@ -153,13 +153,13 @@ def _describe_shipped(name: str) -> str:
     return mission_description(missions[name]) if name in missions else ""
 
 
-def _describe_component(name: str, known: Installed) -> str:
+def _describe_component(name: str, known: Installed, expert: bool) -> str:
     kind = next(kind for kind, found in known.components.items() if name in found)
     cls = component(kind, known.components[kind][name])
     fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
     needs = needs_text(cls.needs)  # type: ignore[attr-defined]
-    parts = [f"{name}: {(cls.__doc__ or '').strip()}", needs, table("parameters", fields.values())]
-    return "\n".join(filter(None, parts))
+    parameters = parameter_table(fields.values(), expert=expert)
+    return "\n".join(filter(None, [f"{name}: {(cls.__doc__ or '').strip()}", needs, parameters]))
 
 
 def _describe_kind(name: str, known: Installed) -> str:

@@ -25,12 +25,14 @@ class Origin:
         value: the value with its unit.
         source: `default`, `--parameter`, or the file that sets it, with the line if known.
         help: one-line description.
+        public: whether users may need it; the others are for experts.
     """
 
     name: str
     value: str
     source: str
     help: str
+    public: bool = True
 
     @property
     def is_set(self) -> bool:
@@ -49,6 +51,15 @@ def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origi
     found = [origin for kind, choice in plan.choices.items() for origin in _of(plan, kind, choice)]
     given = options.parameters or {}
     return [replace(item, source=COMMAND_LINE) if item.name in given else item for item in found]
+
+
+def for_users(origins: list[Origin], wanted: str) -> list[Origin]:
+    """Return the public parameters, those that are set, and those whose whole name is wanted."""
+    return [
+        item
+        for item in origins
+        if item.public or item.is_set or wanted in (item.name, item.name.partition(".")[2])
+    ]
 
 
 def filtered(origins: list[Origin], wanted: str) -> list[Origin]:
@@ -102,7 +113,7 @@ def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
             source = _short(plan, str(plan.robot.source or plan.robot.name))
         else:
             source = _default_of(plan, kind, name)
-        yield Origin(f"{kind}.{name}", value, source, declared.help)
+        yield Origin(f"{kind}.{name}", value, source, declared.help, declared.public)
 
 
 def _source_of_use(plan: PreparedMission, kind: str) -> str:

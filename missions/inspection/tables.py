@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from stack.parameters import Declaration
 
@@ -20,6 +20,14 @@ def table(title: str, declared: Iterable[Declaration]) -> str:
         for item in declared
     ]
     return aligned(title, rows)
+
+
+def parameter_table(declared: Collection[Declaration], *, expert: bool) -> str:
+    """Return a table of the public parameters, with `expert` of all; says how many are hidden."""
+    listed = [item for item in declared if item.public or expert]
+    hidden = len(declared) - len(listed)
+    hint = f"parameters for experts: {hidden}, shown by --expert" if hidden else ""
+    return "\n".join(filter(None, [table("parameters", listed), hint]))
 
 
 def aligned(title: str, rows: Sequence[Sequence[str]]) -> str:

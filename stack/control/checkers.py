@@ -20,9 +20,12 @@ class SimpleGoalParameters:
     """Tolerances at the goal."""
 
     position: float = parameter(
-        0.15, "m", above=0.0, help="position tolerance at the goal, unless a task sets its own"
+        0.15, "m", above=0.0, public=True,
+        help="position tolerance at the goal, unless a task sets its own",
+    )  # fmt: skip
+    heading: float = parameter(
+        0.15, "rad", above=0.0, public=True, help="heading tolerance at the goal"
     )
-    heading: float = parameter(0.15, "rad", above=0.0, help="heading tolerance at the goal")
 
 
 class SimpleGoalChecker(GoalChecker):
@@ -123,10 +126,11 @@ class SimpleProgressParameters:
     """Parameters of `SimpleProgressChecker`."""
 
     distance: float = parameter(
-        0.3, "m", above=0.0, help="distance that counts as progress; less for slow robots"
-    )
+        0.3, "m", above=0.0, public=True,
+        help="distance that counts as progress; less for slow robots",
+    )  # fmt: skip
     time: float = parameter(
-        8.0, "s", above=0.0, help="a drive fails after this time without progress"
+        8.0, "s", above=0.0, public=True, help="a drive fails after this time without progress"
     )
 
 

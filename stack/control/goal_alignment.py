@@ -41,7 +41,7 @@ class GoalAlignmentParameters(FollowingParameters):
     """Parameters of `GoalAlignment`, inherited by each controller that uses it."""
 
     rotate_to_heading: bool = parameter(
-        True, help="turn in place towards the path before driving along it"
+        True, public=True, help="turn in place towards the path before driving along it"
     )
     rotate_angle: float = parameter(
         1.0, "rad", above=0.0, help="angle to the path above which the robot turns in place"
@@ -56,7 +56,7 @@ class GoalAlignmentParameters(FollowingParameters):
         1.4, "rad/s", above=0.0, robot_limit="angular_speed", help="top speed of turns in place"
     )
     turn_speed: float = parameter(
-        1.9, "rad/s", above=0.0, robot_limit="angular_speed", help="top turning speed"
+        1.9, "rad/s", above=0.0, robot_limit="angular_speed", public=True, help="top turning speed"
     )
 
 
@@ -188,7 +188,7 @@ class GoalAlignment:
 
 
 def _style(p: GoalAlignmentParameters) -> TurnStyle:
-    return TurnStyle(p.rotate_speed, p.brake_share, p.turn_precision)
+    return TurnStyle(p.rotate_speed, p.turn_precision)
 
 
 def _rim_speed(twist: Twist) -> float:

@@ -20,6 +20,7 @@ from stack.components import ControlState
 from stack.control.goal_alignment import GoalAlignmentParameters
 from stack.control.path_controller import PathController
 from stack.control.ramps import stopping_speed
+from stack.control.turning import BRAKE_SHARE
 from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
@@ -46,9 +47,12 @@ class GracefulParameters(GoalAlignmentParameters):
 
     min_speed: float = parameter(0.1, "m/s", above=0.0, help="minimum speed in bends")
     min_lookahead: float = parameter(
-        0.15, "m", above=0.0, not_above="max_lookahead", help="nearest target on the path"
+        0.15, "m", above=0.0, not_above="max_lookahead", public=True,
+        help="nearest target on the path",
+    )  # fmt: skip
+    max_lookahead: float = parameter(
+        0.8, "m", above=0.0, public=True, help="farthest target on the path"
     )
-    max_lookahead: float = parameter(0.8, "m", above=0.0, help="farthest target on the path")
     k_phi: float = parameter(
         2.0, above=0.0, help="ratio of the rates at which heading and distance converge"
     )
@@ -104,7 +108,7 @@ class Graceful(PathController[GracefulParameters]):
             cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
         exact = self._alignment.parameters
         distance = self._alignment.distance_left(state) - 0.5 * exact.stop_distance
-        brake = p.brake_share * limits.linear_deceleration
+        brake = BRAKE_SHARE * limits.linear_deceleration
         stopping = stopping_speed(distance, brake, p.response_time + self._period)
         return min(cruise, max(stopping, exact.final_speed(0.5 * p.min_speed, self._period)))
 

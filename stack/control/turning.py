@@ -10,16 +10,18 @@ from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.types import Twist
 
+BRAKE_SHARE = 0.5
+"""Share of the robot's deceleration that is used for braking; the rest is reserve."""
+
 SLOWEST = 0.08
 """Turning speed in rad/s below which many drives do not move; less only to end more exactly."""
 
 
 @dataclass(frozen=True, slots=True)
 class TurnStyle:
-    """Top speed (rad/s), share of the deceleration to brake with, final heading error (rad)."""
+    """Top speed (rad/s) and final heading error (rad)."""
 
     speed: float
-    brake_share: float
     precision: float
 
 
@@ -73,5 +75,5 @@ def turning_speed(angle: float, style: TurnStyle, ramp: Ramp) -> float:
     top = min(style.speed, ramp.limits.angular_speed)
     delay = _delay(ramp)
     distance = abs(angle) - 0.5 * style.precision
-    rate = stopping_speed(distance, style.brake_share * ramp.limits.angular_acceleration, delay)
+    rate = stopping_speed(distance, BRAKE_SHARE * ramp.limits.angular_acceleration, delay)
     return copysign(min(top, rate), angle)

@@ -17,11 +17,13 @@ class InflationParameters:
     """
 
     inflation_radius: float = parameter(
-        0.55, "m", at_least=0.0, at_most=5.0, help="distance up to which obstacles add cost"
-    )
+        0.55, "m", at_least=0.0, at_most=5.0, public=True,
+        help="distance up to which obstacles add cost",
+    )  # fmt: skip
     cost_scaling: float = parameter(
-        4.0, above=0.0, at_most=100.0, help="decay rate of the cost with distance, per metre"
-    )
+        4.0, above=0.0, at_most=100.0, public=True,
+        help="decay rate of the cost with distance, per metre",
+    )  # fmt: skip
     turning_cost: float = parameter(
         0.0, at_least=0.0, at_most=250.0,
         help="minimum cost where the robot cannot turn in place; 0 turns this off",
@@ -33,18 +35,17 @@ class ObstacleParameters:
     """Parameters of the obstacle layer."""
 
     obstacle_range: float = parameter(
-        2.5, "m", above=0.0, not_above="clearing_range",
+        2.5, "m", above=0.0, not_above="clearing_range", public=True,
         help="returns up to this distance mark obstacles",
     )  # fmt: skip
     clearing_range: float = parameter(
-        3.0,
-        "m",
-        above=0.0,
+        3.0, "m", above=0.0, public=True,
         help="beams clear cells up to this distance; marks beyond it would stay",
-    )
+    )  # fmt: skip
     decay: float = parameter(
-        60.0, "s", at_least=0.0, help="an obstacle not seen for this long is removed; 0: never"
-    )
+        60.0, "s", at_least=0.0, public=True,
+        help="an obstacle not seen for this long is removed; 0: never",
+    )  # fmt: skip
     persistence: float = parameter(
         0.0, "s", at_least=0.0, help="beams do not clear marks younger than this"
     )
@@ -59,14 +60,15 @@ class CostmapParameters(ObstacleParameters, InflationParameters):
     """
 
     resolution: float = parameter(
-        0.05, "m", at_least=LEAST_RESOLUTION, at_most=1.0, help="side of a rolling window's cells"
-    )
+        0.05, "m", at_least=LEAST_RESOLUTION, at_most=1.0, public=True,
+        help="side of a rolling window's cells",
+    )  # fmt: skip
     map_resolution: float = parameter(
         0.025, "m", at_least=LEAST_RESOLUTION, at_most=1.0,
         help="side of the global costmap's cells when the map is drawn from the world file",
     )  # fmt: skip
     local_size: float = parameter(
-        5.0, "m", at_least=1.0, at_most=50.0, help="side of the local costmap"
+        5.0, "m", at_least=1.0, at_most=50.0, public=True, help="side of the local costmap"
     )
     denoise: bool = parameter(
         False, help="ignore single sensed cells; off by default: table legs are single cells too"

@@ -33,12 +33,16 @@ class SpeedLimitParameters:
     """Position and speed limit of zones; they limit the robot and add no cost."""
 
     zones: tuple[Any, ...] = parameter(
-        (), help="polygons: {corners: [[x, y], …], speed: 0.3 m/s, name: text}, map frame"
-    )
+        (), public=True,
+        help="polygons: {corners: [[x, y], …], speed: 0.3 m/s, name: text}, map frame",
+    )  # fmt: skip
     mask: str = parameter(
-        "", help="a map.yaml, relative to the mission; cells 1 to 100: percent of full_speed"
+        "", public=True,
+        help="a map.yaml, relative to the mission; cells 1 to 100: percent of full_speed",
+    )  # fmt: skip
+    full_speed: float = parameter(
+        1.0, "m/s", above=0.0, public=True, help="speed limit of mask value 100"
     )
-    full_speed: float = parameter(1.0, "m/s", above=0.0, help="speed limit of mask value 100")
     look_ahead: float = parameter(
         3.0, "m", at_least=0.0, help="distance ahead in which zones are checked"
     )

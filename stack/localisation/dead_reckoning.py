@@ -73,7 +73,7 @@ class DeadReckoning(Estimator):
         since = frames.motion(fix.stamp, frames.newest)
         noise = frames.motion_covariance(fix.stamp, frames.newest)
         components = [one.carried(since, noise) for one in components_of(fix.candidates)]
-        likelihood = Mixture(components, self.parameters.marker_outliers, _VOLUME)
+        likelihood = Mixture(components, _VOLUME)
         pose, self._covariance = likelihood.posterior(self.estimate.pose, self._covariance)
         self._map_from_odom = pose.compose(self._odometry.inverse())
         self._corrected_at = max(self._corrected_at, fix.stamp)

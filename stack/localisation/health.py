@@ -20,6 +20,11 @@ from stack.localisation.distance_field import SignedDistanceField, as_row
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import FloatArray, Pose2D, Scan
 
+SHORT_OBJECT = 1.0
+"""Evidence against a mode of an unmapped object 6 degrees wide (log-likelihood)."""
+LONG_OBJECT = 2.0
+"""Evidence against a mode of a mapped object that is not there: rarer than an unmapped one."""
+
 FIT_BEAMS = 90
 """Number of beams of a scan in its fit, evenly spread over all directions."""
 
@@ -32,12 +37,15 @@ FIT_DEVIATION = 0.08
 _WEIGHTS = np.array([0.0, 1.0, 0.5, 1.0, 0.5, 0.5, 0.25])
 """Weights of beams IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT, BEYOND in the fit."""
 
+HEALTH_WINDOW = 1.0
+"""Seconds of scans whose median is the health: a person who passes hides the map for less."""
+
 _SAMPLES = 200
 _LEAST_EVIDENCE = 0.25
 
 
 _OBJECT_ANGLE = np.radians(6.0)
-"""Radians; angle of an object whose cost is `short_object` or `long_object`."""
+"""Radians; angle of an object whose cost is SHORT_OBJECT or LONG_OBJECT."""
 
 _WIDE_OBJECT = np.radians(30.0)
 """Radians; a person at 0.8 m. Wider objects are rare."""
@@ -74,24 +82,15 @@ class ScanEvaluator:
 
     Args:
         field: the map.
-        parameters: costs of unmapped and missing objects.
     """
 
-    def __init__(
-        self, field: SignedDistanceField, parameters: LocaliserParameters | None = None
-    ) -> None:
+    def __init__(self, field: SignedDistanceField) -> None:
         from stack.localisation import kernels
 
         self._kernels, self._field = kernels, field
-        self.configure(parameters or LocaliserParameters())
-
-    def configure(self, parameters: LocaliserParameters) -> None:
-        """Apply new parameters."""
         self._costs = np.zeros(7)
-        short, long = parameters.short_object, parameters.long_object
-        k = self._kernels
-        self._costs[[k.SHORT, k.BEYOND]] = short
-        self._costs[[k.LONG, k.MISSING]] = long
+        self._costs[[kernels.SHORT, kernels.BEYOND]] = SHORT_OBJECT
+        self._costs[[kernels.LONG, kernels.MISSING]] = LONG_OBJECT
 
     def classify(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.int8]:
         """Return the class of each beam with the base at `pose`; see `kernels.classify_beams`."""
@@ -244,10 +243,9 @@ def _blocked(
 
 
 class RecentViews:
-    """Medians of the scans' views over a time window in seconds."""
+    """Medians of the scans' views over the last HEALTH_WINDOW."""
 
-    def __init__(self, window: float) -> None:
-        self.window = window
+    def __init__(self) -> None:
         self._kept: deque[tuple[float, ScanView]] = deque()
         self._median: ScanView | None = None
 
@@ -255,7 +253,7 @@ class RecentViews:
         """Add a view and remove those older than the window."""
         self._median = None
         self._kept.append((stamp, view))
-        while self._kept[0][0] <= stamp - self.window:
+        while self._kept[0][0] <= stamp - HEALTH_WINDOW:
             self._kept.popleft()
 
     def clear(self) -> None:

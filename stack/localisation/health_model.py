@@ -34,7 +34,7 @@ class HealthFeatures:
 
     Attributes:
         now: comparison of the newest scan with the map.
-        median: medians over `health_window`.
+        median: medians over HEALTH_WINDOW.
         scale: fits at true poses of the map.
         deviation: standard deviation of the estimate's own particles, metres.
         confirmed: in [0, 1]: share of the distance after which a found pose is trusted.

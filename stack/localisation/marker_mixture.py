@@ -54,19 +54,23 @@ def components_of(candidates: Sequence[PoseCandidate]) -> list[Component]:
     return [Component(one.pose, one.covariance, one.share) for one in candidates]
 
 
+OUTLIERS = 0.02
+"""Share of the pictures whose markers are not where the map says: moved, or taken for others."""
+
+
 @dataclass(frozen=True, slots=True)
 class Mixture:
     """Likelihood of poses by the markers in one picture.
 
     Attributes:
         components: the candidates.
-        outliers: share of false measurements.
         volume: of the poses among which a false measurement is, m² rad.
+        outliers: share of false measurements.
     """
 
     components: Sequence[Component]
-    outliers: float
     volume: float
+    outliers: float = OUTLIERS
 
     def log_likelihoods(self, poses: FloatArray) -> FloatArray:
         """Return (n,) log-likelihoods of poses (n, 3), map frame."""

@@ -8,8 +8,8 @@ from functools import partial
 from stack.errors import NavigationError, exception_sentence, traceback_text
 from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FailureCode, Twist
+from stack.navigation.tasks import Emit, MotionExecutor, MotionTask
+from stack.types import STANDSTILL, FailureCode, Perceived, TaskStatus, Twist
 
 
 class Activities:
@@ -18,7 +18,7 @@ class Activities:
     It calls the whole lifecycle of the executors. An exception in one of them fails its task.
 
     Args:
-        emit: called with (kind, text, level) for what no task can report.
+        emit: called with (kind, text, level="info", **fields) for each event.
         monitor: holds motions while the robot is lost.
 
     Attributes:
@@ -59,6 +59,29 @@ class Activities:
         else:
             self._mission = executor
 
+    def start(self, executor: MotionExecutor, kind: str, text: str) -> None:
+        """Run an executor as `begin` does, and emit an event of a kind with a text."""
+        self.begin(executor)
+        self._emit(kind, text)
+
+    def task(self, what: str, *, moves: bool = True) -> MotionTask:
+        """Return a task handle whose end is an event.
+
+        Args:
+            what: is done, for people.
+            moves: whether it is a motion.
+        """
+        return MotionTask(what, partial(self._ended, moves=moves))
+
+    def _ended(self, task: MotionTask, *, moves: bool) -> None:
+        failure, status = task.failure, task.status
+        level = "warning" if status is TaskStatus.FAILED else "info"
+        word = status.name.lower()
+        why = f": {task.feedback}" if task.feedback else ""
+        code = "" if failure is None else str(failure.code)
+        text = f"{task.what} {word}{why}"
+        self._emit("task", text, level, status=word, code=code, moves=moves)
+
     def pause(self, now: float) -> None:
         """Hold the mission's motion; does nothing while it is held."""
         if self.paused:
@@ -78,7 +101,7 @@ class Activities:
         if mission in self._started:
             self._guarded(mission, lambda: mission.resume(now))
 
-    def step(self, state: NavigationState, parameters: NavigationParameters) -> Twist:
+    def step(self, state: Perceived, parameters: NavigationParameters) -> Twist:
         """Step the current motion; STANDSTILL without one."""
         self.stop_ended(state.time)
         executor, twist = self.current, STANDSTILL

@@ -7,8 +7,20 @@ from math import inf
 
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import slower
-from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FailureCode, PoseEstimate, RivalPose, Twist, wrap_angle
+from stack.navigation.tasks import Emit, MotionExecutor
+from stack.types import (
+    STANDSTILL,
+    FailureCode,
+    Perceived,
+    PoseEstimate,
+    RivalPose,
+    Twist,
+    wrap_angle,
+)
+
+AMBIGUOUS_DISTANCE = 1.5
+"""A drive goes on past another pose that is nearer than this, m, and than half of the way to its
+goal: the drive resolves it on the way."""
 
 
 class LocalisationMonitor:
@@ -37,14 +49,14 @@ class LocalisationMonitor:
         self._state = _FINE
         self._lost_for = 0.0
         self._left = inf
-        self._last: NavigationState | None = None
+        self._last: Perceived | None = None
 
     @property
     def stands(self) -> bool:
         """Whether the robot must stand."""
         return self._state == _LOST
 
-    def update(self, state: NavigationState, parameters: NavigationParameters) -> None:
+    def update(self, state: Perceived, parameters: NavigationParameters) -> None:
         """Decide for this step; called in each step before the motions."""
         self._count(state, parameters)
         before, estimate = self._state, state.estimate
@@ -74,12 +86,12 @@ class LocalisationMonitor:
         """Return the sentence of a motion without a path that fails because the robot is lost."""
         return f"{self.why(estimate)}, or set navigator.lost_motions to drive"
 
-    def _count(self, state: NavigationState, parameters: NavigationParameters) -> None:
+    def _count(self, state: Perceived, parameters: NavigationParameters) -> None:
         """Count the distance that is driven while the map is hidden."""
         if state.estimate.is_good or self._last is None:
             self._left = parameters.obscured_distance
         elif self._state == _OBSCURED:
-            driven = self._last.odometry.pose.distance_to(state.odometry.pose)
+            driven = self._last.motion.pose.distance_to(state.motion.pose)
             self._left -= driven
             self.obscured_distance += driven
         if self.stands:
@@ -113,7 +125,7 @@ _ROUNDING = 1e-9
 
 
 def step_in_doubt(
-    executor: MotionExecutor, monitor: LocalisationMonitor, state: NavigationState,
+    executor: MotionExecutor, monitor: LocalisationMonitor, state: Perceived,
     parameters: NavigationParameters,
 ) -> Twist:  # fmt: skip
     """Step a motion if the pose allows it; hold it, or let its task fail, if not.
@@ -121,7 +133,7 @@ def step_in_doubt(
     Every motion is stepped by this function, whatever behaviour has started it.
     """
     if not executor.while_ambiguous and parameters.ambiguous_goals != "drive":
-        if rivals := other_places(executor, state.estimate, parameters):
+        if rivals := other_places(executor, state.estimate):
             executor.task.fail(FailureCode.AMBIGUOUS, _ambiguity(rivals))
             return STANDSTILL
     free = not executor.follows_map and parameters.lost_motions == "drive"
@@ -144,16 +156,14 @@ def step_in_doubt(
     return STANDSTILL
 
 
-def other_places(
-    executor: MotionExecutor, estimate: PoseEstimate, parameters: NavigationParameters
-) -> list[RivalPose]:
+def other_places(executor: MotionExecutor, estimate: PoseEstimate) -> list[RivalPose]:
     """Return the rivals that a motion cannot tell apart on its way.
 
     After a push along a corridor the pose may be a metre farther or not. Rivals that near are no
     reason to end a drive that has a longer way before it.
     """
     pose = estimate.pose
-    near = min(parameters.ambiguous_distance, 0.5 * executor.way_left(pose))
+    near = min(AMBIGUOUS_DISTANCE, 0.5 * executor.way_left(pose))
     return [
         rival for rival in estimate.rivals
         if rival.pose.distance_to(pose) >= near

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from stack.components import GoalChecker, ProgressChecker
@@ -11,7 +10,8 @@ from stack.lifecycle import Lifecycle
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.people.passing_place import Bodies
 from stack.navigation.plans.planner_worker import PlannerWorker
-from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor
+from stack.navigation.reactive_motions import ReactiveMotions
+from stack.navigation.tasks import CostmapLike, Emit
 
 
 @dataclass
@@ -23,8 +23,7 @@ class DriveTools:
         deceleration: of the robot, m/s², for braking before a path's speed limit.
         turns_in_place: whether the robot can turn in place; a car cannot.
         bodies: radii of the robot.
-        back_up: returns the motion straight back by a distance in metres; None if the robot cannot.
-        make_room: returns the motion to where there is room to turn.
+        motions: by range sensors, as parts of drives.
         is_round: whether the robot touches nothing by turning in place.
         counters: plans, replans, recoveries and distance, for the snapshot.
         steered_by: the drive whose path is followed.
@@ -40,8 +39,7 @@ class DriveTools:
     emit: Emit
     clear_of: float
     bodies: Bodies
-    back_up: Callable[[float], MotionExecutor | None]
-    make_room: Callable[[], MotionExecutor]
+    motions: ReactiveMotions
     is_round: bool = True
     deceleration: float = 1.0
     turns_in_place: bool = True

@@ -11,9 +11,6 @@ from stack.parameters import parameter
 class NavigationParameters:
     """Parameters of `Navigator`."""
 
-    via_radius: float = parameter(
-        0.4, "m", above=0.0, help="distance within which a via pose is passed"
-    )
     turning_distance: float = parameter(
         0.25, "m", at_least=0.0, at_most=1.0,
         help="where there is no room to turn to the goal's heading, turn at a place within this "
@@ -26,31 +23,24 @@ class NavigationParameters:
         True, help="wait for a late plan (simulation); false: drive on until it arrives (hardware)"
     )
     replan_period: float = parameter(
-        2.0, "s", above=0.0, help="time between two searches for a better path"
-    )
-    replan_interval: float = parameter(
-        0.5, "s", above=0.0, help="minimum time between two plan requests"
-    )
-    replan_gain: float = parameter(
-        0.1, at_least=0.0, at_most=1.0, help="share by which a better path must be cheaper"
+        2.0, "s", above=0.0, public=True, help="time between two searches for a better path"
     )
     look_ahead: float = parameter(
         3.0, "m", above=0.0, help="length of path ahead that is checked for obstacles"
     )
-    off_path: float = parameter(
-        0.5, "m", above=0.0, help="distance to the path above which the robot replans"
-    )
     patience: float = parameter(
-        2.0, "s", at_least=0.0, help="a standing robot without a path fails after this time"
-    )
+        2.0, "s", at_least=0.0, public=True,
+        help="a standing robot without a path fails after this time",
+    )  # fmt: skip
     replan_patience: float = parameter(
-        1.0, "s", at_least=0.0, help="waits this long in front of an obstacle, then replans"
-    )
+        1.0, "s", at_least=0.0, public=True,
+        help="waits this long in front of an obstacle, then replans",
+    )  # fmt: skip
     collision_patience: float = parameter(
-        5.0, "s", at_least=0.0, help="waits this long after that, then fails"
+        5.0, "s", at_least=0.0, public=True, help="waits this long after that, then fails"
     )
     person_patience: float = parameter(
-        20.0, "s", at_least=0.0,
+        20.0, "s", at_least=0.0, public=True,
         help="waits this long instead while a person is in the way, then fails",
     )  # fmt: skip
     person_distance: float = parameter(
@@ -72,45 +62,19 @@ class NavigationParameters:
     give_way_attempts: int = parameter(
         3, at_least=0, at_most=100, help="how often a drive does so before it only waits; 0: never"
     )
-    blockage_time: float = parameter(
-        10.0, "s", at_least=0.0,
-        help="how long a place that was found blocked is avoided; doubles each time it is again",
-    )  # fmt: skip
-    blockage_radius: float = parameter(
-        0.6, "m", above=0.0, help="paths this close to such a place lead through it"
-    )
     search_scans: int = parameter(
         3, at_least=1, at_most=100,
         help="number of scans that a search of the whole map for the pose matches together",
     )  # fmt: skip
-    search_time: float = parameter(
-        5.0, "s", above=0.0, help="that search fails if the scans do not arrive within this time"
-    )
     ambiguous_goals: str = parameter(
-        "disambiguate", one_of=("disambiguate", "refuse", "drive"),
+        "disambiguate", one_of=("disambiguate", "refuse", "drive"), public=True,
         help="what a goal does while other poses explain the scans as well: first drive to where "
         "they differ, fail with AMBIGUOUS, or ignore them",
-    )  # fmt: skip
-    ambiguous_distance: float = parameter(
-        1.5, "m", at_least=0.0, at_most=10.0,
-        help="a drive goes on past another pose that is nearer than this, and than half of the way "
-        "to its goal: the drive resolves it on the way; 0: any other pose ends a drive",
     )  # fmt: skip
     view_attempts: int = parameter(
         8, at_least=1, at_most=100,
         help="number of places to which the robot drives to tell such poses apart",
     )  # fmt: skip
-    view_time: float = parameter(
-        0.5, "s", at_least=0.0, help="how long it stands and looks at each of them"
-    )
-    view_tolerance: float = parameter(0.3, "m", above=0.0, help="goal tolerance at such a place")
-    jump_distance: float = parameter(
-        0.3, "m", at_least=0.0,
-        help="a new pose farther away than this clears the sensed obstacles",
-    )  # fmt: skip
-    jump_angle: float = parameter(
-        0.2, "rad", at_least=0.0, help="a new heading farther off than this clears them too"
-    )
     teleop_timeout: float = parameter(
         0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
     )
@@ -119,7 +83,7 @@ class NavigationParameters:
         help="a drive stands this long while the robot is lost, then fails with LOST",
     )  # fmt: skip
     lost_motions: str = parameter(
-        "refuse", one_of=("refuse", "drive"),
+        "refuse", one_of=("refuse", "drive"), public=True,
         help="what motions without a path do while the robot is lost (spin, back up, escape, "
         "velocities of behaviours): fail with LOST, or drive",
     )  # fmt: skip
@@ -135,10 +99,11 @@ class NavigationParameters:
         help="distance driven by odometry while the map is hidden; then the robot stops",
     )
     spin_speed: float = parameter(
-        1.0, "rad/s", above=0.0, robot_limit="angular_speed", help="turning speed of spins"
-    )
+        1.0, "rad/s", above=0.0, robot_limit="angular_speed", public=True,
+        help="turning speed of spins",
+    )  # fmt: skip
     back_up_speed: float = parameter(
-        0.15, "m/s", above=0.0, robot_limit="reverse_speed", help="speed of backing up"
+        0.15, "m/s", above=0.0, robot_limit="reverse_speed", public=True, help="speed of backing up"
     )
     straight_speed: float = parameter(
         0.25, "m/s", above=0.0, robot_limit="linear_speed",
@@ -146,18 +111,6 @@ class NavigationParameters:
     )  # fmt: skip
     escape_speed: float = parameter(
         0.15, "m/s", above=0.0, help="speed of driving out of a tight spot"
-    )
-    recovery_padding: float = parameter(
-        0.05, "m", at_least=0.0, help="distance kept around the footprint in recoveries"
-    )
-    escape_padding: float = parameter(
-        0.03, "m", at_least=0.0, help="distance kept around the footprint in an escape, if free now"
-    )
-    recovery_patience: float = parameter(
-        2.0, "s", at_least=0.0, help="a blocked recovery waits this long, then fails"
-    )
-    stall_time: float = parameter(
-        3.0, "s", above=0.0, help="a recovery that does not move for this long fails"
     )
 
     def plan_due(self, requested: float) -> float:

@@ -14,9 +14,25 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import Limits
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import CollisionMonitor
-from stack.types import STANDSTILL, ContactZone, FailureCode, Odometry, Pose2D, Twist, wrap_angle
+from stack.types import (
+    STANDSTILL,
+    ContactZone,
+    FailureCode,
+    Odometry,
+    Perceived,
+    Pose2D,
+    Twist,
+    wrap_angle,
+)
+
+RECOVERY_PADDING = 0.05
+"""Distance kept around the footprint in recoveries, m."""
+RECOVERY_PATIENCE = 2.0
+"""A blocked recovery waits this long, then fails, s."""
+STALL_TIME = 3.0
+"""A recovery that does not move for this long fails, s."""
 
 DONE = 0.02
 """Remaining metres or radians at which a motion is complete: half a slow control step."""
@@ -99,9 +115,9 @@ class Recovery(MotionExecutor):
         super().resume(now)
         self._rate = 0.0
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step."""
-        self._done = self._measure(state.odometry)
+        self._done = self._measure(state.motion)
         remaining = self._profile.total - self._done
         self.task.report(f"{max(0.0, remaining):.2f} {self._profile.unit} to go", remaining)
         if remaining <= DONE:
@@ -114,21 +130,21 @@ class Recovery(MotionExecutor):
         self._rate = self._profile.next_rate(self._rate, remaining, self._tools.period)
         return self._twist(self._rate)
 
-    def _finish(self, state: NavigationState) -> Twist:
-        if standing(state.odometry.twist):
+    def _finish(self, state: Perceived) -> Twist:
+        if standing(state.motion.twist):
             self.task.succeed(f"done, {self._done:.2f} {self._profile.unit}")
         return STANDSTILL
 
-    def _ended_early(self, state: NavigationState) -> bool:
+    def _ended_early(self, state: Perceived) -> bool:
         """Fail when the robot has stalled or the deadline has passed."""
         if self._done > self._best + DONE:
             self._best = self._done
             self._stall.start(state.time)
         driven = f"drove {self._done:.2f} of {self._profile.total:.2f} {self._profile.unit}"
-        if self._stall.elapsed(state.time) >= self._tools.parameters.stall_time:
+        if self._stall.elapsed(state.time) >= STALL_TIME:
             self.task.fail(
                 FailureCode.NO_PROGRESS,
-                f"did not move for {self._tools.parameters.stall_time:g} s; {driven}",
+                f"did not move for {STALL_TIME:g} s; {driven}",
             )
         elif self._total.elapsed(state.time) >= self._profile.deadline:
             self.task.fail(
@@ -136,13 +152,11 @@ class Recovery(MotionExecutor):
             )
         return not self.task.running
 
-    def _blocked(self, state: NavigationState, remaining: float) -> bool:
+    def _blocked(self, state: Perceived, remaining: float) -> bool:
         """Whether an obstacle is in the way; the task fails when patience is over."""
         points = state.obstacles.points
         ahead = min(remaining, self._profile.look_ahead)
-        contact = self._tools.monitor.contact(
-            self._twist(1.0), points, ahead, self._tools.parameters.recovery_padding
-        )
+        contact = self._tools.monitor.contact(self._twist(1.0), points, ahead, RECOVERY_PADDING)
         if contact.time == inf:
             if self._done > self._blocked_at + DONE:  # noise alone must not restart the patience
                 self._block.reset()
@@ -150,7 +164,7 @@ class Recovery(MotionExecutor):
         if not self._block.running:
             self._block.start(state.time)
             self._blocked_at = self._done
-        if self._block.elapsed(state.time) >= self._tools.parameters.recovery_patience:
+        if self._block.elapsed(state.time) >= RECOVERY_PATIENCE:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
                 f"an obstacle {contact.place} is in the way, contact in {contact.time:.2f} "
@@ -327,7 +341,7 @@ class DriveFor(MotionExecutor):
         self._twist, self._seconds, self.contact = twist, seconds, contact
         self._age.start(now)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Return the velocity until its time is over."""
         if self._age.elapsed(state.time) >= self._seconds - 1e-9:
             self.task.succeed("done")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from operator import is_not
-from typing import Any
+from typing import Any, cast
 
 from stack.errors import ParameterError
 from stack.parameters import check_relations, declarations, suggestion, values_of
@@ -42,6 +42,16 @@ class NamedParameters:
         self._tunables = tunables
         self._collected: list[Any] = []
         self._named: dict[str, Any] = {}
+
+    @property
+    def public(self) -> tuple[str, ...]:
+        """Full names of the parameters that users may need."""
+        return tuple(
+            f"{component}.{name}"
+            for component, tunable in self._tunables.items()
+            for name, declared in declarations(cast("type", type(tunable.read()))).items()
+            if declared.public
+        )
 
     def current(self) -> dict[str, Any]:
         """Values by full name, e.g. `controller.cruise_speed`."""

@@ -19,7 +19,7 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from stack.errors import ParameterError
-from stack.parameters.names import MOVED, RENAMED, suggestion
+from stack.parameters.names import suggestion
 from stack.parameters.poses import read_path, read_pose
 from stack.parameters.quantities import read_number, shown
 from stack.types import Path, Pose2D
@@ -56,6 +56,8 @@ class Declaration:
         not_above: another parameter of the same component that the value must not exceed, unless
             that is 0 or None: switched off.
         robot_limit: the field of the robot's `Limits` that limits the value.
+        public: a parameter that users may need; the others are for experts and set in the same way,
+            but listed only on request.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Declaration:
     one_of: tuple[str, ...] = ()
     not_above: str = ""
     robot_limit: str = ""
+    public: bool = False
 
     @property
     def required(self) -> bool:
@@ -134,12 +137,13 @@ class Declaration:
 def parameter(  # noqa: PLR0913 - the attributes of a declaration
     default: T, unit: str = "", *, help: str, at_least: float | None = None,
     at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
-    not_above: str = "", robot_limit: str = "",
+    not_above: str = "", robot_limit: str = "", public: bool = False,
 ) -> T:  # fmt: skip
     """Define a dataclass field with a declaration."""
     declared = Declaration(
-        "", None, help, unit, default, at_least, at_most, above, one_of, not_above, robot_limit
-    )
+        "", None, help, unit, default, at_least, at_most, above, one_of, not_above, robot_limit,
+        public,
+    )  # fmt: skip
     return dataclasses.field(default=default, metadata={"declaration": declared})
 
 
@@ -217,8 +221,6 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
         if name not in known:
             # YAML keys inside a component's value may be null or a number.
             hint = suggestion(str(name), known)
-            if name in MOVED and RENAMED.get(name) not in known:
-                hint = f"write `{MOVED[name]}`"
             raise ParameterError(str(name), f"there is no parameter {name!r} here", hint)
         checked[name] = known[name].read(raw)
     instance = parameters(**checked)

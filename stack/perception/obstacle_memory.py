@@ -41,6 +41,17 @@ from stack.types import (
     wrap_angle,
 )
 
+STATIC_TIME = 60.0
+"""How long points are remembered that were seen in one place for STATIC_AFTER, s: things stay."""
+WALKING_TIME = 3.0
+"""The same for points of people who walked, s: they go on."""
+BLIND_RANGE = 2.0
+"""Largest distance of remembered points, m."""
+DEPTH_RANGE = 3.0
+"""Largest distance of points from depth cameras, m."""
+SEEN_TIME = 10.0
+"""How long ground in sectors nothing sees counts as seen, s."""
+
 ARC_SPACING = 0.05
 """Metres between the points on the arc of a sonar reading."""
 
@@ -74,27 +85,6 @@ class ObstacleMemoryParameters:
 
     blind_time: float = parameter(
         10.0, "s", at_least=0.0, help="how long points are remembered in sectors nothing sees"
-    )
-    static_time: float = parameter(
-        60.0,
-        "s",
-        at_least=0.0,
-        help="the same for points that were seen in one place for two seconds",
-    )
-    walking_time: float = parameter(
-        3.0,
-        "s",
-        at_least=0.0,
-        help="the same for points of people who walked, at most blind_time",
-    )
-    blind_range: float = parameter(
-        2.0, "m", at_least=0.0, help="largest distance of remembered points"
-    )
-    depth_range: float = parameter(
-        3.0, "m", at_least=0.0, help="largest distance of points from depth cameras"
-    )
-    seen_time: float = parameter(
-        10.0, "s", at_least=0.0, help="how long ground in sectors nothing sees counts as seen"
     )
 
 
@@ -180,7 +170,7 @@ class ObstacleMemory:
         remembered = self._remember(visible, now, frames, tracks, fresh=bool(new))
         ground = self._see_ground([measured.view for measured in new.values()], now, frames)
         ages = {name: self._age(name, now) for name in self._sensors}
-        near = _near(depth.points, here, self.parameters.depth_range)
+        near = _near(depth.points, here, DEPTH_RANGE)
         more = [part for part in (remembered, near) if len(part)]
         points = np.concatenate([visible, *more]) if more else visible
         return ObstaclePoints(
@@ -195,7 +185,7 @@ class ObstacleMemory:
             return None
         base = frames.pose_at("odom", now)
         self._ground.update(views, base, now)
-        return self._ground.since(now - self.parameters.seen_time, base)
+        return self._ground.since(now - SEEN_TIME, base)
 
     def _age(self, name: str, now: float) -> float:
         return now - self._newest[name].stamp if name in self._newest else inf
@@ -230,16 +220,16 @@ class ObstacleMemory:
         known = self._remembered
         local = pose.inverse().transform(known[:, :2])
         static = known[:, 2] - known[:, 3] >= STATIC_AFTER
-        recent = known[:, 2] > now - np.where(static, p.static_time, p.blind_time)
+        recent = known[:, 2] > now - np.where(static, STATIC_TIME, p.blind_time)
         hidden = recent & self._is_hidden(local)
         if not fresh:
             return local[hidden]
-        seen = pose.transform(visible[np.hypot(visible[:, 0], visible[:, 1]) <= p.blind_range])
+        seen = pose.transform(visible[np.hypot(visible[:, 0], visible[:, 1]) <= BLIND_RANGE])
         new = np.column_stack([seen, np.full((len(seen), 2), now)])
         walking = [track.at(now) for track in tracks if track.speed >= WALKING_SPEED]
         if walking:  # as old as what is remembered for walking_time only
             theirs = _on(new, walking, frames.map_from_odom(now).inverse())
-            new[theirs, 2:] -= max(0.0, p.blind_time - p.walking_time)
+            new[theirs, 2:] -= max(0.0, p.blind_time - WALKING_TIME)
         rows = _with_first_sightings(np.concatenate([new, known]))
         kept = np.concatenate([np.ones(len(new), dtype=bool), hidden])
         self._remembered = _thinned(rows[kept])
@@ -247,7 +237,7 @@ class ObstacleMemory:
 
     def _is_hidden(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return (n,) whether points are within the range of the memory, where nothing sees."""
-        hidden = np.hypot(points[:, 0], points[:, 1]) <= self.parameters.blind_range
+        hidden = np.hypot(points[:, 0], points[:, 1]) <= BLIND_RANGE
         for sensor in self._sensors.values():
             hidden[hidden] = ~_covers(sensor, points[hidden], MARGIN)
         return hidden

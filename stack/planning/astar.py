@@ -29,14 +29,16 @@ class AstarParameters(PlannerParameters):
     """Parameters of the A* planner."""
 
     cost_weight: float = parameter(
-        3.0, at_least=0.0, at_most=50.0,
+        3.0, at_least=0.0, at_most=50.0, public=True,
         help="weight of cell costs: a path costs length * (1 + cost_weight * cost / 252)",
     )  # fmt: skip
     unknown_as: float = parameter(
         126.0, at_least=0.0, at_most=252.0,
         help="cell cost assumed for unknown cells; lower values lead through them more often",
     )  # fmt: skip
-    smoother: str = parameter("simple", one_of=SMOOTHERS, help="smoother for the path of cells")
+    smoother: str = parameter(
+        "simple", one_of=SMOOTHERS, public=True, help="smoother for the path of cells"
+    )
 
 
 class Astar(Planner):

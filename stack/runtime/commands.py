@@ -198,7 +198,7 @@ class CommandHandler:
     @property
     def _teleoperation(self) -> Teleoperation | None:
         running = self._mission.state is MissionState.RUNNING
-        return self._parts.navigator.teleoperation if running else None
+        return self._parts.navigator.recoveries.teleoperation if running else None
 
     @property
     def _teleoperation_refusal(self) -> str:

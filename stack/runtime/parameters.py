@@ -13,17 +13,16 @@ class LoopParameters:
     """Rates and memory of the step loop. The rate of the tree must divide the control rate."""
 
     control_rate: float = parameter(
-        20.0, "Hz", at_least=5.0, at_most=200.0,
+        20.0, "Hz", at_least=5.0, at_most=200.0, public=True,
         help="control steps per second: sense, estimate, navigate, limit and drive",
     )  # fmt: skip
-    tree_rate: float = parameter(10.0, "Hz", above=0.0, help="ticks of the behaviour tree")
+    tree_rate: float = parameter(
+        10.0, "Hz", above=0.0, public=True, help="ticks of the behaviour tree"
+    )
     pose_history: float = parameter(
         10.0, "s", at_least=1.0,
         help="how long poses are kept, for measurements that arrive late",
     )  # fmt: skip
-    camera_time: float = parameter(
-        1.0, "s", at_least=0.2, help="how long a request for pictures keeps the camera on"
-    )
 
     def __post_init__(self) -> None:
         steps = self.control_rate / self.tree_rate

@@ -12,12 +12,13 @@ class SafetyParameters:
     """Parameters of `Safety`."""
 
     padding: float = parameter(
-        0.03, "m", at_least=0.0, at_most=0.5,
+        0.03, "m", at_least=0.0, at_most=0.5, public=True,
         help="distance kept free around the footprint at padding_speed and above",
     )  # fmt: skip
     tight_padding: float = parameter(
         0.015, "m", at_least=0.0, at_most=0.5,
-        help="distance kept free up to tight_speed; if not below padding, padding always holds",
+        help="distance kept free up to tight_speed, where it is free now; if not below padding, "
+        "padding always holds",
     )  # fmt: skip
     tight_speed: float = parameter(
         0.15, "m/s", at_least=0.0, not_above="padding_speed",
@@ -66,16 +67,11 @@ class SafetyParameters:
         0.1, "m", at_least=0.0, at_most=0.5, help="distance kept to people and things that walk"
     )
     blind_speed: float = parameter(
-        0.15,
-        "m/s",
-        at_least=0.0,
+        0.15, "m/s", at_least=0.0, public=True,
         help="speed limit towards a sector no sensor covers, and of an outline in unseen ground",
-    )
-    contact_speed: float = parameter(
-        0.1, "m/s", above=0.0, at_most=0.5, help="speed limit while the robot may touch something"
-    )
+    )  # fmt: skip
     top_speed: float = parameter(
-        5.0, "m/s", above=0.0, help="speed limit, in addition to the robot's own"
+        5.0, "m/s", above=0.0, public=True, help="speed limit, in addition to the robot's own"
     )
     closed_loop: bool = parameter(
         False, help="limit accelerations from the measured velocity, not the last command"

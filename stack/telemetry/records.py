@@ -264,6 +264,7 @@ class Snapshot:
         speed: robot seconds per wall second in the last 5 s, without holds.
         pace: requested simulated seconds per wall second; 0: as fast as possible.
         parameters: current component parameters, flat: "controller.cruise_speed" -> value.
+        public_parameters: the names of those that users may need; the others are for experts.
         image: newest camera picture; None if the sink has had it with an earlier snapshot.
         truth: true pose, in simulation only.
         people: (n, 3) x, y, radius of the people, in simulation only.
@@ -307,6 +308,7 @@ class Snapshot:
     speed: float = 0.0
     pace: float = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    public_parameters: tuple[str, ...] = ()
     image: Image | None = None
     rivals: tuple[RivalPose, ...] = ()
     truth: Pose2D | None = None

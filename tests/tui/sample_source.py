@@ -47,8 +47,9 @@ INFO = RunInfo(
     "office", 7, Footprint.circle(0.22), MARKERS, places=PLACES,
 )  # fmt: skip
 
+CRUISE_SPEED = "controller.cruise_speed"
 PARAMETERS = {
-    "controller.cruise_speed": 0.5, "controller.lookahead": 0.9, "localisation.particles": 500,
+    CRUISE_SPEED: 0.5, "controller.lookahead": 0.9, "localisation.particles": 500,
     "planner.allow_unknown": False, "world.note": "plain",
 }  # fmt: skip
 
@@ -182,7 +183,7 @@ class SampleSource:
                 "distance": tick * CRUISE * PERIOD,
                 "clearance": 0.31,
             },
-            parameters=PARAMETERS,
+            parameters=PARAMETERS, public_parameters=("planner.allow_unknown", CRUISE_SPEED),
         )  # fmt: skip
 
     def _pose(self, index: int) -> Pose2D:

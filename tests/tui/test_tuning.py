@@ -1,7 +1,7 @@
 """Changing a parameter, and giving a place by its name."""
 
 import pytest
-from textual.widgets import Input
+from textual.widgets import Input, OptionList
 
 from tests.tui.sample_source import PARAMETERS, SampleSource
 from tui.app import Dashboard
@@ -45,6 +45,20 @@ async def test_a_parameter_is_changed_by_one_command():
     assert [(c.kind, c.arguments) for c in source.sent] == [
         ("set_parameter", {"name": "controller.cruise_speed", "value": 0.35})
     ]
+
+
+async def test_parameters_for_experts_are_listed_on_request():
+    async with Dashboard(SampleSource(), live=False).run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        names = [option.id for option in pilot.app.screen.query_one(OptionList).options]
+        assert names == ["controller.cruise_speed", "planner.allow_unknown"]
+        await pilot.press("x")
+        names = [option.id for option in pilot.app.screen.query_one(OptionList).options]
+        assert names == sorted(PARAMETERS)
+        await pilot.press("enter")
+        await pilot.pause()
+        await pilot.press("x")
+        assert pilot.app.screen.query_one(Input).value == "x"
 
 
 async def test_space_stops_even_while_a_value_is_typed():

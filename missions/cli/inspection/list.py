@@ -56,6 +56,9 @@ def describe(
         ),
     ],
     mission: PluginsOf = None,
+    expert: Annotated[
+        bool, typer.Option("--expert", help="list the parameters for experts too")
+    ] = False,
 ) -> None:
     """Describe a behaviour, component, robot, world, map or mission.
 
@@ -71,4 +74,4 @@ def describe(
     known = installed(mission)
     for problem in known.problems:
         typer.echo(f"not available: {problem}", err=True)
-    typer.echo(description_of(name, known))
+    typer.echo(description_of(name, known, expert=expert))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Protocol
 
 from missions.language.expressions.expression import CheckedExpression, NameContext
@@ -17,6 +18,9 @@ from missions.language.reading.values import ValueReader
 from stack.documents import Findings, Mark, Node
 from stack.parameters import nearest, suggestion
 from stack.types import FailureCode
+
+TYPING_SLIP = 0.9
+"""Similarity from which a code counts as a misspelt one; that of DOOR_LOCKED is 0.82."""
 
 _CODE = re.compile(r"[A-Z][A-Z0-9_]*")
 
@@ -160,8 +164,10 @@ def check_failure_code(ports: Mapping[str, Value], mark: Mark, findings: Finding
     if not isinstance(code, Constant) or code.value in FailureCode.__members__:
         return
     text = str(code.value)
-    near = nearest(text.upper(), list(FailureCode.__members__))
-    if near is None and _CODE.fullmatch(text):
+    if _CODE.fullmatch(text) and not get_close_matches(
+        text, FailureCode.__members__, 1, TYPING_SLIP
+    ):
         return
+    near = nearest(text.upper(), list(FailureCode.__members__))
     hint = f"did you mean {near!r}?" if near else "write capitals, digits and _: SHELF_EMPTY"
     findings.error("E172", mark, f"{text!r} is not a failure code", hint)

@@ -19,10 +19,14 @@ from stack.control.dwb.parameters import DwbParameters
 from stack.control.path_controller import PathController
 from stack.control.ramps import stopping_speed
 from stack.control.swept import BoolArray
+from stack.control.turning import BRAKE_SHARE
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import limit_speeds
 from stack.geometry.path_segment import PathSegment
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
+
+LATERAL_SAMPLES = 5
+"""Omnidirectional robots only: number of lateral speeds."""
 
 SPACING = 0.05
 """Metres between the path points that the critics use."""
@@ -103,7 +107,7 @@ class Dwb(PathController[DwbParameters]):
         """
         p, limits = self.parameters, self._robot.limits
         left = self._alignment.distance_left(state)
-        brake = p.brake_share * limits.linear_deceleration
+        brake = BRAKE_SHARE * limits.linear_deceleration
         cruise = share * min(p.cruise_speed, limits.linear_speed)
         stopping = stopping_speed(left, brake, p.response_time + self._period)
         top = min(
@@ -165,7 +169,7 @@ def window(p: DwbParameters, robot: RobotDescription, last: Twist, top: float) -
     if robot.drivetrain.can_move_sideways:
         most = min(limits.lateral_speed, top)
         reach = (last.lateral - rise, last.lateral + rise)
-        sideways = _samples(p.lateral_samples, (-most, most), reach)
+        sideways = _samples(LATERAL_SAMPLES, (-most, most), reach)
     axes = (axis.ravel() for axis in np.meshgrid(linear, angular, sideways, indexing="ij"))
     speeds = Speeds(*axes)
     if robot.turning_radius:

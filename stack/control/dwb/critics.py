@@ -7,7 +7,6 @@ of the path, where Nav2 counts cells of a wavefront.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,28 +142,23 @@ def twirling(sampling: Sampling, p: DwbParameters) -> FloatArray:
     return np.abs(sampling.speeds.angular)
 
 
-Critic = Callable[[Sampling, DwbParameters], FloatArray]
-
-CRITICS: dict[str, Critic] = {
-    "path_distance": path_distance,
-    "goal_distance": goal_distance,
-    "path_align": path_align,
-    "goal_align": goal_align,
-    "obstacle": obstacle,
-    "prefer_forward": prefer_forward,
-    "twirling": twirling,
-}
-
-
-FAR_FROM_GOAL = frozenset({"path_distance", "path_align", "goal_align", "obstacle"})
+FAR_FROM_GOAL = frozenset({path_distance, path_align, goal_align, obstacle})
 """Critics that are not used near the goal."""
 
 
 def total_cost(sampling: Sampling, p: DwbParameters) -> FloatArray:
     """Return the weighted sum of all critics, (n,)."""
+    critics = (
+        (p.path_distance_weight, path_distance),
+        (p.goal_distance_weight, goal_distance),
+        (p.path_align_weight, path_align),
+        (p.goal_align_weight, goal_align),
+        (p.obstacle_weight, obstacle),
+        (p.prefer_forward_weight, prefer_forward),
+        (p.twirling_weight, twirling),
+    )
     total = np.zeros(len(sampling.poses))
-    for name, critic in CRITICS.items():
-        weight = getattr(p, f"{name}_weight")
-        if weight and not (sampling.near_goal and name in FAR_FROM_GOAL):
+    for weight, critic in critics:
+        if weight and not (sampling.near_goal and critic in FAR_FROM_GOAL):
             total += weight * critic(sampling, p)
     return total

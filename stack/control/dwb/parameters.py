@@ -13,14 +13,11 @@ class DwbParameters(GoalAlignmentParameters):
     """Parameters of `Dwb`. The critics follow Nav2's; a weight of 0 turns a critic off."""
 
     reverse_speed: float = parameter(
-        0.1, "m/s", at_least=0.0, robot_limit="reverse_speed",
+        0.1, "m/s", at_least=0.0, robot_limit="reverse_speed", public=True,
         help="top speed backward; 0: never reverse",
     )  # fmt: skip
     linear_samples: int = parameter(20, at_least=2, at_most=200, help="number of forward speeds")
     angular_samples: int = parameter(21, at_least=3, at_most=201, help="number of turning speeds")
-    lateral_samples: int = parameter(
-        5, at_least=3, at_most=51, help="omnidirectional robots only: number of lateral speeds"
-    )
     simulation_time: float = parameter(
         1.7, "s", above=0.2, at_most=10.0, help="simulated time of each sample"
     )

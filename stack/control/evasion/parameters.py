@@ -12,7 +12,7 @@ class EvasionParameters:
     """Parameters of `Evasion`."""
 
     when: str = parameter(
-        "driving", one_of=("driving", "always", "never"),
+        "driving", one_of=("driving", "always", "never"), public=True,
         help="when the robot predicts how people walk and keeps clear of them: during drives (also "
         "while it waits for a plan or stands before an obstacle), whenever the mission runs, or "
         "never: then a person is an obstacle like others",
@@ -50,12 +50,6 @@ class EvasionParameters:
         help="the speed limit before and beside a person is passing_speed + distance / "
         "passing_time: a person who walks outward may turn back; 0: no limit",
     )  # fmt: skip
-    margin: float = parameter(
-        0.35, "m", above=0.0, at_most=2.0, help="distance below which being close costs"
-    )
-    decay: float = parameter(
-        1.0, "s", above=0.0, help="time ahead after which a meeting weighs 1/e of one now"
-    )
     meeting_weight: float = parameter(
         8.0, at_least=0.0, help="cost of a meeting now, in metres of deviation"
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.components import ControlState
+from stack.control.mppi.critics.critics import PATH_FOLLOW_AHEAD
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, clearance_to
@@ -16,6 +17,9 @@ from stack.control.path_controller import PathController
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.path_segment import PathSegment
 from stack.types import FloatArray, Twist
+
+PATH_SPACING = 0.05
+"""Spacing of the path points used by critics, m."""
 
 SLOWER = (1.0, 0.5, 0.25)
 """Factors on the plan's speeds, tried in turn while its motion is not clear."""
@@ -42,11 +46,10 @@ class Mppi(PathController[MppiParameters]):
     @staticmethod
     def kernels(parameters: MppiParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of a run with this component."""
-        from stack.control.mppi.critics.kernels import CRITICS, DEADBAND
+        from stack.control.mppi.critics.kernels import CRITICS
         from stack.control.mppi.kernels import ROLLOUTS
 
-        deadband = DEADBAND if parameters.linear_deadband or parameters.angular_deadband else ()
-        return (*PathController.kernels(parameters, robot), *ROLLOUTS, *CRITICS, *deadband)
+        return (*PathController.kernels(parameters, robot), *ROLLOUTS, *CRITICS)
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
         self._outline: tuple[float, Outline] | None = None
@@ -85,8 +88,8 @@ class Mppi(PathController[MppiParameters]):
     def _follow(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """The first step of the improved plan, slower if needed to be safe; None if unsafe."""
         optimiser, p, costs = self._optimiser, self.parameters, state.costs
-        reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead
-        path = LocalPath.of(segment, state.pose, costs, reach, p.path_spacing)
+        reach = optimiser.top_speed * p.steps * p.time_step + PATH_FOLLOW_AHEAD
+        path = LocalPath.of(segment, state.pose, costs, reach, PATH_SPACING)
         body = self._swept.body(costs.resolution)
         tracks = state.tracks if p.moving_weight else ()
         around = Obstacles.of(costs, state.pose, body, tracks, self._obstacles)

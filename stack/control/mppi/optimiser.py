@@ -13,6 +13,9 @@ from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rol
 from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
+NOISE_CORRELATION = 0.8
+"""Correlation of the noise of neighbouring steps: rollouts of white noise only tremble."""
+
 HISTORY = 4
 """Half window of the smoothing filter: the number of past commands that it uses."""
 
@@ -59,7 +62,7 @@ class Optimiser:
         self._kernels, self._critic_kernels, self._period = kernels, critic_kernels, period
         deviations = [p.linear_deviation, p.angular_deviation, p.lateral_deviation]
         self._drivetrain, self._axes = robot.drivetrain, robot.drivetrain.velocity_axes
-        self._noise = NoiseTable(p.batch, p.steps, p.noise_correlation, deviations[: self._axes])
+        self._noise = NoiseTable(p.batch, p.steps, NOISE_CORRELATION, deviations[: self._axes])
         self._rollouts = Rollouts(self._axes, p.steps, p.batch)
         self._single = Rollouts(self._axes, p.steps, 1)
         self._bounds = bounds(p, robot)

@@ -16,17 +16,20 @@ class MppiParameters(GoalAlignmentParameters):
     """
 
     reverse_speed: float = parameter(
-        0.2, "m/s", at_least=0.0, robot_limit="reverse_speed",
+        0.2, "m/s", at_least=0.0, robot_limit="reverse_speed", public=True,
         help="top speed backward; 0: never reverse",
     )  # fmt: skip
     blind_speed: float = parameter(
         0.15, "m/s", at_least=0.0, help="top speed backward into ground that no sensor covers"
     )
     lateral_speed: float = parameter(
-        0.5, "m/s", at_least=0.0, help="omni only: top lateral speed; 0: never sideways"
+        0.5, "m/s", at_least=0.0, public=True,
+        help="omni only: top lateral speed; 0: never sideways",
+    )  # fmt: skip
+    batch: int = parameter(
+        2000, at_least=16, at_most=20000, public=True, help="rollouts per command"
     )
-    batch: int = parameter(2000, at_least=16, at_most=20000, help="rollouts per command")
-    steps: int = parameter(56, at_least=8, at_most=400, help="steps of a rollout")
+    steps: int = parameter(56, at_least=8, at_most=400, public=True, help="steps of a rollout")
     time_step: float = parameter(0.05, "s", above=0.0, at_most=0.5, help="length of a step")
     iterations: int = parameter(1, at_least=1, at_most=10, help="optimisations per command")
     temperature: float = parameter(
@@ -44,13 +47,6 @@ class MppiParameters(GoalAlignmentParameters):
     angular_deviation: float = parameter(
         0.4, "rad/s", above=0.0, help="standard deviation of the sampled turning speeds"
     )
-    noise_correlation: float = parameter(
-        0.8, at_least=0.0, at_most=0.99,
-        help="correlation of the noise of neighbouring steps; 0: white noise",
-    )  # fmt: skip
-    path_spacing: float = parameter(
-        0.05, "m", at_least=0.01, at_most=0.5, help="spacing of the path points used by critics"
-    )
 
     constraint_weight: float = parameter(
         4.0, at_least=0.0, help="weight of commands beyond the limits"
@@ -60,14 +56,8 @@ class MppiParameters(GoalAlignmentParameters):
         3.8, at_least=0.0, help="weight of the costmap cost under the base"
     )
     cost_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
-    collision_cost: float = parameter(
-        100.0, above=0.0, help="cost of an immediate collision; a fifth at the end of the horizon"
-    )
     obstacles_weight: float = parameter(
         30.0, at_least=0.0, help="weight of obstacles nearer than obstacles_margin"
-    )
-    obstacles_critical_weight: float = parameter(
-        60.0, at_least=0.0, help="weight of obstacles nearer than critical_margin"
     )
     obstacles_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     obstacles_margin: float = parameter(
@@ -79,7 +69,6 @@ class MppiParameters(GoalAlignmentParameters):
     moving_weight: float = parameter(
         150.0, at_least=0.0, help="weight of moving objects nearer than moving_margin; 0: ignore"
     )
-    moving_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     moving_margin: float = parameter(
         0.5, "m", at_least=0.0, help="desired clearance from the predicted positions of people"
     )
@@ -119,23 +108,10 @@ class MppiParameters(GoalAlignmentParameters):
         5.0, at_least=0.0, help="weight of the distance to a path point ahead"
     )
     path_follow_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
-    path_follow_ahead: float = parameter(
-        0.3, "m", at_least=0.0, help="distance of that point beyond the reach of the rollouts"
-    )
     prefer_forward_weight: float = parameter(
         5.0, at_least=0.0, help="weight of the metres driven backward"
     )
     prefer_forward_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
-    deadband_weight: float = parameter(
-        35.0, at_least=0.0, help="weight of speeds within the dead bands"
-    )
-    deadband_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
-    linear_deadband: float = parameter(
-        0.0, "m/s", at_least=0.0, help="the drive does not drive slower than this"
-    )
-    angular_deadband: float = parameter(
-        0.0, "rad/s", at_least=0.0, help="the drive does not turn slower than this"
-    )
     time_to_collision: float = parameter(
         1.0, "s", above=0.0, help="a command must be free of collisions for this long"
     )

@@ -28,7 +28,7 @@ from stack.control.pure_pursuit.manoeuvre_driver import ManoeuvreDriver, is_bloc
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
-from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
+from stack.control.turning import BRAKE_SHARE, TurnInPlace, TurnStyle, turning_speed
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import poses_along, speed_towards
 from stack.geometry.path_segment import PathSegment
@@ -265,7 +265,7 @@ class PurePursuit(Controller):
     ) -> LookaheadArc:
         """Return the arc with its free distance and cost."""
         p, speed = self.parameters, self._cruise()
-        brake = p.brake_share * self._limits.linear_deceleration
+        brake = BRAKE_SHARE * self._limits.linear_deceleration
         reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
         reach = min(reach + p.clearance, segment.remaining + p.stop_distance)
         free, cost = self._swept.arc(state.costs, state.pose, arc.twist(1.0), reach)
@@ -288,7 +288,7 @@ class PurePursuit(Controller):
             speed = min(speed, self._limits.angular_speed / abs(arc.curvature))
         stopping = stopping_speed(
             remaining - 0.5 * self._exact.stop_distance,
-            p.brake_share * self._limits.linear_deceleration,
+            BRAKE_SHARE * self._limits.linear_deceleration,
             p.response_time + self._period,
         )
         return min(speed, max(stopping, self._exact.final_speed(p.creep_speed, self._period)))
@@ -312,4 +312,4 @@ class PurePursuit(Controller):
 
 
 def _style(p: PurePursuitParameters) -> TurnStyle:
-    return TurnStyle(p.turn_speed, p.brake_share, p.turn_precision)
+    return TurnStyle(p.turn_speed, p.turn_precision)

@@ -7,7 +7,7 @@ from stack.control.pure_pursuit.manoeuvres import ArcPrimitive, HoldDetector, Ma
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
-from stack.control.turning import TurnInPlace
+from stack.control.turning import BRAKE_SHARE, TurnInPlace
 from stack.costmap.route_costs import blocked_at
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.path_segment import PathSegment
@@ -110,7 +110,7 @@ class ManoeuvreDriver:
         p, limits = self._parameters, self._limits
         if not primitive.twist.linear:
             return self._turns.twist(state, last, primitive.twist.angular * room)
-        brake = p.brake_share * limits.linear_deceleration
+        brake = BRAKE_SHARE * limits.linear_deceleration
         stopping = stopping_speed(room - PRIMITIVE_DONE, brake, p.response_time + self._period)
         top = min(p.min_speed, p.cruise_speed, limits.linear_speed)
         if primitive.twist.linear < 0.0:

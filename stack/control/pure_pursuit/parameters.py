@@ -19,12 +19,15 @@ class PurePursuitParameters(FollowingParameters):
         0.05, "m/s", above=0.0, help="minimum speed near the goal or an obstacle"
     )
     lookahead_time: float = parameter(
-        1.0, "s", above=0.0, help="lookahead distance divided by the speed"
+        1.0, "s", above=0.0, public=True, help="lookahead distance divided by the speed"
     )
     min_lookahead: float = parameter(
-        0.3, "m", above=0.0, not_above="max_lookahead", help="minimum lookahead distance"
+        0.3, "m", above=0.0, not_above="max_lookahead", public=True,
+        help="minimum lookahead distance",
+    )  # fmt: skip
+    max_lookahead: float = parameter(
+        0.9, "m", above=0.0, public=True, help="maximum lookahead distance"
     )
-    max_lookahead: float = parameter(0.9, "m", above=0.0, help="maximum lookahead distance")
     min_radius: float = parameter(
         0.9, "m", at_least=0.0, help="radius of arcs below which the speed falls in proportion"
     )
@@ -35,8 +38,9 @@ class PurePursuitParameters(FollowingParameters):
         0.785, "rad", above=0.0, help="angle to the path above which the robot turns in place"
     )
     turn_speed: float = parameter(
-        1.4, "rad/s", above=0.0, robot_limit="angular_speed", help="top speed of turns in place"
-    )
+        1.4, "rad/s", above=0.0, robot_limit="angular_speed", public=True,
+        help="top speed of turns in place",
+    )  # fmt: skip
     stop_distance: float = parameter(
         0.01, "m", above=0.0, help="remaining path at which the robot turns to the goal's heading"
     )
@@ -47,7 +51,7 @@ class PurePursuitParameters(FollowingParameters):
         0.06, "m", at_least=0.0, help="distance kept to an obstacle on the arc"
     )
     omni_heading: str = parameter(
-        "path", one_of=("path", "goal"),
+        "path", one_of=("path", "goal"), public=True,
         help="omnidirectional robots only: heading along the path, or the goal's heading",
     )  # fmt: skip
     padding: float = parameter(

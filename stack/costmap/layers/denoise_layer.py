@@ -23,8 +23,9 @@ class DenoiseLayer(Layer):
         """Size of the groups that count as noise."""
 
         smallest_group: int = parameter(
-            2, at_least=2, at_most=16, help="smaller groups of connected cells are removed"
-        )
+            2, at_least=2, at_most=16, public=True,
+            help="smaller groups of connected cells are removed",
+        )  # fmt: skip
 
     parameters: Parameters
 

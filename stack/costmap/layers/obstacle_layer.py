@@ -50,10 +50,10 @@ class ObstacleLayer(Layer):
         """Ranges and lifetime of the lidar's marks."""
 
         source: str = parameter(
-            "lidar",
+            "lidar", public=True,
             help="name of the lidar whose scans are used; a list of layers that leaves it out has "
             "one layer for each lidar",
-        )
+        )  # fmt: skip
 
     parameters: Parameters
 

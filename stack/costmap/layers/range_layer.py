@@ -24,7 +24,6 @@ from stack.costmap.layer import (
     shifted,
 )
 from stack.costmap.mark_boxes import MarkBoxes
-from stack.errors import ParameterError
 from stack.parameters import parameter
 from stack.types import (
     FREE_COST,
@@ -35,6 +34,13 @@ from stack.types import (
     RangeReading,
 )
 
+MARK_ABOVE = 0.8
+"""Probability above which a cell is an obstacle."""
+FREE_BELOW = 0.2
+"""Probability below which a cell is free."""
+ACCURACY = 0.05
+"""Error of a reading, as a share of the distance."""
+
 _PRIOR = 0.5
 _EXPIRY_PERIOD = 0.5
 """Seconds between two searches for old cells."""
@@ -44,8 +50,8 @@ class RangeLayer(Layer):
     """Obstacles from range sensors, which detect something anywhere in their cone.
 
     Each cell holds the probability that it is occupied, initially 0.5, updated by Bayes' rule with
-    the sensor model of Nav2's RangeSensorLayer. Above `mark_above` a cell is lethal, below
-    `free_below` it is free. Cells that were not updated for `decay` seconds return to 0.5.
+    the sensor model of Nav2's RangeSensorLayer. Above MARK_ABOVE a cell is lethal, below
+    FREE_BELOW it is free. Cells that were not updated for `decay` seconds return to 0.5.
 
     In Nav2's model the confidence is 0 at the rim of the cone, and small beyond 1.2 m. A robot that
     passes a wall has it only there, and would leave most of it, and its ends, unmarked. Here the
@@ -57,14 +63,8 @@ class RangeLayer(Layer):
 
     @dataclass(frozen=True)
     class Parameters:
-        """Sensor model, thresholds and lifetime of readings."""
+        """Sensor model and lifetime of readings."""
 
-        mark_above: float = parameter(
-            0.8, above=0.5, at_most=0.98, help="probability above which a cell is an obstacle"
-        )
-        free_below: float = parameter(
-            0.2, at_least=0.02, at_most=0.5, help="probability below which a cell is free"
-        )
         rim: float = parameter(
             1.0, at_least=0.0, at_most=1.0,
             help="confidence at the rim of the cone, as a share of that on its axis",
@@ -72,21 +72,9 @@ class RangeLayer(Layer):
         fading: float = parameter(
             1.8, "m", above=0.0, help="distance around which the confidence in readings falls"
         )
-        accuracy: float = parameter(
-            0.05, above=0.0, at_most=0.5, help="error of a reading, as a share of the distance"
-        )
-        clear_without_return: bool = parameter(
-            True, help="a reading without return frees the whole cone"
-        )
         decay: float = parameter(
             60.0, "s", at_least=0.0, help="cells not updated for this long are reset; 0: never"
         )
-
-        def __post_init__(self) -> None:
-            if self.free_below >= self.mark_above:
-                raise ParameterError(
-                    "free_below", f"{self.free_below:g} is not below mark_above {self.mark_above:g}"
-                )
 
     parameters: Parameters
 
@@ -109,8 +97,8 @@ class RangeLayer(Layer):
 
     @property
     def marked(self) -> NDArray[np.bool_]:
-        """(rows, columns): cells whose probability is above `mark_above`."""
-        marked: NDArray[np.bool_] = self._probability > self.parameters.mark_above
+        """(rows, columns): cells whose probability is above MARK_ABOVE."""
+        marked: NDArray[np.bool_] = self._probability > MARK_ABOVE
         return marked
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
@@ -135,9 +123,9 @@ class RangeLayer(Layer):
     def paint(self, canvas: Canvas) -> None:
         """Paint probable cells as lethal; improbable ones become free where they are unknown."""
         probability = part(self._probability, canvas.box)
-        free = (probability < self.parameters.free_below) & (canvas.cells == UNKNOWN_COST)
+        free = (probability < FREE_BELOW) & (canvas.cells == UNKNOWN_COST)
         canvas.cells[free] = FREE_COST
-        canvas.cells[probability > self.parameters.mark_above] = LETHAL_COST
+        canvas.cells[probability > MARK_ABOVE] = LETHAL_COST
 
     def clear(self, region: Region | None) -> Box:
         """Reset the probabilities."""
@@ -153,7 +141,7 @@ class RangeLayer(Layer):
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
         """The sensor of the newest reading, and the time of the cell's last update."""
-        if self._probability[row, column] <= self.parameters.mark_above:
+        if self._probability[row, column] <= MARK_ABOVE:
             return None
         return self._source, float(self._heard_at[row, column])
 
@@ -162,10 +150,8 @@ class RangeLayer(Layer):
         if isnan(distance) or distance < reading.range_min:
             return NO_BOX
         returned = distance < reading.range_max
-        if not returned and not settings.clear_without_return:
-            return NO_BOX
         sensor = pose.compose(reading.mount)
-        thickness = max(self.frame.resolution, settings.accuracy * distance) if returned else 0.0
+        thickness = max(self.frame.resolution, ACCURACY * distance) if returned else 0.0
         end = distance + thickness if returned else reading.range_max
         box = self.frame.box_around(
             (sensor.x - end, sensor.y - end), (sensor.x + end, sensor.y + end)

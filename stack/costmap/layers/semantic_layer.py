@@ -24,6 +24,9 @@ from stack.errors import ParameterError
 from stack.parameters import build, parameter
 from stack.types import INSCRIBED_COST, PERSON, Footprint
 
+SAME_PLACE = 0.5
+"""Distance up to which a detection is a remembered thing of its label, m."""
+
 STEPS = 10
 """Steps in which a remembered cost falls to 0; each repaints the cells around the thing."""
 
@@ -59,13 +62,9 @@ class SemanticParameters:
     """Labels that cost, and the memory of things."""
 
     things: tuple[Any, ...] = parameter(
-        (),
+        (), public=True,
         help="{label: chair, radius: 0.6 m, cost: 120, memory: 60 s}, …; default: that, person "
         "with 1.2 m, 220 and 5 s, and door with 0.8 m, 80 and 300 s",
-    )
-    same_place: float = parameter(
-        0.5, "m", above=0.0, at_most=5.0,
-        help="distance up to which a detection is a remembered thing of its label",
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -145,7 +144,6 @@ class SemanticLayer(Layer):
     needs = ("camera or depth_camera",)
     Parameters = SemanticParameters
     inflated: ClassVar[bool] = False
-    needs_tracks: ClassVar[bool] = True
     needs_detections: ClassVar[bool] = True
     parameters: SemanticParameters
 
@@ -224,7 +222,7 @@ class SemanticLayer(Layer):
         self._things[index] = replace(known, x=x, y=y, seen_at=newest)
 
     def _are_same(self, thing: _Thing, other: _Thing) -> bool:
-        near = thing.distance_to(other.x, other.y) <= self.parameters.same_place
+        near = thing.distance_to(other.x, other.y) <= SAME_PLACE
         return thing.label == other.label and near
 
     def _is_in(self, thing: _Thing, region: Region) -> bool:

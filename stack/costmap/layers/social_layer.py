@@ -21,6 +21,12 @@ from stack.costmap.layer import (
 from stack.parameters import parameter
 from stack.types import Footprint, TrackedObject
 
+SPREAD = 0.3
+"""Standard deviation of the cost to the side, m."""
+
+FADE = 0.6
+"""Share of the cost lost at the horizon."""
+
 _REACH = 3.0
 """Lateral distance beyond which no cost is added, in standard deviations."""
 
@@ -43,17 +49,10 @@ class SocialLayer(Layer):
 
         horizon: float = parameter(2.0, "s", at_least=0.0, at_most=10.0, help="prediction time")
         cost: int = parameter(
-            200, at_least=1, at_most=252, help="cost at a person's current position"
-        )
-        fade: float = parameter(
-            0.6, at_least=0.0, at_most=1.0, help="share of the cost lost at the horizon"
-        )
-        spread: float = parameter(
-            0.3, "m", above=0.0, at_most=2.0, help="standard deviation of the cost to the side"
+            200, at_least=1, at_most=252, public=True, help="cost at a person's current position"
         )
 
     inflated: ClassVar[bool] = False
-    needs_tracks: ClassVar[bool] = True
     parameters: Parameters
 
     @staticmethod
@@ -103,13 +102,13 @@ class SocialLayer(Layer):
             cells, frame.origin[0] + box[2] * frame.resolution,
             frame.origin[1] + box[0] * frame.resolution, frame.resolution,
             *track.position_after(self._time - track.stamp), *track.velocity,
-            settings.horizon, track.radius, _REACH * settings.spread,
-            float(settings.cost), settings.fade, settings.spread,
+            settings.horizon, track.radius, _REACH * SPREAD,
+            float(settings.cost), FADE, SPREAD,
         )  # fmt: skip
 
     def _box(self, track: TrackedObject) -> Box:
         """The cells whose cost a person's predicted motion raises."""
-        margin = track.radius + _REACH * self.parameters.spread
+        margin = track.radius + _REACH * SPREAD
         age = self._time - track.stamp
         ends = (track.position_after(age), track.position_after(age + self.parameters.horizon))
         (x, y), (other_x, other_y) = ends

@@ -23,7 +23,7 @@ from stack.costmap.layer import (
     sampled,
 )
 from stack.costmap.way_out import Lane, WayOut
-from stack.costmap.zones import Zone, ZoneCells, read_mask, read_zones
+from stack.costmap.zones import MARGIN, Zone, ZoneCells, read_mask, read_zones
 from stack.parameters import parameter
 from stack.types import FREE, LETHAL_COST, Footprint, OccupancyGrid, Pose2D
 
@@ -33,10 +33,11 @@ class _Zoned:
     """Position of the zones."""
 
     zones: tuple[Any, ...] = parameter(
-        (), help="polygons: [[x, y], …] or {name: text, corners: [[x, y], …]}, map frame"
-    )
+        (), public=True,
+        help="polygons: [[x, y], …] or {name: text, corners: [[x, y], …]}, map frame",
+    )  # fmt: skip
     mask: str = parameter(
-        "", help="a map.yaml, relative to the mission; its occupied cells are the zone"
+        "", public=True, help="a map.yaml, relative to the mission; its occupied cells are the zone"
     )
 
     def __post_init__(self) -> None:
@@ -50,10 +51,6 @@ class KeepoutLayer(Layer):
     in a zone may leave it by the shortest way, and by no other.
     """
 
-    MARGIN: ClassVar[float] = 0.07
-    """Metres by which zones are drawn larger: half a diagonal of a cell of 5 cm for the edge of the
-    zone, and another one for a robot that is anywhere in its cell."""
-
     @dataclass(frozen=True)
     class Parameters(_Zoned):
         """Position of the keepout zones."""
@@ -63,7 +60,7 @@ class KeepoutLayer(Layer):
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
         self._mask = read_mask(parameters.mask)
-        self._cells = ZoneCells(parameters.zones, self._mask, self.MARGIN)
+        self._cells = ZoneCells(parameters.zones, self._mask, MARGIN)
         self._leaving: WayOut | None = None
         self._lane: Lane | None = None
 
@@ -84,7 +81,7 @@ class KeepoutLayer(Layer):
             if not self._cells.covers(pose):
                 return NO_BOX
             self._leaving = WayOut(
-                self.parameters.zones, self._mask, self.MARGIN, self.footprint, self.map, pose
+                self.parameters.zones, self._mask, self.footprint, self.map, pose
             )
         if self._leaving.is_outside(pose):
             self._leaving = self._lane = None
@@ -135,7 +132,7 @@ class PreferredLanesLayer(Layer):
         """Position of the lanes and the cost outside them."""
 
         cost_outside: int = parameter(
-            60, at_least=1, at_most=252, help="minimum cost outside the lanes"
+            60, at_least=1, at_most=252, public=True, help="minimum cost outside the lanes"
         )
 
     inflated: ClassVar[bool] = False

@@ -7,8 +7,18 @@ from dataclasses import dataclass
 from itertools import islice
 from math import hypot
 
-from stack.localisation.fusion.parameters import EkfParameters
 from stack.types import Imu, Twist
+
+DISTURBANCE_WINDOW = 0.2
+"""Time over which wheels are compared with gyro and accelerometer, s: long enough to average the
+noise of the samples, short enough that a push is noticed before the robot has moved a cell."""
+SPEED_TOLERANCE = 0.25
+"""The robot is disturbed if wheels and accelerometer disagree on the change of speed by more, m/s.
+"""
+TURN_TOLERANCE = 0.06
+"""The robot is disturbed if wheels and gyro disagree on the rotation by more, rad."""
+TURN_TOLERANCE_SHARE = 0.25
+"""Added to TURN_TOLERANCE per radian turned: wheels slide in turns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,12 +43,12 @@ class Compared:
 
 
 class InertialComparison:
-    """Whether wheels and inertial sensor agree over the last `disturbance_window`."""
+    """Whether wheels and inertial sensor agree over the last DISTURBANCE_WINDOW."""
 
     def __init__(self) -> None:
         self._steps: deque[Compared] = deque()
 
-    def since(self, step: Compared, parameters: EkfParameters) -> float | None:
+    def since(self, step: Compared) -> float | None:
         """Return the stamp since when wheels and inertial sensor disagree; None if they agree.
 
         In the base frame, the velocity changes by the specific force and by the rotation of the
@@ -47,11 +57,10 @@ class InertialComparison:
 
         Args:
             step: the newest one.
-            parameters: thresholds.
         """
-        p, steps = parameters, self._steps
+        steps = self._steps
         steps.append(step)
-        while len(steps) > 2 and steps[1].end < step.end - p.disturbance_window - 1e-9:
+        while len(steps) > 2 and steps[1].end < step.end - DISTURBANCE_WINDOW - 1e-9:
             steps.popleft()
         if len(steps) < 2:
             return None
@@ -72,11 +81,11 @@ class InertialComparison:
             x += known.gained[0] + turn * speed_y
             y += known.gained[1] - turn * speed_x
             centripetal += abs(turn) * (abs(speed_x) + abs(speed_y))
-        tolerance = p.turn_tolerance + p.turn_tolerance_share * max(abs(turned), swept)
+        tolerance = TURN_TOLERANCE + TURN_TOLERANCE_SHARE * max(abs(turned), swept)
         if abs(turned - rotated) > tolerance:
             return since
         off = hypot(x - step.twist.linear, y - step.twist.lateral)
-        if measured and off > p.speed_tolerance + p.turn_tolerance_share * centripetal:
+        if measured and off > SPEED_TOLERANCE + TURN_TOLERANCE_SHARE * centripetal:
             return since
         return None
 

@@ -26,7 +26,7 @@ from stack.errors import BodyError
 from stack.localisation.fusion.disturbance import Compared, InertialComparison, VelocityGain
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
 from stack.localisation.fusion.parameters import EkfParameters
-from stack.localisation.fusion.wheels_gyro import arc
+from stack.localisation.fusion.wheels_gyro import BIAS_TOLERANCE, arc
 from stack.types import (
     STANDSTILL,
     FloatArray,
@@ -40,6 +40,31 @@ from stack.types import (
 
 if TYPE_CHECKING:
     from stack.localisation.fusion.history import History
+
+TURN_VARIANCE_PER_METRE = 5e-3
+"""Variance of the wheels' rotation per metre, rad²/m."""
+LATERAL_VARIANCE = 2e-5
+"""Variance across the motion per metre, m²/m."""
+GYRO_TURN_VARIANCE = 1e-6
+"""Variance of the gyro's rotation per radian turned, rad²/rad."""
+GYRO_SAMPLE_DEVIATION = 0.004
+"""Standard deviation of one sample of the gyro, rad/s."""
+BIAS_DEVIATION = 0.02
+"""Standard deviation of the gyro's bias at the start, rad/s."""
+BIAS_VARIANCE = 1e-10
+"""Growth of the variance of the gyro's bias, rad²/s³."""
+SCALE_DEVIATION = 0.01
+"""Standard deviation of the relative error of the wheels' diameter at the start."""
+DISTURBED_TIME = 0.3
+"""Wheels are used again after so long without disagreement, s."""
+DISTURBED_SPEED = 2.0
+"""Standard deviation of the velocity when a disturbance begins; rad/s for rotation, m/s."""
+DISTURBED_VARIANCE = 20.0
+"""Growth of the variance of the velocity while disturbed, m²/s³."""
+DISTURBED_TURN_DEVIATION = 1.0
+"""Standard deviation of the gyro while disturbed: it may have been beyond its range, rad/s."""
+SLIP_DECAY = 0.3
+"""Time constant with which the velocity of a disturbed robot returns to the wheels', s."""
 
 SAMPLES_RELATED = 4.0
 """Factor of the variance of the gyro's mean at standstill: its samples are not independent."""
@@ -72,7 +97,7 @@ class EkfOdometry(OdometryFusion):
         self._kernels, self._measurements = kernels, measurements
         self._new_history, self._motion = history.History, history.Motion
         self._main_lidar = robot.main_lidar
-        self._scans = ScanOdometry(parameters)
+        self._scans = ScanOdometry()
         self._sources = [Source(source) for source in parameters.sources]
         self._gyro, self._standstill = GyroIntegral(), Standstill()
         self._has_gyro = robot.imu is not None
@@ -87,7 +112,6 @@ class EkfOdometry(OdometryFusion):
         from stack.localisation.fusion.sources import Source
 
         before, self.parameters = self.parameters, parameters
-        self._scans.configure(parameters)
         if parameters.sources != before.sources:
             self._sources = [Source(source) for source in parameters.sources]
         if self._history is not None:
@@ -137,8 +161,8 @@ class EkfOdometry(OdometryFusion):
         p, k = self.parameters, self._kernels
         state, covariance = np.zeros(k.SIZE), np.zeros((k.SIZE, k.SIZE))
         state[:3] = state[k.KEYFRAME :] = wheels.pose.x, wheels.pose.y, wheels.pose.heading
-        covariance[k.BIAS, k.BIAS] = p.bias_deviation**2
-        covariance[k.SCALE, k.SCALE] = p.scale_deviation**2
+        covariance[k.BIAS, k.BIAS] = BIAS_DEVIATION**2
+        covariance[k.SCALE, k.SCALE] = SCALE_DEVIATION**2
         now = observation.time
         self._history = self._new_history(now, state, covariance, _noise(p), p.history)
         self._wheels = wheels.pose
@@ -161,23 +185,23 @@ class EkfOdometry(OdometryFusion):
         if imu is not None and imu.stamps.size:
             samples = imu.stamps.size
             rate = float(np.add.reduce(imu.angular_velocity[:, 2])) / samples
-        by_hand = samples > 0 and abs(rate - bias) > p.bias_tolerance
+        by_hand = samples > 0 and abs(rate - bias) > BIAS_TOLERANCE
         at_rest = samples > 0 and not by_hand and wheels.twist == STANDSTILL
         rotated = None if raw is None else (0.0 if at_rest else raw - bias * elapsed)
         given = _input(elapsed, moved, raw, gained, at_rest)
         turned = wheels.twist.angular * elapsed
         step = Compared(begin, now, turned, rotated, gained, wheels.twist)
-        since = self._inertial.since(step, p)
+        since = self._inertial.since(step)
         if since is not None:
             history.disturb(since)
-            self._disturbed_until = now + p.disturbed_time
+            self._disturbed_until = now + DISTURBED_TIME
         history.move(given, disturbed=now <= self._disturbed_until)
         if standing and samples and not by_hand:
             self._learn_bias(history, now, rate, samples)
 
     def _learn_bias(self, history: History, now: float, rate: float, samples: int) -> None:
         """Measure the bias by the mean rate of some samples at standstill, rad/s."""
-        variance = self.parameters.gyro_sample_deviation**2 / samples * SAMPLES_RELATED
+        variance = GYRO_SAMPLE_DEVIATION**2 / samples * SAMPLES_RELATED
         history.add(
             self._measurements.StateMeasurement(
                 now, "standstill", (self._kernels.BIAS,), np.array([rate]), np.array([[variance]])
@@ -192,7 +216,7 @@ class EkfOdometry(OdometryFusion):
         if scan is None:
             return
         if self._scans.fuse(scan, history, disturbed=now <= self._disturbed_until):
-            self._disturbed_until = now + p.disturbed_time
+            self._disturbed_until = now + DISTURBED_TIME
 
     def _output(self, history: History, wheels: Odometry, now: float) -> Odometry:
         """Return the odometry of this step, with the errors of the motions in it."""
@@ -236,9 +260,9 @@ class EkfOdometry(OdometryFusion):
 def _noise(p: EkfParameters) -> FloatArray:
     """Return the noise (11,) of the kernel `predict`."""
     return np.array([
-        p.distance_variance, p.lateral_variance, p.turn_variance, p.turn_variance_per_metre,
-        p.gyro_variance, p.gyro_turn_variance, p.disturbed_speed**2, p.disturbed_variance,
-        p.slip_decay, p.bias_variance, p.disturbed_turn_deviation**2,
+        p.distance_variance, LATERAL_VARIANCE, p.turn_variance, TURN_VARIANCE_PER_METRE,
+        p.gyro_variance, GYRO_TURN_VARIANCE, DISTURBED_SPEED**2, DISTURBED_VARIANCE,
+        SLIP_DECAY, BIAS_VARIANCE, DISTURBED_TURN_DEVIATION**2,
     ])  # fmt: skip
 
 

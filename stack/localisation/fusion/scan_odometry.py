@@ -10,9 +10,24 @@ import numpy as np
 from stack.localisation.fusion import kernels
 from stack.localisation.fusion.history import History, Motion, Node
 from stack.localisation.fusion.measurements import NewKeyframe, RelativePose, StateMeasurement
-from stack.localisation.fusion.parameters import EkfParameters
-from stack.localisation.fusion.scan_matching.matcher import ScanMatch, ScanMatcher
+from stack.localisation.fusion.scan_matching.matcher import MATCHING_POINTS, ScanMatch, ScanMatcher
 from stack.types import FloatArray, Pose2D, Scan
+
+GATE = 4.0
+"""Mahalanobis distance of a scan match from the wheels beyond which they disagree."""
+JUMP_SPEED_DEVIATION = 0.2
+"""Standard deviation of the wheels' velocity after a push was found; it may go on, m/s."""
+SUDDEN_SHARE = 0.3
+"""The robot was pushed if its predicted pose explains so much less of a scan than the last match
+did."""
+KEYFRAME_DISTANCE = 0.5
+"""Distance from the keyframe at which the next one is set, m."""
+KEYFRAME_ANGLE = 0.6
+"""Rotation from the keyframe at which the next one is set, rad."""
+KEYFRAME_SHARE = 0.75
+"""The next keyframe is set if a match explains less of the points."""
+LOST_MATCHES = 15
+"""After so many scans without a match a new keyframe is set."""
 
 SOURCE = "scan matching"
 
@@ -27,28 +42,15 @@ REPEATED = 5
 
 
 class ScanOdometry:
-    """Matches each scan to the last keyframe and updates the filter with the result.
+    """Matches each scan to the last keyframe and updates the filter with the result."""
 
-    Args:
-        parameters: of the filter.
-    """
-
-    def __init__(self, parameters: EkfParameters) -> None:
-        self._matcher = ScanMatcher(parameters)
+    def __init__(self) -> None:
+        self._matcher = ScanMatcher()
         self._last = self._seen = -inf
         self._matched = Pose2D(0.0, 0.0)
         self._missed = 0
         self._distances: list[float] = []
         self._remaining = np.ones(3)
-
-    @property
-    def parameters(self) -> EkfParameters:
-        """Of the filter."""
-        return self._matcher.parameters
-
-    def configure(self, parameters: EkfParameters) -> None:
-        """Apply new parameters; the keyframe stays."""
-        self._matcher.parameters = parameters
 
     def remaining(self, now: float) -> FloatArray | None:
         """Return (3,) the share of the deviation of a step along x, y, heading that matches leave.
@@ -93,24 +95,23 @@ class ScanOdometry:
         return contradicted
 
     def _update(self, match: ScanMatch, history: History, stamp: float, disturbed: bool) -> bool:
-        p = self.parameters
         prior = _since_match(history, self._last, stamp)
-        gate = inf if disturbed else p.gate
+        gate = inf if disturbed else GATE
         found = RelativePose(stamp, SOURCE, match.pose, match.covariance, gate)
         added = history.add(found)
         assert added is not None
         contradicted = False
         if disturbed:
             contradicted = not self._wheels_agree(history, stamp)
-        elif added.distance > p.gate or self._is_biased(added.distance):
+        elif added.distance > GATE or self._is_biased(added.distance):
             history.disturb(self._last)
             self._distances.clear()
             contradicted = True
-            if added.distance > p.gate:
+            if added.distance > GATE:
                 history.nodes.remove(added)
                 history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance))
         if match.searched:
-            history.add(_at_wheel_speed(history, stamp, p.jump_speed_deviation))
+            history.add(_at_wheel_speed(history, stamp, JUMP_SPEED_DEVIATION))
         self._remaining = _share_left(prior, match.covariance, match.pose[2])
         return contradicted
 
@@ -121,7 +122,7 @@ class ScanOdometry:
         variance 6 n.
         """
         self._distances = [*self._distances, distance * distance][-REPEATED:]
-        limit = 3.0 * REPEATED + self.parameters.gate * (6.0 * REPEATED) ** 0.5
+        limit = 3.0 * REPEATED + GATE * (6.0 * REPEATED) ** 0.5
         return len(self._distances) == REPEATED and sum(self._distances) > limit
 
     def _wheels_agree(self, history: History, stamp: float) -> bool:
@@ -142,20 +143,19 @@ class ScanOdometry:
         If the one before matched well, the view has changed at once: the robot may be elsewhere.
         """
         self._missed += 1
-        if self._missed >= self.parameters.lost_matches:
+        if self._missed >= LOST_MATCHES:
             self._set_keyframe(points, history, stamp)
             return False
-        sudden = self._matcher.last_share - self.parameters.sudden_share
+        sudden = self._matcher.last_share - SUDDEN_SHARE
         return disturbed or self._matcher.expected_share < sudden
 
     def _is_far(self, match: ScanMatch) -> bool:
-        p = self.parameters
         x, y, heading = match.pose.tolist()
-        far = hypot(x, y) > p.keyframe_distance or abs(heading) > p.keyframe_angle
-        return far or match.share < p.keyframe_share
+        far = hypot(x, y) > KEYFRAME_DISTANCE or abs(heading) > KEYFRAME_ANGLE
+        return far or match.share < KEYFRAME_SHARE
 
     def _set_keyframe(self, points: FloatArray, history: History, stamp: float) -> None:
-        if points.shape[0] >= self.parameters.matching_points // 10:
+        if points.shape[0] >= MATCHING_POINTS // 10:
             self._matcher.set_keyframe(points)
             self._last = self._seen = stamp
             self._matched, self._missed = Pose2D(0.0, 0.0), 0

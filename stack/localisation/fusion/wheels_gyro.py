@@ -15,15 +15,22 @@ from stack.components import OdometryFusion
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
+from stack.localisation.fusion.wheel_slip import WheelSlip
 from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import Observation, Odometry, Pose2D, Twist, wrap_angle
+
+BIAS_TOLERANCE = 0.05
+"""At standstill, a rate farther than this from the bias is a rotation by hand, rad/s."""
+BIAS_SAMPLES = 1000
+"""Number of samples over which the bias is averaged."""
 
 
 class WheelGyroOdometry(OdometryFusion):
     """Translation of the wheels and rotation of the gyro; no other sensor corrects them.
 
-    Without inertial samples for `gyro_timeout`, the wheels measure the rotation. The robot stands
-    for the first `settling_time`, in which the gyro's bias is measured. No error is stated.
+    Without inertial samples for `gyro_timeout`, the wheels measure the rotation, and the error by
+    their slip is stated; with a gyro none is. The robot stands for the first `settling_time`, in
+    which the gyro's bias is measured.
     """
 
     Parameters = OdometryFusionParameters
@@ -35,6 +42,7 @@ class WheelGyroOdometry(OdometryFusion):
         self._wheels = Pose2D(0.0, 0.0)
         self._bias, self._gyro, self._standstill = _GyroBias(), GyroIntegral(), Standstill()
         self._has_gyro = robot.imu is not None
+        self._slip = WheelSlip(robot.drivetrain, robot.odometry.slip)
 
     @property
     def is_ready(self) -> bool:
@@ -67,11 +75,13 @@ class WheelGyroOdometry(OdometryFusion):
         rotation = self._gyro_rotation(observation, wheels, elapsed)
         angular = moved.heading if rotation is None else rotation
         pose = self._fused.pose.compose(with_rotation(moved, angular))
-        twist = Twist(wheels.twist.linear, angular / elapsed, wheels.twist.lateral)
-        if rotation is None:
-            twist = wheels.twist
         self._wheels = wheels.pose
-        self._fused = Odometry(observation.time, pose, twist)
+        if rotation is None:
+            error = self._slip.covariance(moved)
+            self._fused = Odometry(observation.time, pose, wheels.twist, error)
+        else:
+            twist = Twist(wheels.twist.linear, angular / elapsed, wheels.twist.lateral)
+            self._fused = Odometry(observation.time, pose, twist)
         return self._fused
 
     def _gyro_rotation(
@@ -87,9 +97,9 @@ class WheelGyroOdometry(OdometryFusion):
         if imu is not None and imu.stamps.size:
             rates = imu.angular_velocity[:, 2]
             mean = float(rates.sum()) / rates.size
-            by_hand = abs(mean - self._bias.value) > p.bias_tolerance
+            by_hand = abs(mean - self._bias.value) > BIAS_TOLERANCE
             if standing and not by_hand:
-                self._bias.learn(mean, rates.size, p.bias_samples)
+                self._bias.learn(mean, rates.size)
             if wheels.twist == Twist() and not by_hand:
                 return 0.0
         return raw - self._bias.value * elapsed
@@ -102,15 +112,14 @@ class _GyroBias:
         self.value = 0.0
         self._samples = 0
 
-    def learn(self, mean: float, samples: int, most: int) -> None:
+    def learn(self, mean: float, samples: int) -> None:
         """Update the bias with yaw rates measured at rest.
 
         Args:
             mean: of the rates, rad/s.
             samples: number of the rates.
-            most: samples that are averaged.
         """
-        self._samples = min(self._samples + samples, most)
+        self._samples = min(self._samples + samples, BIAS_SAMPLES)
         gain = min(1.0, samples / self._samples)
         self.value += gain * (mean - self.value)
 

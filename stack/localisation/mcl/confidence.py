@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from stack.localisation.health import FitScale, RecentViews, ScanView
 from stack.localisation.health_model import HealthFeatures
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.modes import ModeSet
+
+OBSCURED_SHORT = 0.2
+"""Share of beams that end at unmapped things from which on they excuse a low health."""
+OBSCURED_LONG = 0.05
+"""Share of beams through mapped walls above which they do not excuse it."""
 
 _CONVINCING = 0.5
 """Fit that confirms a pose, between that of most true poses (0) and of the usual ones (1)."""
@@ -27,14 +31,9 @@ class Confidence:
         views: of the last scans; cleared when the pose jumps.
     """
 
-    def __init__(self, parameters: LocaliserParameters) -> None:
-        self.views = RecentViews(parameters.health_window)
+    def __init__(self) -> None:
+        self.views = RecentViews()
         self._driven = 0.0
-        self.configure(parameters)
-
-    def configure(self, parameters: LocaliserParameters) -> None:
-        """Apply new parameters."""
-        self._parameters, self.views.window = parameters, parameters.health_window
 
     @property
     def is_confirmed(self) -> bool:
@@ -91,7 +90,7 @@ class Confidence:
     @property
     def is_obscured(self) -> bool:
         """Whether unmapped things hide the map, and nothing else speaks against the pose."""
-        median, p = self.views.median, self._parameters
+        median = self.views.median
         if median is None or not self.is_confirmed:
             return False
-        return median.short >= p.obscured_short and median.long <= p.obscured_long
+        return median.short >= OBSCURED_SHORT and median.long <= OBSCURED_LONG

@@ -29,10 +29,11 @@ from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.marker_update import MarkerUpdate
-from stack.localisation.particle_filter.modes import Mode
+from stack.localisation.particle_filter.modes import MAX_MODES, Mode
 from stack.localisation.particle_filter.motion_models import motion_model
 from stack.localisation.particle_filter.odometry_since import OdometrySince
 from stack.localisation.particle_filter.particles import move
+from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.localisation.search.rivals import Resolution, resolve
 from stack.localisation.views.view_planner import CLEARANCE, ViewPlanner
@@ -49,6 +50,13 @@ from stack.types import (
     Scan,
     View,
 )
+
+CELL_DEVIATION = 0.35
+"""Standard deviation of the position by errors that all beams share, in cells of the map; a wall is
+anywhere within its cell: 0.29."""
+TOUCH_SPEED = 0.15
+"""Standard deviation of the speed at which what touches the robot may push it; the particles then
+spread also while its wheels stand, m/s."""
 
 _NO_FIT = 0.5
 """Share of the 5th percentile of fits at true poses below which the robot is not near a pose."""
@@ -102,8 +110,8 @@ class Localiser(Estimator):
         self._generator = stream(seed, "localisation")
         self._calibration = stream(seed, "localisation calibration")
         self._recovery = RecoverySchedule(parameters)
-        self._confidence, self._trusted = Confidence(parameters), TrustedPose()
-        self._estimate: PoseEstimate | None = None
+        self._confidence, self._trusted = Confidence(), TrustedPose()
+        self.lidar = parameters.lidar or robot.main_lidar
         self._read(grid)
         self._odometry = OdometrySince()
         self._travelled = 0.0
@@ -114,13 +122,18 @@ class Localiser(Estimator):
     def _read(self, grid: OccupancyGrid) -> None:
         """Derive what depends on the map."""
         self._field = surface_field(grid)
-        self._evaluator = ScanEvaluator(self._field, self.parameters)
+        self._evaluator = ScanEvaluator(self._field)
         self._filter = ParticleFilter(
             self._field, self._evaluator, motion_model(self._robot.drivetrain, self.parameters),
             self.parameters, self._generator,
         )  # fmt: skip
+        self._touch = TouchSense(self._robot.footprint, self._evaluator)
+        self._markers = MarkerUpdate(self._field, self._filter)
+        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter)
+        variance = (CELL_DEVIATION * self._field.resolution) ** 2
+        self._common_errors = np.diag([variance, variance, 0.0])
         self._scale: FitScale | None = None
-        self._use(self.parameters)
+        self._estimate: PoseEstimate | None = None
 
     def load_map(self, grid: OccupancyGrid, folder: Path, pose: Pose2D | None) -> None:
         """Use another map from now on; see `Estimator`."""
@@ -148,22 +161,10 @@ class Localiser(Estimator):
         p, before = parameters, self.parameters
         if (p.range_noise, p.health_obstacles) != (before.range_noise, before.health_obstacles):
             self._scale = None
-        self._use(parameters)
-
-    def _use(self, parameters: LocaliserParameters) -> None:
-        """Derive everything that depends on the parameters and the map."""
-        p = self.parameters = parameters
+        self.parameters = self._recovery.parameters = p
         self.lidar = p.lidar or self._robot.main_lidar
-        self._evaluator.configure(p)
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
-        self._recovery.parameters = p
-        self._touch = TouchSense(self._robot.footprint, self._evaluator, p.touch_distance)
-        self._markers = MarkerUpdate(self._field, self._filter, p)
-        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
-        self._confidence.configure(p)
         self._estimate = None
-        variance = (p.cell_deviation * self._field.resolution) ** 2
-        self._common_errors = np.diag([variance, variance, 0.0])
 
     def start(self, pose: Pose2D | None) -> None:
         """Start around the initial pose; if that is unknown, anywhere on the map."""
@@ -268,7 +269,7 @@ class Localiser(Estimator):
         if settled and self._confidence.trusts(view, scale, alone=alone):
             self._trusted.trust(self._pose, odometry)
         else:
-            self._trusted.follow(self._pose, odometry, self.parameters)
+            self._trusted.follow(self._pose, odometry)
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -338,7 +339,7 @@ class Localiser(Estimator):
         if not estimate.ambiguous:
             return None
         clearance = self._robot.footprint.inscribed_radius + CLEARANCE
-        planner = ViewPlanner(self._field, clearance, self.parameters)
+        planner = ViewPlanner(self._field, clearance)
         shares = [rival.share for rival in estimate.rivals]
         poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
         return planner.best_view(poses, [1.0 - sum(shares), *shares], scan, avoided)
@@ -347,16 +348,16 @@ class Localiser(Estimator):
         candidates, low = self.match_globally(scan, earlier), self._fit_scale(scan).low
         poses = [match.pose for match in candidates]
         odometry = self._odometry.pose or self._odometry.reference
-        priors = self._trusted.log_priors(poses, odometry, self.parameters)
+        priors = self._trusted.log_priors(poses, odometry)
         least = min(priors, default=0.0)  # a place near the trusted pose must fit, too
         fitting = [
             prior if match.fit >= low else least
             for match, prior in zip(candidates, priors, strict=True)
         ]
-        return resolve(candidates, low, self.parameters, fitting)
+        return resolve(candidates, low, fitting)
 
     def _adopt(self, resolution: Resolution) -> GlobalMatch:
-        found = (resolution.best, *resolution.rivals)[: self.parameters.max_modes]
+        found = (resolution.best, *resolution.rivals)[:MAX_MODES]
         self._restart([
             self._pose_search.mode(match, weight)
             for match, weight in zip(found, resolution.log_weights, strict=False)
@@ -407,13 +408,12 @@ class Localiser(Estimator):
         self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool, touched: bool
     ) -> None:
         """Process the motion since the last scan."""
-        p = self.parameters
         if touched:
             covariance = self._pushed(scan.stamp, covariance)
         distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
         self._travelled = distance + 0.5 * turn
         self._trusted.drive(distance, pushed=disturbed, touched=touched)
-        self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
+        self._filter.modes.travel(distance / RIVAL_DISTANCE + turn / RIVAL_ANGLE)
         if disturbed:
             self._recovery.disturb(scan.stamp)
         if touched:
@@ -423,7 +423,7 @@ class Localiser(Estimator):
     def _pushed(self, stamp: float, covariance: FloatArray | None) -> FloatArray:
         """Return the (3, 3) covariance of the motion since the last scan of a touched robot."""
         seconds = self._odometry.seconds_to(stamp)
-        deviations = seconds * np.array([*(self.parameters.touch_speed,) * 2, _TOUCHED_TURN])
+        deviations = seconds * np.array([*(TOUCH_SPEED,) * 2, _TOUCHED_TURN])
         pushes = np.diag(deviations**2)
         return pushes if covariance is None else pushes + covariance
 
@@ -441,18 +441,18 @@ class Localiser(Estimator):
 
     def _is_update_due(self) -> bool:
         p = self.parameters
-        settled = self._filter.modes.best.is_settled(p.settled_deviation)
+        settled = self._filter.modes.best.is_settled
         return self._odometry.is_update_due(p.update_distance, p.update_angle, settled=settled)
 
     def _measurement_update(self, scan: Scan) -> None:
         """Run one filter step: predict, then weight each mode that the scan may belong to."""
-        p, lost = self.parameters, _NO_FIT * self._fit_scale(scan).low
+        lost = _NO_FIT * self._fit_scale(scan).low
         self._filter.predict(self._odometry.take())
         for mode in self._filter.modes.modes:
             # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
             last = self._confidence.views.newest
             fit = last.fit if last and mode is self._filter.modes.best else None
-            if fit is not None and fit < lost and mode.is_settled(p.settled_deviation):
+            if fit is not None and fit < lost and mode.is_settled:
                 self._filter.spread(mode)
             else:
                 self._filter.measure(mode, scan)
@@ -461,7 +461,7 @@ class Localiser(Estimator):
         """Add the evidence of a scan to the modes; return the view of the estimate."""
         modes, moved = self._filter.modes, self._moved
         others = [self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]]
-        modes.weigh([view.cost, *(o.cost for o in others)], self.parameters.evidence_cap)
+        modes.weigh([view.cost, *(o.cost for o in others)])
         if self._confidence.is_confirmed and not self._recovery.is_disturbed(scan.stamp):
             scale = self._fit_scale(scan)
             least = scale.low + _USUAL * (scale.middle - scale.low)

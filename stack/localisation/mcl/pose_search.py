@@ -9,9 +9,8 @@ from stack.localisation.health import ScanEvaluator, ScanView
 from stack.localisation.mcl.confidence import MANY_LONG
 from stack.localisation.mcl.recovery import Search
 from stack.localisation.mcl.trusted_pose import TrustedPose
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.filter import ParticleFilter
-from stack.localisation.particle_filter.modes import Mode, same_place
+from stack.localisation.particle_filter.modes import MAX_MODES, Mode, same_place
 from stack.localisation.search.global_match import GlobalMatcher
 from stack.localisation.search.local_match import LocalMatcher, map_search
 from stack.localisation.search.matches import GlobalMatch
@@ -75,7 +74,6 @@ class PoseSearch:
         field: the map.
         evaluator: of the same map.
         particle_filter: whose modes are added to.
-        parameters: of the estimator.
 
     Attributes:
         whole_map: search of the whole map.
@@ -83,13 +81,12 @@ class PoseSearch:
     """
 
     def __init__(
-        self, field: SignedDistanceField, evaluator: ScanEvaluator,
-        particle_filter: ParticleFilter, parameters: LocaliserParameters,
-    ) -> None:  # fmt: skip
-        self._evaluator, self._filter, self._parameters = evaluator, particle_filter, parameters
-        search = map_search(field, parameters)
-        self.whole_map = GlobalMatcher(field, evaluator, parameters, search)
-        self.near = LocalMatcher(field, evaluator, parameters, search)
+        self, field: SignedDistanceField, evaluator: ScanEvaluator, particle_filter: ParticleFilter
+    ) -> None:
+        self._evaluator, self._filter = evaluator, particle_filter
+        search = map_search(field)
+        self.whole_map = GlobalMatcher(field, evaluator, search)
+        self.near = LocalMatcher(field, evaluator, search)
         self._last: tuple[float, Pose2D] | None = None
 
     def run(  # noqa: PLR0913 - what a search depends on
@@ -108,14 +105,14 @@ class PoseSearch:
             low: fit that most scans at a true pose exceed.
             trusted: how probable places are after a push.
         """
-        p, here = self._parameters, self._filter.modes.best.pose.compose(moved)
+        here = self._filter.modes.best.pose.compose(moved)
         if search.is_global:
             found = self.whole_map.candidates(scan)
         else:
             found = self.near.match(here, scan, search.distance, search.angle)
         far = False
-        near, *places = trusted.log_priors([here, *(m.pose for m in found)], odometry, p)
-        for match, place in zip(found[: p.max_modes], places, strict=False):
+        near, *places = trusted.log_priors([here, *(m.pose for m in found)], odometry)
+        for match, place in zip(found[:MAX_MODES], places, strict=False):
             seen = self._evaluator.view(match.pose, scan)
             if search.is_global:
                 plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
@@ -151,8 +148,8 @@ class PoseSearch:
 
     def places(self, scan: Scan) -> list[Mode]:
         """Return modes anywhere on the map, weighted by the objects that each needs, best first."""
-        found = weighed(self.whole_map.candidates(scan), self._parameters)
-        return [self.mode(match, weight) for match, weight in found[: self._parameters.max_modes]]
+        found = weighed(self.whole_map.candidates(scan))
+        return [self.mode(match, weight) for match, weight in found[:MAX_MODES]]
 
     def mode(self, match: GlobalMatch, log_weight: float) -> Mode:
         """Return a mode at a match at the reference pose."""

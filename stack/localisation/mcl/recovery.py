@@ -13,6 +13,17 @@ from math import inf, pi
 from stack.localisation.health import ScanView
 from stack.localisation.parameters import LocaliserParameters
 
+RECOVERY_TIME = 0.3
+"""Time of badly fitting scans after which the pose is searched near the estimate, s."""
+RECOVERY_PERIOD = 0.5
+"""Time between two searches near the estimate, s."""
+RECOVERY_DISTANCE = 1.0
+"""Half the side of the first search window; it widens with each search, m."""
+RECOVERY_ANGLE = 0.53
+"""Largest heading difference of the first search window, rad."""
+GLOBAL_PERIOD = 3.0
+"""Time between two searches of the whole map while lost, s."""
+
 _WIDER = ((1.0, 1.0), (1.0, 2.0), (2.0, 3.0), (2.5, 6.0))
 """Factors of distance and angle of the successive windows."""
 
@@ -75,7 +86,7 @@ class RecoverySchedule:
 
     def verify(self, stamp: float) -> None:
         """Search the whole map soon, for rivals of a pose that was found near the old one."""
-        self._verify = min(self._verify, stamp + self.parameters.recovery_period)
+        self._verify = min(self._verify, stamp + RECOVERY_PERIOD)
 
     def is_disturbed(self, stamp: float) -> bool:
         """Return whether odometry was disturbed shortly before a stamp."""
@@ -84,11 +95,6 @@ class RecoverySchedule:
     def is_touched(self, stamp: float) -> bool:
         """Return whether something touched the robot shortly before a stamp."""
         return stamp <= self._touched_until
-
-    @property
-    def in_doubt(self) -> bool:
-        """Whether scans do not fit."""
-        return self._doubt is not None
 
     def next(self, stamp: float, view: ScanView, low: float) -> Search | None:
         """Return the search to run at a scan, or None.
@@ -110,15 +116,15 @@ class RecoverySchedule:
         if self._doubt is None:
             self._doubt = stamp
         hurry = self.is_disturbed(stamp)
-        waited = stamp - self._doubt >= (0.0 if hurry else p.recovery_time) - 1e-9
+        waited = stamp - self._doubt >= (0.0 if hurry else RECOVERY_TIME) - 1e-9
         if not waited or stamp < self._next:
             return None
-        self._next = stamp + p.recovery_period
+        self._next = stamp + RECOVERY_PERIOD
         if self._stage < len(_WIDER):
             farther, wider = _WIDER[self._stage]
             if self._stage == 0 or view.fit < low:
                 self._stage += 1
-            return Search(farther * p.recovery_distance, min(pi, wider * p.recovery_angle))
+            return Search(farther * RECOVERY_DISTANCE, min(pi, wider * RECOVERY_ANGLE))
         return self._whole_map(stamp) if view.fit < low else None
 
     def _well(self, stamp: float) -> Search | None:
@@ -136,7 +142,7 @@ class RecoverySchedule:
         if stamp < self._next_global:
             return None
         # A map that the search has not resolved is searched less and less often.
-        self._next_global = stamp + self.parameters.global_period * 2.0 ** min(self._searches, 4)
+        self._next_global = stamp + GLOBAL_PERIOD * 2.0 ** min(self._searches, 4)
         self._searches += 1
         self._verify = inf
         return Search(inf, pi)

@@ -10,6 +10,9 @@ from stack.types import FloatArray, Footprint, Pose2D, Scan
 _LEAST_BEAMS = 2
 """Beams that end at what touches the robot; one alone may be noise."""
 
+TOUCH_DISTANCE = 0.05
+"""Metres from the outline within which a return is a touch."""
+
 
 class TouchSense:
     """Finds scans in which something unmapped is within a few centimetres of the footprint.
@@ -20,10 +23,9 @@ class TouchSense:
     Args:
         footprint: outline of the body, base frame.
         evaluator: of the map.
-        distance: from the outline, metres, within which a return is a touch.
     """
 
-    def __init__(self, footprint: Footprint, evaluator: ScanEvaluator, distance: float) -> None:
+    def __init__(self, footprint: Footprint, evaluator: ScanEvaluator) -> None:
         from stack.localisation.kernels import SHORT  # imports numba
 
         self._short = SHORT
@@ -31,18 +33,18 @@ class TouchSense:
         self._edges = np.roll(footprint.points, -1, axis=0) - footprint.points
         self._squares = np.einsum("ij,ij->i", self._edges, self._edges)
         self._radius = footprint.circumscribed_radius
-        self._evaluator, self._distance = evaluator, distance
+        self._evaluator = evaluator
 
     def touches(self, scan: Scan, pose: Pose2D) -> bool:
         """Return whether a scan from a base pose in the map frame shows a touch."""
         mount = scan.mount
-        reach = self._radius + self._distance + float(np.hypot(mount.x, mount.y))
+        reach = self._radius + TOUCH_DISTANCE + float(np.hypot(mount.x, mount.y))
         beams = np.flatnonzero(scan.ranges < reach)
         if beams.size < _LEAST_BEAMS:
             return False
         ranges, angles = scan.ranges[beams].astype(np.float64), scan.angles[beams]
         ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
-        beams = beams[self._distances(mount.transform(ends)) < self._distance]
+        beams = beams[self._distances(mount.transform(ends)) < TOUCH_DISTANCE]
         if beams.size < _LEAST_BEAMS:
             return False
         kinds = self._evaluator.classify(pose, scan, beams)

@@ -5,21 +5,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import exp, hypot, inf, log
 
-from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, wrap_angle
+
+PUSH_DISTANCE = 0.7
+"""Standard deviation of the displacement by a push that odometry notices; ranks places that fit
+equally well, m."""
+PUSH_ANGLE = 0.6
+"""Standard deviation of the rotation by such a push, rad."""
+LIFTED_SHARE = 0.3
+"""After a push, probability of a place far from the trusted pose, relative to one at it; 1: the
+trusted pose counts for nothing."""
+CARRIED_SHARE = 0.003
+"""After a touch, probability of a place far from the trusted pose, relative to one at it; below
+RIVAL_SHARE, so that such a place is no rival."""
 
 _SLIP = 0.1
 """Error of odometry since then, as a share of the distance driven: wheels may have slipped."""
 
 _UNNOTICED_SHARE = 0.99
-"""`lifted_share` without a push that odometry states: only decides between equal places."""
+"""LIFTED_SHARE without a push that odometry states: only decides between equal places."""
 
 _TOUCHED_ANGLE = 0.3
 """Radians; deviation of the rotation by who walks into the robot and stays there: a gyro measures
 it, and wheels on the floor allow little."""
 
 _TURNED_SHARE = 0.005
-"""Factor of `carried_share` at another heading: people who walk into a robot repeatedly can push it
+"""Factor of CARRIED_SHARE at another heading: people who walk into a robot repeatedly can push it
 along a corridor by metres, but not turn it round unnoticed."""
 
 _TOUCH_COUNTS = 2.0
@@ -39,10 +50,10 @@ class TrustedPose:
     A push moves a robot by decimetres, and wheels or inertial sensor show that it happened. A
     robot that is lifted shows nothing and may be anywhere. So the pose makes other places less
     probable only after a push that odometry states. As odometry may take a lift for a push, every
-    place keeps at least `lifted_share` of the probability that it has without the trusted pose.
+    place keeps at least LIFTED_SHARE of the probability that it has without the trusted pose.
     Without such a push, the pose only decides which of equally probable places is the estimate:
     odometry by wheels alone notices no push. If the scans show that something touched the robot,
-    it was pushed and not lifted: `carried_share` takes the place of `lifted_share`, and a place far
+    it was pushed and not lifted: CARRIED_SHARE takes the place of LIFTED_SHARE, and a place far
     away with another heading is less probable still: of two equal rooms that face each other, the
     heading tells which one it is.
     """
@@ -73,7 +84,7 @@ class TrustedPose:
             self._pushed = self._pushed or pushed
         self._untouched = 0.0 if touched else self._untouched + distance
 
-    def follow(self, pose: Pose2D, odometry: Pose2D, parameters: LocaliserParameters) -> None:
+    def follow(self, pose: Pose2D, odometry: Pose2D) -> None:
         """Continue from an estimate that is near the expected pose, if something touches the robot.
 
         Who walks into a robot pushes it on and on: each of its places is near the one before.
@@ -81,13 +92,12 @@ class TrustedPose:
         Args:
             pose: estimate, map frame.
             odometry: at that pose, odom frame.
-            parameters: of the estimator.
         """
         if self._pose is None or not self.is_touched:
             return
         expected = self._expected(odometry)
-        away = expected.distance_to(pose) / parameters.push_distance
-        turned = abs(wrap_angle(pose.heading - expected.heading)) / self._angle(parameters)
+        away = expected.distance_to(pose) / PUSH_DISTANCE
+        turned = abs(wrap_angle(pose.heading - expected.heading)) / self._angle()
         if max(away, turned) < _NEAR:
             self._pose, self._odometry, self._driven = pose, odometry, 0.0
 
@@ -96,9 +106,9 @@ class TrustedPose:
         """Whether something touched the robot not long ago."""
         return self._untouched < _TOUCH_COUNTS
 
-    def _angle(self, parameters: LocaliserParameters) -> float:
+    def _angle(self) -> float:
         """Return the standard deviation of the heading."""
-        angle = parameters.push_angle
+        angle = PUSH_ANGLE
         return min(angle, _TOUCHED_ANGLE) if self.is_touched else angle
 
     def _expected(self, odometry: Pose2D) -> Pose2D:
@@ -106,26 +116,23 @@ class TrustedPose:
         assert self._pose is not None
         return self._pose.compose(odometry.relative_to(self._odometry))
 
-    def log_priors(
-        self, poses: Sequence[Pose2D], odometry: Pose2D, parameters: LocaliserParameters
-    ) -> list[float]:
+    def log_priors(self, poses: Sequence[Pose2D], odometry: Pose2D) -> list[float]:
         """Return the log-probability of each pose, relative to the most probable one: at most 0.
 
-        A normal distribution about the expected pose with the deviations `push_distance` and
-        `push_angle`, mixed with `lifted_share` of a constant one; after a touch, with
-        `carried_share` of one that is constant in the place only.
+        A normal distribution about the expected pose with the deviations PUSH_DISTANCE and
+        PUSH_ANGLE, mixed with LIFTED_SHARE of a constant one; after a touch, with
+        CARRIED_SHARE of one that is constant in the place only.
 
         Args:
             poses: base, map frame.
             odometry: at these poses, odom frame.
-            parameters: of the estimator.
         """
         if self._pose is None:
             return [0.0] * len(poses)
-        expected, angle = self._expected(odometry), self._angle(parameters)
-        across = hypot(parameters.push_distance, _SLIP * self._driven)
-        lifted = parameters.lifted_share if self._pushed else _UNNOTICED_SHARE
-        lifted = parameters.carried_share if self.is_touched else lifted
+        expected, angle = self._expected(odometry), self._angle()
+        across = hypot(PUSH_DISTANCE, _SLIP * self._driven)
+        lifted = LIFTED_SHARE if self._pushed else _UNNOTICED_SHARE
+        lifted = CARRIED_SHARE if self.is_touched else lifted
         found = []
         for pose in poses:
             away = expected.distance_to(pose) / across

@@ -17,6 +17,14 @@ from stack.localisation.particle_filter.modes import Mode
 from stack.localisation.search.matches import beam_points, returned_beams
 from stack.types import FloatArray, Pose2D, Scan
 
+HIT_SHARE = 0.9
+"""Share of returns that the map explains; the others are people and moved things."""
+TRUST = 0.3
+"""Exponent of a scan's likelihood; below 1, since beams are not independent."""
+LEAST_BEAMS = 0.25
+"""Beams that the map does not explain at a settled pose do not weight the particles while at least
+this share of the beams is left."""
+
 _UNIT = 1000.0
 """Table entries of a log-likelihood of 1."""
 
@@ -40,7 +48,7 @@ class BeamModel:
 
         self._kernels, self._field, self._evaluator = kernels, field, evaluator
         self._parameters = parameters
-        logs = field.log_likelihoods(parameters.hit_deviation, parameters.hit_share)
+        logs = field.log_likelihoods(parameters.hit_deviation, HIT_SHARE)
         self._least = float(logs.min())
         margin = round(self._least * _UNIT)
         table = np.rint(logs * _UNIT).astype(np.int16)
@@ -57,7 +65,7 @@ class BeamModel:
         beams = returned_beams(scan, self._parameters.beams)
         if skip and beams.size:
             explained = beams[self._explained(pose, scan, beams)]
-            if explained.size >= max(10.0, self._parameters.least_beams * beams.size):
+            if explained.size >= max(10.0, LEAST_BEAMS * beams.size):
                 beams = explained
         return beam_points(scan, beams)
 
@@ -68,8 +76,8 @@ class BeamModel:
             np.ascontiguousarray(poses), np.ascontiguousarray(points.T, dtype=np.float32),
         )  # fmt: skip
         logs: FloatArray = scores.astype(np.float64)
-        logs *= self._parameters.trust / _UNIT
-        logs[blocked] += self._parameters.trust * _IN_WALL * self._least
+        logs *= TRUST / _UNIT
+        logs[blocked] += TRUST * _IN_WALL * self._least
         return logs
 
     def _explained(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.bool_]:

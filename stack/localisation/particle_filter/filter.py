@@ -7,18 +7,16 @@ IJRR 22(12), 2003.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
 from stack.localisation.health import ScanEvaluator
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particle_filter.beam_model import BeamModel, weighted
-from stack.localisation.particle_filter.modes import Mode, ModeSet
+from stack.localisation.particle_filter.beam_model import TRUST, BeamModel, weighted
+from stack.localisation.particle_filter.modes import SETTLED_DEVIATION, Mode, ModeSet
 from stack.localisation.particle_filter.motion_models import MotionModel, disturb
 from stack.localisation.particle_filter.odometry_since import MotionSince
-from stack.localisation.particle_filter.particles import ParticleSet, kld_bound, move
+from stack.localisation.particle_filter.particles import ParticleSet, kld_bound
 from stack.localisation.particle_filter.uncertainty import (
     LeastCovariance,
     observable,
@@ -72,17 +70,13 @@ class ParticleFilter:
         self._kernels, self._field, self._evaluator = kernels, field, evaluator
         self._search_kernels = search_kernels
         self._generator = generator
-        self.modes = ModeSet(0.0, 0.5, 1.0, 1)
+        self.modes = ModeSet()
         self.configure(motion, parameters)
 
     def configure(self, motion: MotionModel, parameters: LocaliserParameters) -> None:
         """Apply new parameters; the particles stay."""
-        p = self._parameters = parameters
-        self._motion = motion
-        self.beams = BeamModel(self._field, self._evaluator, p)
-        modes = self.modes
-        modes.dead_zone, modes.least_share = p.rival_dead_zone, p.rival_share
-        modes.lead, modes.most = p.rival_lead, p.max_modes
+        self._parameters, self._motion = parameters, motion
+        self.beams = BeamModel(self._field, self._evaluator, parameters)
 
     @property
     def particles(self) -> FloatArray:
@@ -134,8 +128,7 @@ class ParticleFilter:
 
         Call `predict` before.
         """
-        limit = self._parameters.settled_deviation
-        points = self.beams.points(mode.pose, scan, skip=mode.is_settled(limit))
+        points = self.beams.points(mode.pose, scan, skip=mode.is_settled)
         if points.shape[0] == 0:
             self.spread(mode)
             return
@@ -144,7 +137,7 @@ class ParticleFilter:
         mode.particle_set = ParticleSet(poses, weights)
         mode.summarise()
         mean = mode.pose
-        if mode.is_settled(limit):
+        if mode.is_settled:
             self._align(mode, points)
         self.resample(mode)
         self._observe(mode, predicted, mean, points)
@@ -157,7 +150,7 @@ class ParticleFilter:
             self._field.distances, *self._field.placement, as_row(mode.pose)[None],
             np.ascontiguousarray(points), _WEIGHT, 1,
         )  # fmt: skip
-        share = self._parameters.trust / _POINT_VARIANCE
+        share = TRUST / _POINT_VARIANCE
         information = share * observable(found[0], points.shape[0])
         least, mode.least = mode.least, mode.least.observed(information)
         if mode.position_deviation > _WIDEST:
@@ -184,7 +177,7 @@ class ParticleFilter:
             points, 0.1,
         )  # fmt: skip
         aligned = as_pose(refined)
-        if aligned.distance_to(mode.pose) < self._parameters.settled_deviation:
+        if aligned.distance_to(mode.pose) < SETTLED_DEVIATION:
             mode.pose = aligned
 
     def noise(self, moved: Pose2D) -> FloatArray:
@@ -209,9 +202,3 @@ class ParticleFilter:
         p, rivals = self._parameters, len(self.modes.modes) - 1
         least = max(p.min_particles // (1 + max(0, rivals)), _LEAST_PARTICLES)
         return min(max(kld_bound(poses, p.kld_error, p.kld_quantile), least), int(poses.shape[0]))
-
-
-def moved_mode(mode: Mode, moved: Pose2D) -> Mode:
-    """Return a copy of a mode, moved by odometry without errors."""
-    moved_set = ParticleSet(move(mode.particle_set.poses, moved), mode.particle_set.weights)
-    return replace(mode, particle_set=moved_set, pose=mode.pose.compose(moved))

@@ -8,13 +8,15 @@ import numpy as np
 
 from stack.localisation.distance_field import SignedDistanceField, as_row
 from stack.localisation.marker_mixture import Mixture, components_of
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.beam_model import weighted
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.modes import Mode
 from stack.localisation.particle_filter.particles import ParticleSet
 from stack.localisation.particle_filter.uncertainty import stretch, widened
 from stack.types import FloatArray, MarkerFix, Pose2D
+
+MARKER_EVIDENCE = 3.0
+"""Largest evidence of the markers in one picture for or against a mode."""
 
 _FEWEST = 30.0
 """Effective particles after weighting, below which they are drawn from the posterior instead."""
@@ -37,14 +39,10 @@ class MarkerUpdate:
     Args:
         field: the map.
         particle_filter: its modes are changed.
-        parameters: of the estimator.
     """
 
-    def __init__(
-        self, field: SignedDistanceField, particle_filter: ParticleFilter,
-        parameters: LocaliserParameters,
-    ) -> None:  # fmt: skip
-        self._filter, self._parameters = particle_filter, parameters
+    def __init__(self, field: SignedDistanceField, particle_filter: ParticleFilter) -> None:
+        self._filter = particle_filter
         self._volume = max(1.0, field.free_cells(0.0).size * field.resolution**2) * 2.0 * pi
 
     def likelihood(self, fix: MarkerFix, since: Pose2D, stated: FloatArray) -> Mixture:
@@ -57,7 +55,7 @@ class MarkerUpdate:
         """
         noise = self._filter.noise(since) + stated
         carried = [one.carried(since, noise) for one in components_of(fix.candidates)]
-        return Mixture(carried, self._parameters.marker_outliers, self._volume)
+        return Mixture(carried, self._volume)
 
     def apply(self, likelihood: Mixture) -> bool:
         """Update all modes; return whether another one is the estimate now.
@@ -65,7 +63,7 @@ class MarkerUpdate:
         A mode that the markers contradict keeps its particles. If they contradict all modes, their
         candidates become modes, and further pictures and scans decide.
         """
-        modes, cap = self._filter.modes, self._parameters.marker_evidence
+        modes, cap = self._filter.modes, MARKER_EVIDENCE
         found = [likelihood.evidence(mode.pose, mode.covariance) for mode in modes.modes]
         for mode, (evidence, shares) in zip(modes.modes, found, strict=True):
             mode.log_weight += float(np.clip(evidence - found[0][0], -cap, cap))

@@ -16,7 +16,16 @@ import numpy as np
 
 from stack.localisation.particle_filter.particles import ParticleSet, summarise
 from stack.localisation.particle_filter.uncertainty import LeastCovariance
+from stack.localisation.search.rivals import EVIDENCE_CAP, RIVAL_DEAD_ZONE, RIVAL_SHARE
 from stack.types import FloatArray, Pose2D, RivalPose, wrap_angle
+
+SETTLED_DEVIATION = 0.25
+"""A pose whose deviation is smaller is settled, m: about the radius of a robot."""
+RIVAL_LEAD = 2.0
+"""A mode becomes the estimate when it is this many times as probable: two equal ones do not
+alternate."""
+MAX_MODES = 20
+"""Number of places that are followed at a time."""
 
 SAME_DISTANCE, SAME_ANGLE = 0.25, pi / 12
 """Metres, radians; modes closer than both are one."""
@@ -69,9 +78,11 @@ class Mode:
         """Whether a view has compared it with the others."""
         return self.weighed >= 1.0 - 1e-9
 
-    def is_settled(self, limit: float) -> bool:
-        """Return whether position and heading are known better than `limit` metres."""
+    @property
+    def is_settled(self) -> bool:
+        """Whether position and heading are known better than SETTLED_DEVIATION."""
         heading = sqrt(max(0.0, float(self.covariance[2, 2])))
+        limit = SETTLED_DEVIATION
         return self.position_deviation < limit and heading < limit * HEADING_OF_METRE
 
 
@@ -87,15 +98,9 @@ class ModeSet:
 
     Attributes:
         modes: the first one is the estimate.
-        dead_zone: difference of the costs of two modes that counts as none: cells and noise.
-        least_share: a mode below this share of the best one's probability is dropped.
-        lead: a mode takes over from the estimate when it is this many times as probable.
-        most: number of modes that are kept.
     """
 
-    def __init__(self, dead_zone: float, least_share: float, lead: float, most: int) -> None:
-        self.dead_zone, self.least_share = dead_zone, least_share
-        self.lead, self.most = lead, most
+    def __init__(self) -> None:
         self.modes: list[Mode] = []
 
     @property
@@ -129,20 +134,19 @@ class ModeSet:
         for mode in self.modes:
             mode.news = min(1.0, mode.news + share)
 
-    def weigh(self, costs: Sequence[float], cap: float) -> None:
+    def weigh(self, costs: Sequence[float]) -> None:
         """Add the evidence of a scan to the modes' weights, relative to the estimate.
 
         Args:
             costs: of each mode: minus the log-likelihood of the objects that it has to assume.
-            cap: largest evidence of a view.
         """
         for mode, cost in zip(self.modes[1:], costs[1:], strict=True):
             difference = cost - costs[0]
-            beyond = max(0.0, abs(difference) - self.dead_zone)
+            beyond = max(0.0, abs(difference) - RIVAL_DEAD_ZONE)
             share = min(_SCAN_SHARE, mode.news)
             mode.news -= share
             mode.weighed += share
-            mode.log_weight -= share * float(np.copysign(min(cap, beyond), difference))
+            mode.log_weight -= share * float(np.copysign(min(EVIDENCE_CAP, beyond), difference))
 
     def hold_back(self, fitting: Sequence[bool]) -> None:
         """Keep modes that do not fit well themselves from taking over.
@@ -163,12 +167,12 @@ class ModeSet:
         self._merge()
         shares, before = self.shares, self.modes[0]
         best = int(np.argmax(shares))
-        if shares[best] < self.lead * shares[0]:
+        if shares[best] < RIVAL_LEAD * shares[0]:
             best = 0
         if best != 0:
             before.weighed, before.news = 0.0, 1.0
         order = [best, *(i for i in np.argsort(-shares, kind="stable").tolist() if i != best)]
-        kept = [i for i in order if i == best or shares[i] >= self.least_share * shares[best]]
+        kept = [i for i in order if i == best or shares[i] >= RIVAL_SHARE * shares[best]]
         self.modes = [self.modes[i] for i in self._chosen(kept)]
         top = self.modes[0].log_weight
         for mode in self.modes:
@@ -181,8 +185,8 @@ class ModeSet:
         Half of the places are for those that no view has compared yet, so that they are not left
         out for others that were found before.
         """
-        new = [i for i in kept[1:] if not self.modes[i].is_compared][: self.most // 2]
-        others = [i for i in kept if i not in new][: self.most - len(new)]
+        new = [i for i in kept[1:] if not self.modes[i].is_compared][: MAX_MODES // 2]
+        others = [i for i in kept if i not in new][: MAX_MODES - len(new)]
         return [i for i in kept if i in new or i in others]
 
     def rivals(self, moved: Pose2D) -> tuple[RivalPose, ...]:

@@ -18,6 +18,9 @@ from stack.drivetrain.drivetrain import Drivetrain
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import FloatArray, Pose2D, wrap_angle
 
+SKID_FACTOR = 4.0
+"""Factor of alpha_1 and alpha_4 for skid-steered robots: their wheels slide in turns."""
+
 
 class MotionModel(Protocol):
     """Samples the error of an odometry displacement."""
@@ -199,7 +202,7 @@ def motion_model(drivetrain: Drivetrain, parameters: LocaliserParameters) -> Mot
         return OmniMotionNoise(p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4, p.alpha_5)
     if not drivetrain.turns_in_place:
         return CarMotionNoise(p.alpha_1, p.alpha_2, p.alpha_3)
-    skid = p.skid_factor if drivetrain.skids else 1.0
+    skid = SKID_FACTOR if drivetrain.skids else 1.0
     return MotionNoise(p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4, skid)
 
 

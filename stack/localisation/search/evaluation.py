@@ -11,9 +11,19 @@ import numpy as np
 
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
 from stack.localisation.health import VIEW_BEAMS, ScanEvaluator, ScanView, spread
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import GlobalMatch, Views, beam_points, distinct
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
+
+SHORT_PENALTY = 3.0
+"""Evidence against a pose of a beam that ends before the mapped wall (log-likelihood)."""
+LONG_PENALTY = 6.0
+"""Evidence against a pose of a beam that passes through a mapped wall."""
+EVIDENCE_TRUST = 0.2
+"""Factor of the evidence of 120 beams; below 1, since beams are not independent."""
+RIVAL_DISTANCE = 0.75
+"""Distance driven after which a view is new evidence for rivals, m."""
+RIVAL_ANGLE = 2.0
+"""Angle turned after which a view is new evidence for rivals, rad."""
 
 _EVIDENCE_BEAMS = VIEW_BEAMS
 """Beams of a scan, evenly spread, that count as evidence."""
@@ -31,23 +41,17 @@ class MatchEvaluator:
     Args:
         field: the map.
         evaluator: of the same map.
-        parameters: penalties of short and long beams.
     """
 
-    def __init__(
-        self, field: SignedDistanceField, evaluator: ScanEvaluator, parameters: LocaliserParameters
-    ) -> None:
+    def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator) -> None:
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search_kernels
 
         self._classes, self._kernels = kernels, search_kernels
         self._field, self._evaluator = field, evaluator
-        p = parameters
-        self._trust = p.evidence_trust
-        self._apart = p.rival_distance, p.rival_angle
         self._penalties = np.zeros(7)
-        self._penalties[[kernels.SHORT, kernels.MISSING, kernels.BEYOND]] = p.short_penalty
-        self._penalties[kernels.LONG] = p.long_penalty
+        self._penalties[[kernels.SHORT, kernels.MISSING, kernels.BEYOND]] = SHORT_PENALTY
+        self._penalties[kernels.LONG] = LONG_PENALTY
 
     def ranked(
         self, poses: FloatArray, points: FloatArray, views: Views, refined: int
@@ -97,7 +101,7 @@ class MatchEvaluator:
         logs += float(np.log(credits[matched]).sum())
         # The evidence must not depend on the number of beams of the lidar.
         share = _EVIDENCE_BEAMS / max(1, kinds.size)
-        return self._trust * share * logs, view
+        return EVIDENCE_TRUST * share * logs, view
 
     def _aligned(
         self, poses: FloatArray, points: FloatArray, deviations: FloatArray
@@ -126,12 +130,11 @@ class MatchEvaluator:
 
         Scans from the same pose repeat the errors of the map there: they are one view.
         """
-        distance, angle = self._apart
         shares: list[float] = []
         for n, (at, _) in enumerate(views):
             moves = [
-                at.distance_to(other) / distance
-                + abs(wrap_angle(at.heading - other.heading)) / angle
+                at.distance_to(other) / RIVAL_DISTANCE
+                + abs(wrap_angle(at.heading - other.heading)) / RIVAL_ANGLE
                 for other, _ in views[:n]
             ]
             shares.append(min([1.0, *moves]))

@@ -14,11 +14,16 @@ from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.evaluation import MatchEvaluator
 from stack.localisation.search.lattice_search import LatticeSearch, SearchLimits
+from stack.localisation.search.local_match import SEARCH_BEAMS, SEARCH_HEADING_STEP
 from stack.localisation.search.matches import GlobalMatch, Views, view_points
 from stack.types import FloatArray, Pose2D, Scan
+
+SEARCH_FRACTION = 0.7
+"""The search returns the poses whose score is at least this share of the best one."""
+SEARCH_MOST = 80
+"""Largest number of poses that the search returns."""
 
 HEADINGS = 72
 """Number of headings of the seeding lattice in a full turn (5 degrees apart)."""
@@ -37,23 +42,17 @@ class GlobalMatcher:
     Args:
         field: the map.
         evaluator: of the same map.
-        parameters: spacing of the lattice, blur of the likelihood field, beams of a scan.
         search: lattice search of the same map.
     """
 
     def __init__(
-        self,
-        field: SignedDistanceField,
-        evaluator: ScanEvaluator,
-        parameters: LocaliserParameters,
-        search: LatticeSearch,
+        self, field: SignedDistanceField, evaluator: ScanEvaluator, search: LatticeSearch
     ) -> None:
         from stack.localisation import kernels
 
         self._kernels, self._field, self._search = kernels, field, search
-        self._ranking = MatchEvaluator(field, evaluator, parameters)
-        self.beams, self._step = parameters.search_beams, parameters.search_heading_step
-        self._limits = SearchLimits(parameters.search_fraction, most=parameters.search_most)
+        self._ranking = MatchEvaluator(field, evaluator)
+        self._limits = SearchLimits(SEARCH_FRACTION, most=SEARCH_MOST)
         stride = max(1, round(SEED_SPACING / field.resolution))
         first = stride // 2
         rows, columns = np.nonzero(field.are_free(0.1, stride, first))
@@ -93,6 +92,6 @@ class GlobalMatcher:
                 (from odometry).
         """
         views: Views = [(Pose2D(0.0, 0.0), scan), *earlier]
-        points = view_points(views, self.beams)
-        found = self._search.search(points, self._step, self._limits)
+        points = view_points(views, SEARCH_BEAMS)
+        found = self._search.search(points, SEARCH_HEADING_STEP, self._limits)
         return self._ranking.ranked(found.poses, points, views, _REFINED)

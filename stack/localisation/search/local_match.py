@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.evaluation import MatchEvaluator
 from stack.localisation.search.lattice_search import LatticeSearch, SearchLimits, SearchWindow
 from stack.localisation.search.matches import GlobalMatch, scan_points
 from stack.types import Pose2D, Scan
+
+SEARCH_SPACING = 0.05
+"""Distance between the positions that a search of the map tries, m."""
+SEARCH_BLUR = 0.12
+"""Standard deviation of a return in that search, m: above the spacing, so that no pose falls
+between two."""
+SEARCH_HEADING_STEP = 0.035
+"""Angle between the headings that a search of the map tries, rad: 2 degrees."""
+SEARCH_BEAMS = 60
+"""Beams of each scan in that search."""
 
 _MOST, _REFINED = 12, 3
 
@@ -19,20 +28,14 @@ class LocalMatcher:
     Args:
         field: the map.
         evaluator: of the same map.
-        parameters: headings and beams of the search.
         search: of the same map.
     """
 
     def __init__(
-        self,
-        field: SignedDistanceField,
-        evaluator: ScanEvaluator,
-        parameters: LocaliserParameters,
-        search: LatticeSearch,
+        self, field: SignedDistanceField, evaluator: ScanEvaluator, search: LatticeSearch
     ) -> None:
         self._search = search
-        self._ranking = MatchEvaluator(field, evaluator, parameters)
-        self._beams, self._step = parameters.search_beams, parameters.search_heading_step
+        self._ranking = MatchEvaluator(field, evaluator)
 
     def match(self, pose: Pose2D, scan: Scan, distance: float, angle: float) -> list[GlobalMatch]:
         """Return the distinct poses within a window that explain a scan, best first.
@@ -45,17 +48,16 @@ class LocalMatcher:
             distance: half the side of the window, metres.
             angle: largest difference of the headings, radians.
         """
-        points = scan_points(scan, self._beams)
+        points = scan_points(scan, SEARCH_BEAMS)
         window = SearchWindow(pose, distance, angle)
-        found = self._search.search(points, self._step, SearchLimits(most=_MOST), window)
+        found = self._search.search(points, SEARCH_HEADING_STEP, SearchLimits(most=_MOST), window)
         return self._ranking.ranked(found.poses, points, [(Pose2D(0.0, 0.0), scan)], _REFINED)
 
 
-def map_search(field: SignedDistanceField, parameters: LocaliserParameters) -> LatticeSearch:
+def map_search(field: SignedDistanceField) -> LatticeSearch:
     """Return the lattice search of a map."""
-    p = parameters
-    logs = field.log_likelihoods(p.search_blur, 0.9)
+    logs = field.log_likelihoods(SEARCH_BLUR, 0.9)
     values = 1.0 - logs / min(float(logs.min()), -1e-6)
     return LatticeSearch(
-        values, field.are_free(0.1), field.resolution, field.origin, p.search_spacing
+        values, field.are_free(0.1), field.resolution, field.origin, SEARCH_SPACING
     )

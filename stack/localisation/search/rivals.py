@@ -15,9 +15,15 @@ from dataclasses import dataclass
 from math import log
 
 from stack.errors import NavigationError
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import GlobalMatch
 from stack.types import FailureCode
+
+RIVAL_DEAD_ZONE = 0.75
+"""Difference of the evidence of two places that counts as none: cells of the map and noise."""
+RIVAL_SHARE = 0.01
+"""A place is a rival if its probability is at least this share of the best one's."""
+EVIDENCE_CAP = 15.0
+"""Largest evidence of one view against a place: one view may be wrong as a whole."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,16 +42,15 @@ class Resolution:
 
 
 def weighed(
-    matches: Sequence[GlobalMatch], parameters: LocaliserParameters,
-    log_priors: Sequence[float] = (),
-) -> list[tuple[GlobalMatch, float]]:  # fmt: skip
+    matches: Sequence[GlobalMatch], log_priors: Sequence[float] = ()
+) -> list[tuple[GlobalMatch, float]]:
     """Return the matches with their log-weights, most probable first; equal ones by evidence.
 
     The weights are relative to the largest one.
     """
-    p, least = parameters, min((match.cost for match in matches), default=0.0)
+    least = min((match.cost for match in matches), default=0.0)
     pairs = [
-        (match, prior - min(p.evidence_cap, max(0.0, match.cost - least - p.rival_dead_zone)))
+        (match, prior - min(EVIDENCE_CAP, max(0.0, match.cost - least - RIVAL_DEAD_ZONE)))
         for match, prior in zip(matches, log_priors or [0.0] * len(matches), strict=True)
     ]
     top = max((weight for _, weight in pairs), default=0.0)
@@ -54,21 +59,19 @@ def weighed(
 
 
 def resolve(
-    candidates: Sequence[GlobalMatch], least_fit: float, parameters: LocaliserParameters,
-    log_priors: Sequence[float] = (),
-) -> Resolution:  # fmt: skip
+    candidates: Sequence[GlobalMatch], least_fit: float, log_priors: Sequence[float] = ()
+) -> Resolution:
     """Return the best candidate and its rivals.
 
     Args:
         candidates: distinct poses.
         least_fit: smallest accepted fit of the best one.
-        parameters: `rival_share`, `rival_dead_zone` and `evidence_cap`.
         log_priors: of each candidate, at most 0; empty: all are as probable.
 
     Raises:
         NavigationError: LOST if no candidate fits.
     """
-    pairs = weighed(candidates, parameters, log_priors)
+    pairs = weighed(candidates, log_priors)
     fit = pairs[0][0].fit if pairs else 0.0
     if not pairs or fit < least_fit:
         raise NavigationError(
@@ -76,7 +79,7 @@ def resolve(
             f"the best place on the map explains {fit:.0%} of the scan, below {least_fit:.0%}; "
             "drive to a place where more of the map is visible",
         )
-    limit = log(parameters.rival_share)
+    limit = log(RIVAL_SHARE)
     kept = [pair for pair in pairs if pair[1] >= limit]
     best, *rivals = (match for match, _ in kept)
     return Resolution(best, tuple(rivals), tuple(weight for _, weight in kept))

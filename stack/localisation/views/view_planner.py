@@ -14,8 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField, as_row
-from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.search.evaluation import EVIDENCE_TRUST, LONG_PENALTY, SHORT_PENALTY
+from stack.localisation.search.rivals import RIVAL_SHARE
 from stack.types import FloatArray, Pose2D, Scan, View
+
+VIEW_DISTANCE = 15.0
+"""How far away a place is looked for at which rivals differ, m."""
 
 CLEARANCE = 0.05
 """Metres between the robot's inscribed circle and surfaces on the way to a view."""
@@ -49,16 +53,12 @@ class ViewPlanner:
     Args:
         field: the map.
         clearance: needed around the base, metres.
-        parameters: penalties of beams, share of a rival, and reach.
     """
 
-    def __init__(
-        self, field: SignedDistanceField, clearance: float, parameters: LocaliserParameters
-    ) -> None:
+    def __init__(self, field: SignedDistanceField, clearance: float) -> None:
         from stack.localisation.views import kernels
 
         self._kernels, self._field, self._clearance = kernels, field, clearance
-        self._parameters = parameters
         self._placement = np.array(field.placement)
 
     def best_view(
@@ -136,7 +136,7 @@ class ViewPlanner:
 
     @property
     def _limit(self) -> float:
-        return self._parameters.view_distance
+        return VIEW_DISTANCE
 
     def _gain(
         self, rivals: Sequence[Pose2D], weights: FloatArray, motion: Pose2D, scan: Scan
@@ -167,7 +167,6 @@ class ViewPlanner:
         Beams differ if no neighbouring beam of the other scan is near: at a grazing angle a small
         error of the pose changes the range much.
         """
-        p = self._parameters
         unknown = np.isnan(ranges)
         clipped = np.where(unknown, limit, np.minimum(ranges, limit))
         around = np.stack([np.roll(clipped, side, axis=1) for side in (-1, 0, 1)])
@@ -177,13 +176,13 @@ class ViewPlanner:
         # A pose in unknown space says nothing about its beams there.
         near = unknown | np.roll(unknown, -1, axis=1) | np.roll(unknown, 1, axis=1)
         said = ~(near[:, None] | near[None])
-        each = p.evidence_trust * 120.0 / ranges.shape[1]
-        evidence: FloatArray = each * said * (long * p.long_penalty + short * p.short_penalty)
+        each = EVIDENCE_TRUST * 120.0 / ranges.shape[1]
+        evidence: FloatArray = each * said * (long * LONG_PENALTY + short * SHORT_PENALTY)
         return evidence
 
     def _resolved(self, evidence: FloatArray, weights: FloatArray) -> float:
         """Return the share of the ambiguity that evidence (k, k) resolves, in [0, 1]."""
-        needed = -log(self._parameters.rival_share)
+        needed = -log(RIVAL_SHARE)
         resolved = np.where(evidence < _LEAST_EVIDENCE, 0.0, np.minimum(evidence / needed, 1.0))
         pairs = weights[:, None] * weights[None] * (1.0 - np.eye(weights.size))
         return float((pairs * resolved).sum() / pairs.sum())

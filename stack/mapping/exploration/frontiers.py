@@ -17,8 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.geometry.distance_transform import distances_to_zero
-from stack.parameters import parameter
 from stack.types import FloatArray, Frontier, OccupancyGrid, Pose2D
+
+LONGEST = 3.0
+"""Longer frontiers are split, m."""
+VIEW_DISTANCE = 1.0
+"""Largest distance from a frontier to the place of its view, m."""
+BEHIND = 2.0
+"""Unknown space that counts behind a frontier, m."""
+RAYS = 90
+"""Rays of a view."""
 
 VIEWS_TRIED = 24
 """Cells near a frontier that are tried as its view."""
@@ -34,23 +42,17 @@ UNKNOWN_KIND, FREE_KIND, OCCUPIED_KIND = -1, 0, 1
 
 @dataclass(frozen=True)
 class FrontierParameters:
-    """Which frontiers are worth a drive."""
+    """Which frontiers are worth a drive.
 
-    sensor_range: float = parameter(
-        6.0, "m", above=0.0, help="distance at which a view shows unknown space"
-    )
-    least_size: float = parameter(
-        0.4, "m", above=0.0, help="shorter frontiers are gaps between beams"
-    )
-    least_gain: float = parameter(0.25, "m²", at_least=0.0, help="views that show less are ignored")
-    longest: float = parameter(3.0, "m", above=0.0, help="longer frontiers are split")
-    view_distance: float = parameter(
-        1.0, "m", above=0.0, help="largest distance from a frontier to the place of its view"
-    )
-    depth: float = parameter(
-        2.0, "m", above=0.0, help="unknown space that counts behind a frontier"
-    )
-    rays: int = parameter(90, at_least=8, at_most=720, help="rays of a view")
+    Attributes:
+        sensor_range: metres; distance at which a view shows unknown space.
+        least_size: metres; shorter frontiers are gaps between beams.
+        least_gain: m²; views that show less are ignored.
+    """
+
+    sensor_range: float = 6.0
+    least_size: float = 0.4
+    least_gain: float = 0.25
 
 
 DEFAULTS = FrontierParameters()
@@ -106,19 +108,19 @@ def frontiers_of(
     near_wall = cv2.dilate((kinds == OCCUPIED_KIND).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     edge = (cv2.dilate(unknown, cross) > 0) & (kinds == FREE_KIND) & ~near_wall
     count, labels = cv2.connectedComponents(edge.astype(np.uint8), connectivity=8)
-    clusters = _split(labels, count, parameters.longest / grid.resolution)
+    clusters = _split(labels, count, LONGEST / grid.resolution)
     least = parameters.least_size / grid.resolution
     seeing = _reachable(grid, tenths, avoided)
-    reach, depth = parameters.sensor_range / grid.resolution, parameters.depth / grid.resolution
+    reach, depth = parameters.sensor_range / grid.resolution, BEHIND / grid.resolution
     found = []
     for cells in clusters:
         if np.ptp(cells, axis=0).max(initial=0) + 1 < least:
             continue
-        views = _views(cells, seeing, kinds, parameters.view_distance / grid.resolution)
+        views = _views(cells, seeing, kinds, VIEW_DISTANCE / grid.resolution)
         if not views.size:
             continue
         rows, columns = np.ascontiguousarray(views.T)
-        gains = kernels.unknown_in_view(kinds, rows, columns, reach, depth, parameters.rays)
+        gains = kernels.unknown_in_view(kinds, rows, columns, reach, depth, RAYS)
         best = int(np.argmax(gains >= _AS_GOOD * gains.max()))
         gain, (row, column) = float(gains[best]) * grid.resolution**2, views[best].tolist()
         if gain >= parameters.least_gain:

@@ -18,6 +18,7 @@ from stack.localisation.views.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
+from stack.mapping.slam.odometry_error import odometry_error
 from stack.mapping.slam.parameters import SlamParameters
 from stack.optional_packages import GTSAM
 from stack.parameters import suggestion
@@ -33,6 +34,13 @@ from stack.types import (
     Scan,
     View,
 )
+
+KEYFRAMES_PER_STEP = 5
+"""Keyframes drawn again in a control step after a loop closure."""
+HEALTH_GAIN = 0.1
+"""Share of a new scan in the health."""
+SEARCH_PERIOD = 5.0
+"""Time between two searches of the whole map while the robot is lost on a saved map, s."""
 
 SMALL_CORRECTION = 0.02
 """Metres: corrections by the optimiser below this are no jump."""
@@ -155,7 +163,7 @@ class SlamEstimator(Estimator):
             self._apply_mode()
         else:
             self.set_pose(pose, 0.1, 0.05)
-            self._search_due = self._time + self.parameters.search_period
+            self._search_due = self._time + SEARCH_PERIOD
 
     def set_mapping(self, is_mapping: bool) -> None:
         """Begin or cease to change the map."""
@@ -184,7 +192,7 @@ class SlamEstimator(Estimator):
             self._process(scan, frames.pose_at("odom", scan.stamp))
         if self.mapper.needs_optimising and not self._worker.is_busy:
             self._worker.submit(self.mapper.problem(), self._time + self.parameters.latency)
-        self.mapper.draw(self.parameters.keyframes_per_step)
+        self.mapper.draw(KEYFRAMES_PER_STEP)
         return self.estimate
 
     def await_input(self, time: float, longest: float) -> bool:
@@ -200,10 +208,10 @@ class SlamEstimator(Estimator):
 
     def mapped_markers(self) -> tuple[Marker, ...]:
         """Return the landmarks of the graph; their deviations are its marginals."""
-        p, graph = self.parameters, self.mapper.graph
+        graph = self.mapper.graph
         if not graph.landmarks:
             return ()
-        problem = problem_of(graph, p.robust_scale, p.marker_views)
+        problem = problem_of(graph)
         return markers_of(graph, self._worker.solve(problem))
 
     def take_map(self) -> OccupancyGrid | None:
@@ -316,14 +324,14 @@ class SlamEstimator(Estimator):
         if self._health < self.parameters.lost_health * (1.0 - sum(r.share for r in places.rivals)):
             self._search(scan)
         else:
-            self._search_due = scan.stamp + self.parameters.search_period
+            self._search_due = scan.stamp + SEARCH_PERIOD
         self._apply_mode()
 
     def _search(self, scan: Scan) -> None:
-        """Search the whole map, at most every `search_period` seconds."""
+        """Search the whole map, at most every SEARCH_PERIOD seconds."""
         if scan.stamp < self._search_due - 1e-9:
             return
-        self._search_due = scan.stamp + self.parameters.search_period
+        self._search_due = scan.stamp + SEARCH_PERIOD
         try:
             self.localise_globally(scan)
         except NavigationError:
@@ -371,7 +379,7 @@ class SlamEstimator(Estimator):
             return
         self._weigh(pose, scan)
         if not match.information.any():  # nothing to match with: odometry alone
-            position, heading = self.parameters.odometry_deviation(moved)
+            position, heading = odometry_error(moved)
             errors = np.diag(np.square([position, position, heading]))
             self._covariance = self._covariance + errors
             return
@@ -388,7 +396,7 @@ class SlamEstimator(Estimator):
             self._consistency.draw(self.mapper.shown_grid(), version)
         fit = self._consistency.fit(pose, scan)
         if fit is not None:
-            self._health += self.parameters.health_gain * (fit - self._health)
+            self._health += HEALTH_GAIN * (fit - self._health)
 
     def _apply_optimisation(self) -> None:
         optimum = self._worker.result(self._time)

@@ -17,7 +17,7 @@ from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.modes import Mode, ModeSet
 from stack.localisation.particle_filter.particles import ParticleSet
-from stack.localisation.search.evaluation import MatchEvaluator
+from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE, MatchEvaluator
 from stack.localisation.search.global_match import GlobalMatcher
 from stack.localisation.search.local_match import map_search
 from stack.localisation.search.matches import GlobalMatch, Views, scan_points
@@ -45,20 +45,16 @@ class GlobalLocalisation:
     Args:
         grid: the map.
         seed: of the run.
-        parameters: of the search, the rivals and the health.
     """
 
-    def __init__(
-        self, grid: OccupancyGrid, seed: int, parameters: LocaliserParameters | None = None
-    ) -> None:
-        p = self._parameters = parameters or LocaliserParameters()
+    def __init__(self, grid: OccupancyGrid, seed: int) -> None:
         self._field, self._seed = surface_field(grid), seed
-        self._evaluator = ScanEvaluator(self._field, p)
-        self._ranking = MatchEvaluator(self._field, self._evaluator, p)
+        self._evaluator = ScanEvaluator(self._field)
+        self._ranking = MatchEvaluator(self._field, self._evaluator)
         self._matcher: GlobalMatcher | None = None
         self._scale: FitScale | None = None
-        self._views = RecentViews(p.health_window)
-        self._modes = ModeSet(p.rival_dead_zone, p.rival_share, p.rival_lead, p.max_modes)
+        self._views = RecentViews()
+        self._modes = ModeSet()
         self._odometry = Pose2D(0.0, 0.0)
 
     def search(self, scan: Scan, earlier: Views = ()) -> Resolution:
@@ -72,20 +68,14 @@ class GlobalLocalisation:
             NavigationError: LOST if no pose fits.
         """
         found = self.candidates(scan, earlier)
-        return resolve(found, self._fit_scale(scan).low, self._parameters)
+        return resolve(found, self._fit_scale(scan).low)
 
     def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return distinct poses on the whole map that explain the scans, best first."""
         if self._matcher is None:
-            p = self._parameters
-            self._matcher = GlobalMatcher(
-                self._field, self._evaluator, p, map_search(self._field, p)
-            )
+            search = map_search(self._field)
+            self._matcher = GlobalMatcher(self._field, self._evaluator, search)
         return self._matcher.candidates(scan, earlier)
-
-    def is_plausible(self, match: GlobalMatch, scan: Scan) -> bool:
-        """Return whether a match explains as much as most true poses of the map do."""
-        return match.fit >= self._fit_scale(scan).low
 
     def restart(self, places: Sequence[GlobalMatch], odometry: Pose2D) -> None:
         """Follow these places from now on, the first one as the estimate.
@@ -151,26 +141,26 @@ class GlobalLocalisation:
         """
         if len(self._modes.modes) == 1:
             return None
-        planner = ViewPlanner(self._field, clearance, self._parameters)
+        planner = ViewPlanner(self._field, clearance)
         poses = [mode.pose for mode in self._modes.modes]
         return planner.best_view(poses, self._modes.shares.tolist(), scan, avoided)
 
     def _compare(self, view: ScanView, moved: Pose2D, scan: Scan) -> Pose2D | None:
-        p, modes = self._parameters, self._modes
+        modes = self._modes
         driven = hypot(moved.x, moved.y)
-        modes.travel(driven / p.rival_distance + abs(moved.heading) / p.rival_angle)
+        modes.travel(driven / RIVAL_DISTANCE + abs(moved.heading) / RIVAL_ANGLE)
         points, costs = scan_points(scan, BEAMS), [view.cost]
         for mode in modes.modes[1:]:
             expected = mode.pose.compose(moved)
             mode.pose = self._ranking.followed(expected, scan, points, REACH).pose
             costs.append(self._evaluator.view(mode.pose, scan).cost)
-        modes.weigh(costs, p.evidence_cap)
+        modes.weigh(costs)
         return modes.best.pose if modes.tidy() else None
 
     def _fit_scale(self, scan: Scan) -> FitScale:
         if self._scale is None:
             self._scale = calibrate(
-                self._evaluator, self._field, scan, self._parameters,
+                self._evaluator, self._field, scan, LocaliserParameters(),
                 stream(self._seed, "slam health"),
             )  # fmt: skip
         return self._scale

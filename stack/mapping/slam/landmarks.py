@@ -19,6 +19,9 @@ from stack.mapping.slam.graph import Edge, Landmark, PoseGraph, Sighting
 from stack.mapping.slam.optimiser import Optimum, optimise
 from stack.types import FloatArray, Marker, Pose2D, RelativePose, wrap_angle
 
+MARKER_VIEWS = 3
+"""Keyframes from which a marker must have been seen before it is part of the graph."""
+
 FIRST_NODE = 1 << 40
 """Nodes of landmarks have numbers from here on, keyframes lower ones."""
 
@@ -49,23 +52,19 @@ class Problem:
     Attributes:
         poses: of the keyframes, by id.
         edges: between them.
-        robust_scale: of dynamic covariance scaling.
-        views: sightings in one visit that a landmark needs to take part.
         landmarks: by node.
     """
 
     poses: dict[int, Pose2D]
     edges: list[Edge]
-    robust_scale: float
-    views: int
     landmarks: dict[int, Landmark] = field(default_factory=dict)
 
 
-def problem_of(graph: PoseGraph, robust_scale: float, views: int) -> Problem:
+def problem_of(graph: PoseGraph) -> Problem:
     """Return a graph as a problem; the landmarks are those of the graph and not copied."""
     poses = {number: keyframe.pose for number, keyframe in graph.keyframes.items()}
     landmarks = dict(enumerate(graph.landmarks.values(), FIRST_NODE))
-    return Problem(poses, list(graph.edges), robust_scale, views, landmarks)
+    return Problem(poses, list(graph.edges), landmarks)
 
 
 def solve(problem: Problem) -> Optimum:
@@ -76,31 +75,28 @@ def solve(problem: Problem) -> Optimum:
     """
     poses, edges, placed = dict(problem.poses), list(problem.edges), []
     for node, landmark in problem.landmarks.items():
-        found = list(landmark_edges(landmark, node, problem.poses, problem.views))
+        found = list(landmark_edges(landmark, node, problem.poses))
         if found:
             first = found[0]
             poses[node] = landmark.pose or poses[first.source].compose(first.relative)
             edges += found
             placed.append(node)
-    return optimise(poses, edges, problem.robust_scale, placed)
+    return optimise(poses, edges, placed)
 
 
-def landmark_edges(
-    landmark: Landmark, node: int, poses: Mapping[int, Pose2D], views: int
-) -> Iterable[Edge]:
-    """Yield the edges to a landmark; none while it has fewer than `views` sightings in each visit.
+def landmark_edges(landmark: Landmark, node: int, poses: Mapping[int, Pose2D]) -> Iterable[Edge]:
+    """Yield the edges to a landmark; none while each visit has fewer than MARKER_VIEWS sightings.
 
     Args:
         landmark: with its sightings.
         node: of the landmark.
         poses: of the keyframes.
-        views: least number of sightings of the visit that places it.
     """
     visits = visits_of(landmark)
-    if not any(len(visit) >= views for visit in visits):
+    if not any(len(visit) >= MARKER_VIEWS for visit in visits):
         return
     for visit in visits:
-        if len(visit) < min(LEAST_RETURN, views):
+        if len(visit) < min(LEAST_RETURN, MARKER_VIEWS):
             continue
         seen = {number: landmark.sightings[number] for number in visit}
         chosen = _resolved(seen, poses)

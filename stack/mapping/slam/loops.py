@@ -9,12 +9,37 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stack.mapping.slam.graph import Edge, PoseGraph
-from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pair
+from stack.mapping.slam.matching.local_map import (
+    EDGE_OVERLAP,
+    RESIDUAL_DEVIATION,
+    LocalMap,
+    ScanMatch,
+    align_pair,
+)
 from stack.mapping.slam.matching.scans import PreparedScan
-from stack.mapping.slam.neighbourhood import Neighbourhood
+from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
 from stack.types import Pose2D, wrap_angle
+
+LOOP_DISTANCE = 6.0
+"""Keyframes within this distance are candidates of a loop closure, m."""
+LOOP_DRIFT = 0.03
+"""Position error per metre driven that the search for loops allows for, m/m."""
+LOOP_ANGLE = 0.5
+"""Largest heading error of that search, rad."""
+LOOP_SCORE = 0.6
+"""Score of a scan, in [0, 1], that a loop closure needs."""
+LOOP_OVERLAP = 0.65
+"""Share of a scan's points that a loop closure explains."""
+LOOP_SCANS = 3
+"""Keyframes in a row that must agree on a loop closure."""
+LOOP_LENGTH = 1.0
+"""Distance driven while they agree, at least, m."""
+LOOP_CONFLICT = 0.1
+"""Share of the newest points that may lie in space which was free before."""
+LOOP_SUPPORT = 0.5
+"""Share of the newest points that must lie at its walls."""
 
 NEAR_PATH = 12.0
 """Metres along the edges: keyframes nearer than this are neighbours, not loops."""
@@ -70,12 +95,12 @@ class LoopClosure:
         self.parameters, self._graph = parameters, graph
         self._neighbourhood, self._prepared = neighbourhood, prepared
         self._travelled: dict[int, float] = {}
-        self._recent: deque[Hypothesis] = deque(maxlen=3 * parameters.loop_scans)
+        self._recent: deque[Hypothesis] = deque(maxlen=3 * LOOP_SCANS)
 
     def find(self, keyframe: int) -> bool:
         """Compare a new keyframe with earlier places; return whether a loop was closed."""
         self._measure(keyframe)
-        while self._recent and self._recent[0].keyframe < keyframe - 2 * self.parameters.loop_scans:
+        while self._recent and self._recent[0].keyframe < keyframe - 2 * LOOP_SCANS:
             self._recent.popleft()
         closed = False
         for place in self._places(keyframe):
@@ -99,15 +124,15 @@ class LoopClosure:
 
     def _is_verified(self, hypothesis: Hypothesis, agreeing: list[Hypothesis]) -> bool:
         """Return whether enough keyframes agree and the newest scans fit into the earlier map."""
-        p, keyframe = self.parameters, hypothesis.keyframe
-        if len({h.keyframe for h in agreeing} | {keyframe}) < p.loop_scans:
+        keyframe = hypothesis.keyframe
+        if len({h.keyframe for h in agreeing} | {keyframe}) < LOOP_SCANS:
             return False
         first = min((h.keyframe for h in agreeing), default=keyframe)
         moved = self._travelled[keyframe] - self._travelled[first]
-        if moved < p.loop_length and keyframe - first < 2 * p.loop_scans:
+        if moved < LOOP_LENGTH and keyframe - first < 2 * LOOP_SCANS:
             return False
         conflict, support = self._fit(hypothesis)
-        return conflict <= p.loop_conflict and support >= p.loop_support
+        return conflict <= LOOP_CONFLICT and support >= LOOP_SUPPORT
 
     def _fit(self, hypothesis: Hypothesis) -> tuple[float, float]:
         """Return how the newest points fit into the earlier map.
@@ -120,7 +145,7 @@ class LoopClosure:
         centre, newest = keyframes[hypothesis.place].pose, keyframes[hypothesis.keyframe].pose
         drawing = Drawing(p)
         near = self._neighbourhood.around(
-            hypothesis.place, centre, 2 * p.reference_keyframes, p.reference_distance
+            hypothesis.place, centre, 2 * REFERENCE_KEYFRAMES, REFERENCE_DISTANCE
         )
         for number in near:
             pose = keyframes[number].pose.relative_to(centre)
@@ -144,9 +169,8 @@ class LoopClosure:
 
     def _radius(self, keyframe: int, place: int) -> float:
         """Return the position error, metres, that the search allows for."""
-        p = self.parameters
         since = self._travelled[keyframe] - self._travelled.get(place, 0.0)
-        return min(p.loop_distance, 0.5 + p.loop_drift * abs(since))
+        return min(LOOP_DISTANCE, 0.5 + LOOP_DRIFT * abs(since))
 
     def _places(self, keyframe: int) -> list[int]:
         """Return the nearest and the oldest keyframe of earlier visits; they may be the same."""
@@ -174,23 +198,21 @@ class LoopClosure:
         """Match a keyframe with the surroundings of an earlier one."""
         p, keyframes = self.parameters, self._graph.keyframes
         centre = keyframes[place].pose
-        near = self._neighbourhood.around(
-            place, centre, p.reference_keyframes, p.reference_distance
-        )
+        near = self._neighbourhood.around(place, centre, REFERENCE_KEYFRAMES, REFERENCE_DISTANCE)
         scans = [(keyframes[n].pose.relative_to(centre), self._prepared(n)) for n in near]
         local = LocalMap(scans, p.resolution)
         scan = self._prepared(keyframe)
         start = keyframes[keyframe].pose.relative_to(centre)
-        window = (self._radius(keyframe, place), p.loop_angle)
+        window = (self._radius(keyframe, place), LOOP_ANGLE)
         likely = (0.5 * window[0], 0.5 * window[1])
-        found = local.search(scan, start, window, deviations=likely, least=p.loop_score)
+        found = local.search(scan, start, window, deviations=likely, least=LOOP_SCORE)
         if found is None:
             return None
-        match = local.align(scan, found[0], p.residual_deviation)
-        if match.overlap < p.loop_overlap or match.pose.distance_to(found[0]) > 0.3:
+        match = local.align(scan, found[0])
+        if match.overlap < LOOP_OVERLAP or match.pose.distance_to(found[0]) > 0.3:
             return None
         weakest = float(np.linalg.eigvalsh(match.information[:2, :2])[0])
-        if weakest < LEAST_POINTS / p.residual_deviation**2:
+        if weakest < LEAST_POINTS / RESIDUAL_DEVIATION**2:
             return None
         return Hypothesis(keyframe, place, match.pose, match)
 
@@ -208,13 +230,12 @@ class LoopClosure:
 
     def _add(self, hypothesis: Hypothesis) -> None:
         """Add the edge of a verified match."""
-        p = self.parameters
         pair = align_pair(
             self._prepared(hypothesis.place), self._prepared(hypothesis.keyframe),
-            hypothesis.relative, p.residual_deviation,
+            hypothesis.relative,
         )  # fmt: skip
         match = hypothesis.match
-        if pair.overlap >= p.least_overlap and pair.pose.distance_to(hypothesis.relative) < 0.1:
+        if pair.overlap >= EDGE_OVERLAP and pair.pose.distance_to(hypothesis.relative) < 0.1:
             match = pair
         information = match.information @ np.linalg.inv(np.eye(3) + LOOP_FLOOR @ match.information)
         information = 0.5 * (information + information.T)

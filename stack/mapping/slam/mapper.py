@@ -32,9 +32,14 @@ from stack.mapping.slam.landmarks import (
 )
 from stack.mapping.slam.loops import LoopClosure
 from stack.mapping.slam.matching.alignment import align_step, odometry_information, softened
-from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pair
+from stack.mapping.slam.matching.local_map import (
+    EDGE_OVERLAP,
+    LocalMap,
+    ScanMatch,
+    align_pair,
+)
 from stack.mapping.slam.matching.scans import PreparedScan, prepare
-from stack.mapping.slam.neighbourhood import Neighbourhood
+from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
 from stack.mapping.slam.optimiser import Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
@@ -47,6 +52,9 @@ from stack.types import (
     Scan,
     wrap_angle,
 )
+
+NEIGHBOUR_EDGES = 6
+"""Edges from a new keyframe to its neighbours, at most."""
 
 CHAIN_LENGTH = 3.0
 """Metres driven since the newest keyframe up to which odometry connects the next one with it."""
@@ -172,7 +180,7 @@ class Mapper:
 
     def _motion_covariance(self, motion: Pose2D) -> FloatArray:
         """Return the covariance (3, 3) of the motion since a keyframe, by odometry and scans."""
-        information = odometry_information(motion, self.parameters)
+        information = odometry_information(motion)
         if self.match is not None:
             information = information + softened(self.match.information)
         covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
@@ -202,7 +210,7 @@ class Mapper:
         """Match the next scans with the keyframes nearest to the pose, if any is near."""
         pose, keyframes = self._pose, self.graph.keyframes.values()
         nearest = min(keyframes, key=lambda k: pose.distance_to(k.pose), default=None)
-        reach = self.parameters.reference_distance
+        reach = REFERENCE_DISTANCE
         is_near = nearest is not None and pose.distance_to(nearest.pose) <= reach
         self._last, self._local = nearest if is_near else None, None
         self._matched_at = pose
@@ -210,15 +218,15 @@ class Mapper:
     def _may_insert(self) -> bool:
         """Return whether a scan has matched since the pose was set, or the robot is far away."""
         assert self._last is not None
-        good = self.match is not None and self.match.overlap >= self.parameters.least_overlap
-        far = self._pose.distance_to(self._last.pose) > self.parameters.reference_distance
+        good = self.match is not None and self.match.overlap >= EDGE_OVERLAP
+        far = self._pose.distance_to(self._last.pose) > REFERENCE_DISTANCE
         self._is_confirmed = self._is_confirmed or good or far
         return self._is_confirmed
 
     def problem(self) -> Problem:
         """Return what the optimiser needs; `needs_optimising` is False until the next change."""
         self.needs_optimising, self._pending = False, 0
-        return problem_of(self.graph, self.parameters.robust_scale, self.parameters.marker_views)
+        return problem_of(self.graph)
 
     def optimise(self) -> None:
         """Optimise the graph; poses, map and trajectory follow."""
@@ -283,7 +291,7 @@ class Mapper:
     def _matched(self, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
         """Return the pose of a scan; that of odometry if it does not match."""
         moved = odometry.relative_to(self._odometry)
-        pose, self.match = align_step(self._local_map(), scan, self._pose, moved, self.parameters)
+        pose, self.match = align_step(self._local_map(), scan, self._pose, moved)
         return pose
 
     def _local_map(self) -> LocalMap:
@@ -291,7 +299,7 @@ class Mapper:
             assert self._last is not None
             near = self.neighbourhood.around(
                 self._last.id, self._pose,
-                self.parameters.reference_keyframes, self.parameters.reference_distance,
+                REFERENCE_KEYFRAMES, REFERENCE_DISTANCE,
             )  # fmt: skip
             keyframes = [self.graph.keyframes[number] for number in near]
             scans = [(keyframe.pose, self.prepared(keyframe.id)) for keyframe in keyframes]
@@ -360,13 +368,12 @@ class Mapper:
         if self._chain is not None:
             before = self._chain[0]
             moved = new.odometry.relative_to(before.odometry)
-            information = odometry_information(moved, self.parameters)
+            information = odometry_information(moved)
             self.graph.add_edge(Edge(before.id, new.id, moved, information, "odometry"))
-        p = self.parameters
-        near = self.neighbourhood.around(last.id, new.pose, p.neighbour_edges, p.reference_distance)
+        near = self.neighbourhood.around(last.id, new.pose, NEIGHBOUR_EDGES, REFERENCE_DISTANCE)
         edges = 0
         for number in (n for n in dict.fromkeys((last.id, *near)) if n != new.id):
-            revisit = new.id - number > 2 * p.reference_keyframes
+            revisit = new.id - number > 2 * REFERENCE_KEYFRAMES
             edge = self.matched_edge(number, new.id, "loop" if revisit else "match")
             if edge is not None:
                 self.graph.add_edge(edge)
@@ -379,12 +386,10 @@ class Mapper:
 
     def matched_edge(self, source: int, target: int, kind: EdgeKind) -> Edge | None:
         """Return the edge between two keyframes by their scans; None if they overlap too little."""
-        p, keyframes = self.parameters, self.graph.keyframes
+        keyframes = self.graph.keyframes
         start = keyframes[target].pose.relative_to(keyframes[source].pose)
-        found = align_pair(
-            self.prepared(source), self.prepared(target), start, p.residual_deviation
-        )
-        if found.overlap < p.least_overlap or found.pose.distance_to(start) > 0.3:
+        found = align_pair(self.prepared(source), self.prepared(target), start)
+        if found.overlap < EDGE_OVERLAP or found.pose.distance_to(start) > 0.3:
             return None
         if abs(wrap_angle(found.pose.heading - start.heading)) > 0.15:
             return None

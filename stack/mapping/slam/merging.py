@@ -17,6 +17,7 @@ import numpy as np
 from stack.errors import InputError
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.graph import Edge, PoseGraph
+from stack.mapping.slam.loops import LOOP_CONFLICT
 from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
@@ -97,22 +98,19 @@ class Merged:
     joints: int
 
 
-def merge(
-    first: PoseGraph, second: PoseGraph, parameters: MapperParameters | None = None
-) -> Merged:
+def merge(first: PoseGraph, second: PoseGraph) -> Merged:
     """Merge the second graph into a copy of the first one, in the frame of the first one.
 
     Raises:
         InputError: the maps have no common place, or the second map fits in several ways.
     """
     GTSAM.require("merged maps need")
-    p = parameters or MapperParameters()
     for graph in (first, second):
         if not graph.keyframes:
             raise InputError("a pose graph without keyframes cannot be merged")
-    placement = _placement(first, second, p)
+    placement = _placement(first, second)
     graph, added = _joined(first, second, placement.pose)
-    mapper = Mapper(p, graph, keep_trajectory=True)
+    mapper = Mapper(graph=graph, keep_trajectory=True)
     joints = _join(mapper, added)
     if joints < LEAST_JOINTS:
         raise InputError(
@@ -122,9 +120,9 @@ def merge(
     return Merged(mapper, placement, joints)
 
 
-def _placement(first: PoseGraph, second: PoseGraph, p: MapperParameters) -> Placement:
+def _placement(first: PoseGraph, second: PoseGraph) -> Placement:
     """Return the verified placement of the second map."""
-    candidates = _votes(second, GlobalLocalisation(_drawn(first, p).grid(), 0))
+    candidates = _votes(second, GlobalLocalisation(_drawn(first).grid(), 0))
     ranked = sorted(
         (Placement(pose, _support(pose, at, candidates)) for at, pose in _flat(candidates)),
         key=lambda placement: -placement.parts,
@@ -136,8 +134,8 @@ def _placement(first: PoseGraph, second: PoseGraph, p: MapperParameters) -> Plac
         if all(not _agree(placement.pose, other.pose, Pose2D(0.0, 0.0)) for other in tried):
             tried.append(placement)
     verified = sorted(
-        (found for found in (_compared(one, first, second, p) for one in tried)
-         if found.conflict <= p.loop_conflict and found.points >= LEAST_POINTS),
+        (found for found in (_compared(one, first, second) for one in tried)
+         if found.conflict <= LOOP_CONFLICT and found.points >= LEAST_POINTS),
         key=lambda placement: -placement.score,
     )  # fmt: skip
     if not verified:
@@ -164,7 +162,7 @@ Candidates = list[tuple[Pose2D, list[Pose2D]]]
 
 def _votes(second: PoseGraph, places: GlobalLocalisation) -> Candidates:
     """Search the parts of the second map on the first one."""
-    mapper = Mapper(MapperParameters(), second, keep_trajectory=True)
+    mapper = Mapper(graph=second, keep_trajectory=True)
     middles: list[int] = []
     for number, keyframe in second.keyframes.items():
         away = (keyframe.pose.distance_to(second.keyframes[m].pose) for m in middles)
@@ -206,22 +204,20 @@ def _agree(one: Pose2D, other: Pose2D, at: Pose2D) -> bool:
     return first.distance_to(second) <= AGREE_DISTANCE and turned <= AGREE_ANGLE
 
 
-def _drawn(graph: PoseGraph, p: MapperParameters, placement: Pose2D | None = None) -> Drawing:
-    drawing = Drawing(p)
+def _drawn(graph: PoseGraph, placement: Pose2D | None = None) -> Drawing:
+    drawing = Drawing(MapperParameters())
     for keyframe in graph.keyframes.values():
         pose = keyframe.pose if placement is None else placement.compose(keyframe.pose)
         drawing.draw(replace(keyframe, pose=pose))
     return drawing
 
 
-def _compared(
-    placement: Placement, first: PoseGraph, second: PoseGraph, p: MapperParameters
-) -> Placement:
+def _compared(placement: Placement, first: PoseGraph, second: PoseGraph) -> Placement:
     """Return a placement with the agreement of the walls of both maps."""
     moved = {n: placement.pose.compose(k.pose) for n, k in second.keyframes.items()}
     before = {number: keyframe.pose for number, keyframe in first.keyframes.items()}
-    at_walls, conflict = _fit(_drawn(first, p), second, moved)
-    _, other = _fit(_drawn(second, p, placement.pose), first, before)
+    at_walls, conflict = _fit(_drawn(first), second, moved)
+    _, other = _fit(_drawn(second, placement.pose), first, before)
     return replace(placement, points=at_walls, conflict=max(conflict, other))
 
 

@@ -8,6 +8,11 @@ from math import hypot
 from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.types import Pose2D, wrap_angle
 
+REFERENCE_KEYFRAMES = 12
+"""Keyframes that a scan is matched with."""
+REFERENCE_DISTANCE = 4.0
+"""Largest distance of these keyframes, m."""
+
 CONSISTENT_DISTANCE, CONSISTENT_ANGLE = 0.15, 0.05
 """Error (metres, radians) up to which an edge agrees with the poses of its keyframes. After a loop
 closure edges disagree until the graph is optimised; the two visits must not be mixed before."""

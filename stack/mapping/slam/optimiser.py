@@ -12,6 +12,10 @@ from stack.mapping.slam.graph import Edge, EdgeKind
 from stack.optional_packages import GTSAM
 from stack.types import FloatArray, Pose2D
 
+ROBUST_SCALE = 10.0
+"""Scale of dynamic covariance scaling: loop edges with a larger squared error than this, in
+standard deviations, lose weight."""
+
 FIXED_DEVIATION = 1e-6
 """Metres and radians: deviation of the keyframe that holds the graph in place."""
 
@@ -43,7 +47,6 @@ class Optimum:
 def optimise(
     poses: Mapping[int, Pose2D],
     edges: Sequence[Edge],
-    robust_scale: float,
     wanted: Sequence[int] = (),
 ) -> Optimum:
     """Return the poses with the least squared errors of the edges.
@@ -57,7 +60,6 @@ def optimise(
     Args:
         poses: initial guess, by id of the node.
         edges: between them.
-        robust_scale: Φ of dynamic covariance scaling.
         wanted: nodes whose covariances are wanted.
 
     Raises:
@@ -82,7 +84,7 @@ def optimise(
     settings.setRelativeErrorTol(1e-5)
     graph = gtsam.NonlinearFactorGraph()
     for scale in SCALES:
-        robust = gtsam.noiseModel.mEstimator.DCS.Create(robust_scale * scale)
+        robust = gtsam.noiseModel.mEstimator.DCS.Create(ROBUST_SCALE * scale)
         graph = gtsam.NonlinearFactorGraph()
         for prior in priors:
             graph.add(prior)

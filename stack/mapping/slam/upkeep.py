@@ -16,9 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.mapping.slam.graph import Keyframe, PoseGraph
-from stack.mapping.slam.neighbourhood import Neighbourhood
+from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, Neighbourhood
 from stack.mapping.slam.parameters import MapperParameters
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
+
+PLACE_DISTANCE = 0.5
+"""Largest distance of keyframes of one place, m."""
+PLACE_ANGLE = 0.6
+"""Largest angle between keyframes of one place, if the lidar does not see all around, rad."""
+CHANGE_BEAMS = 6
+"""Beams that contradict the keyframes of a place in a scan with news."""
+CHANGE_SCANS = 3
+"""Scans at different poses that must contradict a beam of a keyframe before the map forgets it."""
 
 RECENT = 12
 """Newest keyframes, which are neither changed nor removed: loop closure needs them."""
@@ -75,7 +84,7 @@ class MapUpkeep:
         p = self.parameters
         if not p.place_keyframes:
             return Findings(is_wanted=True)
-        near = self._neighbourhood.around(start, pose, COMPARED, p.reference_distance)
+        near = self._neighbourhood.around(start, pose, COMPARED, REFERENCE_DISTANCE)
         place = {number for number in near if self._is_same_place(pose, scan, number)}
         newest = self._graph.next_id - RECENT
         new, changed, beams = 0, [], _Beams.of(scan)
@@ -87,7 +96,7 @@ class MapUpkeep:
             if number < newest and self._remove_beams(keyframe, against):
                 changed.append(number)
         is_full = len(place) >= p.place_keyframes
-        is_wanted = not is_full or new >= p.change_beams
+        is_wanted = not is_full or new >= CHANGE_BEAMS
         spare = len(place) + is_wanted - p.place_keyframes
         removable = [number for number in place if number < newest and number != start]
         removable.sort(key=lambda number: (self._valid(number), -number))
@@ -107,12 +116,12 @@ class MapUpkeep:
         return prepared
 
     def _is_same_place(self, pose: Pose2D, scan: Scan, number: int) -> bool:
-        p, other = self.parameters, self._graph.keyframes[number].pose
-        if pose.distance_to(other) > p.place_distance:
+        other = self._graph.keyframes[number].pose
+        if pose.distance_to(other) > PLACE_DISTANCE:
             return False
         if abs(scan.angle_increment) * scan.ranges.size >= FULL_CIRCLE:
             return True
-        return abs(wrap_angle(pose.heading - other.heading)) <= p.place_angle
+        return abs(wrap_angle(pose.heading - other.heading)) <= PLACE_ANGLE
 
     def _valid(self, number: int) -> int:
         """Return the number of valid beams of a keyframe."""
@@ -124,7 +133,7 @@ class MapUpkeep:
             return False
         votes = self._votes.setdefault(keyframe.id, np.zeros(against.size, np.int8))
         votes[against] += 1
-        gone = votes >= self.parameters.change_scans
+        gone = votes >= CHANGE_SCANS
         if not gone.any():
             return False
         votes[gone] = 0

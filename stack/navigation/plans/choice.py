@@ -11,6 +11,13 @@ from stack.navigation.plans.blockages import Blockages
 from stack.navigation.plans.planner_worker import Plan
 from stack.types import Failure, FailureCode, Path, Pose2D
 
+REPLAN_GAIN = 0.1
+"""Share by which a better path must be cheaper: less, and two paths alternate."""
+BLOCKAGE_TIME = 10.0
+"""How long a place that was found blocked is avoided; doubles each time it is again, s."""
+BLOCKAGE_RADIUS = 0.6
+"""Paths this close to a blocked place lead through it, m."""
+
 NEAR_ENOUGH = 0.5
 """Metres before the end of a partial path within which an obstacle is expected. A robot that
 stops there has reached the end of the path and does not search for another end.
@@ -37,8 +44,7 @@ class PlanChoice:
 
     def __init__(self, tools: DriveTools, goal: Pose2D, tolerance: float | None) -> None:
         self._tools, self._goal, self.tolerance = tools, goal, tolerance
-        p = tools.parameters
-        self._blockages = Blockages(p.blockage_radius, p.blockage_time)
+        self._blockages = Blockages(BLOCKAGE_RADIUS, BLOCKAGE_TIME)
 
     def note_blocked(self, at: tuple[float, float], now: float) -> None:
         """Remember where a path was blocked, map frame: other paths avoid it for a while."""
@@ -78,4 +84,4 @@ class PlanChoice:
         costs = self._tools.global_costmap.view
         old = route_cost(costs, progress.ahead(inf))
         new = route_cost(costs, plan.path.points)
-        return new < (1.0 - self._tools.parameters.replan_gain) * old - LEAST_GAIN
+        return new < (1.0 - REPLAN_GAIN) * old - LEAST_GAIN

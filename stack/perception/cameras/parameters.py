@@ -22,15 +22,3 @@ class CameraParameters:
         help="equal pictures in a row, while the robot moves, that mean the camera is frozen;"
         " 0: never",
     )  # fmt: skip
-    frozen_motion: float = parameter(
-        0.05, above=0.0,
-        help="motion meanwhile: metres driven plus radians turned. A robot that stands may see the"
-        " same again and again",
-    )  # fmt: skip
-    least_valid: float = parameter(
-        0.05, at_least=0.0, at_most=1.0,
-        help="share of the pixels of a depth picture with a distance within range",
-    )  # fmt: skip
-    recovered_after: int = parameter(
-        3, at_least=1, help="good pictures in a row after which the camera works again"
-    )

@@ -28,6 +28,14 @@ from stack.types import (
     wrap_angle,
 )
 
+FROZEN_MOTION = 0.05
+"""Motion in which a camera that works shows something else: metres driven plus radians turned. A
+robot that stands may see the same again and again."""
+LEAST_VALID = 0.05
+"""Share of the pixels of a depth picture with a distance within range."""
+RECOVERED_AFTER = 3
+"""Good pictures in a row after which the camera works again."""
+
 COLOUR_CAMERA = "camera"
 """Name of the colour camera."""
 
@@ -143,7 +151,7 @@ class CameraWatch:
             text = f"delivers a picture stamped {stamp:.3f} s after one of {camera.arrived:.3f} s"
             return Fault("stamp", text)
         camera.arrived = stamp
-        fault = fault_of(picture, camera.model, p.least_valid)
+        fault = fault_of(picture, camera.model, LEAST_VALID)
         if fault is not None and not fault.is_usable:
             return fault
         if self._is_frozen(camera, picture, odometry):
@@ -168,14 +176,14 @@ class CameraWatch:
             return True
         turned = abs(wrap_angle(odometry.heading - camera.same_since.heading))
         moved = camera.same_since.distance_to(odometry) + turned
-        most, p = self.parameters.frozen_pictures, self.parameters
-        return 0 < most <= camera.repeats and moved >= p.frozen_motion
+        most = self.parameters.frozen_pictures
+        return 0 < most <= camera.repeats and moved >= FROZEN_MOTION
 
     def _note(self, name: str, camera: _Watched, fault: Fault | None) -> None:
         """Note a picture's fault, or a good picture; report the first one and the recovery."""
         if fault is None:
             camera.good += 1
-            if camera.fault is not None and camera.good >= self.parameters.recovered_after:
+            if camera.fault is not None and camera.good >= RECOVERED_AFTER:
                 camera.fault = None
                 self._events.append(CameraEvent(name, "", f"the camera {name} works again"))
             return

@@ -12,8 +12,9 @@ class DepthParameters:
     """Use of the depth cameras."""
 
     obstacles: bool = parameter(
-        False, help="what depth cameras see is an obstacle; without it they take no pictures"
-    )
+        False, public=True,
+        help="what depth cameras see is an obstacle; without it they take no pictures",
+    )  # fmt: skip
     lowest: float = parameter(
         0.04, "m", above=0.0, help="height above the floor from which on a point is an obstacle"
     )

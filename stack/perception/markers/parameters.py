@@ -13,13 +13,14 @@ class MarkerParameters:
     """Use of fiducial markers: localisation while driving, and the survey of unknown markers."""
 
     localise: bool = parameter(
-        False, help="every picture with known markers corrects the pose; the camera stays on"
-    )
+        False, public=True,
+        help="every picture with known markers corrects the pose; the camera stays on",
+    )  # fmt: skip
     survey: bool = parameter(
-        False,
+        False, public=True,
         help="measure the poses of markers that the map of markers does not have; `save_map` saves "
         "them; the camera stays on",
-    )
+    )  # fmt: skip
     rate: float = parameter(
         5.0, "Hz", above=0.0, at_most=60.0,
         help="pictures that localisation and survey request; the camera's own rate is the limit",

@@ -15,24 +15,31 @@ class ObjectDetectorParameters:
     """Detection of objects in camera pictures by a trained model, and of people among tracks."""
 
     model: str = parameter(
-        "", help="an ONNX file with a YOLO head, relative to the mission; empty: no model"
-    )
+        "", public=True,
+        help="an ONNX file with a YOLO head, relative to the mission; empty: no model",
+    )  # fmt: skip
     labels: tuple[str, ...] = parameter(
-        (), help="names of the model's classes in their order; default: those that the file states"
-    )
+        (), public=True,
+        help="names of the model's classes in their order; default: those that the file states",
+    )  # fmt: skip
     label_file: str = parameter(
-        "",
+        "", public=True,
         help="a text file with a name on each line, instead of `labels`; relative to the mission",
+    )  # fmt: skip
+    only: tuple[str, ...] = parameter(
+        (), public=True, help="labels that are detected; default: all"
     )
-    only: tuple[str, ...] = parameter((), help="labels that are detected; default: all")
     threshold: float = parameter(
-        0.5, above=0.0, at_most=1.0, help="score from which on an object counts as detected"
-    )
+        0.5, above=0.0, at_most=1.0, public=True,
+        help="score from which on an object counts as detected",
+    )  # fmt: skip
     overlap: float = parameter(
         0.45, above=0.0, at_most=1.0,
         help="intersection over union above which two boxes of a label are one object",
     )  # fmt: skip
-    rate: float = parameter(2.0, "Hz", above=0.0, at_most=30.0, help="pictures that are searched")
+    rate: float = parameter(
+        2.0, "Hz", above=0.0, at_most=30.0, public=True, help="pictures that are searched"
+    )
     latency: float = parameter(
         0.3, "s", at_least=0.0, at_most=2.0,
         help="time from a picture's arrival to the use of its detections",

@@ -20,7 +20,7 @@ from stack.perception.places.keyframe_files import (
 )
 from stack.perception.places.keyframes import Keyframe, keyframe_of
 from stack.perception.places.parameters import PlaceParameters
-from stack.perception.places.recogniser import LEAST_KEYFRAMES, PlaceRecogniser
+from stack.perception.places.recogniser import FEATURES, LEAST_KEYFRAMES, PlaceRecogniser
 from stack.types import (
     FloatArray,
     Image,
@@ -30,6 +30,11 @@ from stack.types import (
     PoseEstimate,
     Scan,
 )
+
+FASTEST_TURN = 0.8
+"""No keyframe is taken while the robot turns faster, rad/s: pictures are blurred."""
+MOST_KEYFRAMES = 1000
+"""Keyframes after which no more are recorded: 1000 are about 100 MB."""
 
 SCANS = 12
 """Scans that are kept for pictures, which arrive later."""
@@ -92,7 +97,7 @@ class PlaceMemory:
     @property
     def is_recording(self) -> bool:
         """Whether keyframes are recorded."""
-        full = len(self._kept) >= self.parameters.most_keyframes
+        full = len(self._kept) >= MOST_KEYFRAMES
         return self.parameters.record and self._sees and not full
 
     @property
@@ -124,7 +129,7 @@ class PlaceMemory:
             return
         self._settle(observation.time)
         image = next(iter(observation.of(Image).values()), None)
-        if not self.is_recording or abs(turning) > self.parameters.fastest_turn:
+        if not self.is_recording or abs(turning) > FASTEST_TURN:
             return
         if image is not None:
             self._record(image, frames)
@@ -185,7 +190,7 @@ class PlaceMemory:
             return
         self._looked.append((image.stamp, pose))
         self._looked_at = None
-        keyframe = keyframe_of(image, pose, points, self.parameters.features)
+        keyframe = keyframe_of(image, pose, points, FEATURES)
         if keyframe is not None and self._descriptor is not None:
             whole = self._descriptor.describe(image.pixels).astype(np.float32)
             keyframe = replace(keyframe, whole=whole)

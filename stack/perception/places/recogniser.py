@@ -16,6 +16,11 @@ from stack.perception.places.verification import refined, verified
 from stack.perception.places.vocabulary import Vocabulary, trained
 from stack.types import FloatArray, Image, PlaceSighting, Pose2D, wrap_angle
 
+FEATURES = 400
+"""Most features that are taken of a picture."""
+LARGEST_ERROR = 4.0
+"""Largest reprojection error of a feature that agrees on a pose, px."""
+
 LEAST_KEYFRAMES = 3
 """With fewer there is nothing to train a vocabulary with."""
 
@@ -64,7 +69,7 @@ class PlaceRecogniser:
             image: the picture.
             points: (n, 2) of a range sensor at its time, base frame, metres.
         """
-        features, positions = located(image, points, self.parameters.features)
+        features, positions = located(image, points, FEATURES)
         if not len(features.pixels):
             return ()
         similarity = (self._rows * self._described(image, features)).sum(axis=1)
@@ -77,14 +82,10 @@ class PlaceRecogniser:
         found: list[tuple[Pose2D, PlaceSighting]] = []
         pooled = _Pool(features.pixels[numbers], positions[numbers], landmarks)
         for own, known in pairs:
-            start = verified(
-                features.pixels[own], known, image.camera, self.parameters.largest_error
-            )
+            start = verified(features.pixels[own], known, image.camera, LARGEST_ERROR)
             if start is None or any(_same(start.pose, pose) for pose, _ in found):
                 continue
-            sighting = pooled.sighting(
-                start.pose, image, self.parameters, float(similarity[retrieved[0]])
-            )
+            sighting = pooled.sighting(start.pose, image, float(similarity[retrieved[0]]))
             if sighting is not None:
                 found.append((start.pose, sighting))
         return _distinct([sighting for _, sighting in found if self._is_accepted(sighting)])
@@ -124,16 +125,14 @@ class _Pool:
     positions: FloatArray
     landmarks: FloatArray
 
-    def sighting(
-        self, start: Pose2D, image: Image, parameters: PlaceParameters, similarity: float
-    ) -> PlaceSighting | None:
+    def sighting(self, start: Pose2D, image: Image, similarity: float) -> PlaceSighting | None:
         """Return the pose near `start` on which the pairs agree, in the picture and in space.
 
         Patterns that repeat agree in the picture at wrong poses, but then most of their features
         are at another distance than the range sensor measures.
         """
         camera = image.camera
-        found = refined(start, self.pixels, self.landmarks, camera, parameters.largest_error)
+        found = refined(start, self.pixels, self.landmarks, camera, LARGEST_ERROR)
         if found is None:
             return None
         ahead = found.pose.inverse().transform(self.landmarks[:, :2])

@@ -29,6 +29,28 @@ from stack.perception.tracking.surface_fit import has_edge, surface_fit
 from stack.perception.tracking.view import View
 from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, StandingObject, TrackedObject
 
+JUMP = 0.3
+"""Neighbouring returns farther apart belong to different objects, m."""
+LEAST_BEAMS = 3
+"""Smallest number of returns of an object."""
+LARGEST_RADIUS = 0.7
+"""Larger objects count as walls, m."""
+MAP_MARGIN = 0.15
+"""Returns this close to a mapped obstacle belong to the map, m."""
+GATE = 9.21
+"""Largest squared Mahalanobis distance of a match; 9.21 covers 99 %."""
+ACCELERATION = 2.0
+"""Standard deviation of an object's acceleration, m/s²."""
+POSITION_NOISE = 0.05
+"""Standard deviation of an object's centre in one scan, m."""
+FIRST_SPEED = 1.0
+"""Standard deviation of the velocity of a new track, m/s."""
+MOVING_SPEED = 0.25
+"""An object counts as moving if it has reached this speed, m/s."""
+MOVING_DISTANCE = 0.15
+"""Distance from its first position that a moving object has come, m: noise moves a standing one by
+less."""
+
 HIDDEN_NOISE = 4.0
 """Factor on the position deviation of a partly hidden disc."""
 
@@ -101,7 +123,7 @@ class Tracker:
     def set_static(self, static: OccupancyGrid) -> None:
         """Replace the map; takes effect with the next scan."""
         self._static = static
-        reach = floor(self.parameters.map_margin / static.resolution + 1e-9)
+        reach = floor(MAP_MARGIN / static.resolution + 1e-9)
         self._near_map = _widened(static.occupied, reach)
 
     def clear(self) -> None:
@@ -123,7 +145,7 @@ class Tracker:
             The moving objects, in order of their ids.
         """
         for item in self._filters:
-            item.predict(max(0.0, time - self._time), self.parameters.acceleration)
+            item.predict(max(0.0, time - self._time), ACCELERATION)
         self._before, self._time = self._time, time
         self._views.append(View(pose.compose(scan.mount), scan))
         discs = self.discs(pose, scan)
@@ -174,7 +196,7 @@ class Tracker:
     def discs(self, pose: Pose2D, scan: Scan) -> list[Disc]:
         """Return the discs in a scan that are not on the map, map frame."""
         settings = self.parameters
-        scan = scan.with_ranges(bridged(scan.ranges, settings.jump))
+        scan = scan.with_ranges(bridged(scan.ranges, JUMP))
         ranges = scan.ranges.astype(np.float64)
         valid = np.isfinite(ranges) & (ranges <= settings.range)
         ignored: NDArray[np.bool_] | None = None
@@ -182,16 +204,16 @@ class Tracker:
             ignored = self._on_map(pose, scan, valid)
             valid &= ~ignored
         found = []
-        for cluster in clusters(ranges, scan.angle_increment, settings.jump, valid):
-            if cluster[1] - cluster[0] < settings.least_beams:
+        for cluster in clusters(ranges, scan.angle_increment, JUMP, valid):
+            if cluster[1] - cluster[0] < LEAST_BEAMS:
                 continue
             runs = parts_of(scan, cluster)
             for run in runs:
-                small = spread_of(scan, run) <= 2.0 * settings.largest_radius
-                if run[1] - run[0] < settings.least_beams or not small:
+                small = spread_of(scan, run) <= 2.0 * LARGEST_RADIUS
+                if run[1] - run[0] < LEAST_BEAMS or not small:
                     continue
-                disc = disc_of(scan, pose, run, settings.jump, ignored, is_part=len(runs) > 1)
-                if disc is not None and disc.radius <= settings.largest_radius:
+                disc = disc_of(scan, pose, run, JUMP, ignored, is_part=len(runs) > 1)
+                if disc is not None and disc.radius <= LARGEST_RADIUS:
                     found.append(disc)
         return found
 
@@ -219,7 +241,7 @@ class Tracker:
             (self._filters[order].hits < confirm, distance, index, order)
             for order, row in enumerate(distances.tolist())
             for index, distance in enumerate(row)
-            if distance <= self.parameters.gate and self._may_be(self._filters[order], discs[index])
+            if distance <= GATE and self._may_be(self._filters[order], discs[index])
         )
         taken: set[int] = set()
         updated: set[int] = set()
@@ -305,7 +327,7 @@ class Tracker:
     def _variance(self, disc: Disc) -> float:
         """Return the variance of a disc's centre along each axis, m²."""
         factor = 1.0 if disc.is_circle else HIDDEN_NOISE
-        return (factor * self.parameters.position_noise) ** 2 + disc.deviation**2
+        return (factor * POSITION_NOISE) ** 2 + disc.deviation**2
 
     def _mahalanobis(self, discs: list[Disc]) -> FloatArray:
         """Return (filters, discs) squared Mahalanobis distances d^T S^-1 d, S = H P H^T + R."""
@@ -336,8 +358,8 @@ class Tracker:
         gone = hypot(item.state[0] - item.began[0], item.state[1] - item.began[1])
         return bool(
             item.hits >= self.parameters.confirm
-            and item.speed >= self.parameters.moving_speed
-            and gone >= self.parameters.moving_distance
+            and item.speed >= MOVING_SPEED
+            and gone >= MOVING_DISTANCE
             and (self._left_its_ground(item) or self._is_round(item, gone))
         )
 
@@ -388,8 +410,7 @@ class Tracker:
 
     def _begin(self, disc: Disc) -> None:
         """Add the object that a disc shows: one that was out of sight, or a new one."""
-        settings = self.parameters
-        variances = [settings.position_noise**2] * 2 + [settings.first_speed**2] * 2
+        variances = [POSITION_NOISE**2] * 2 + [FIRST_SPEED**2] * 2
         known = self._out_of_sight.take(disc, self._places.since(disc.x, disc.y, STOOD))
         self._filters.append(
             ObjectFilter(

@@ -34,11 +34,11 @@ class HybridAstarParameters(PosePlannerParameters):
     """Parameters of hybrid A*. Names and meanings follow Nav2's SmacPlannerHybrid."""
 
     motion: str = parameter(
-        "reeds_shepp", one_of=("dubins", "reeds_shepp"),
+        "reeds_shepp", one_of=("dubins", "reeds_shepp"), public=True,
         help="dubins: forward only; reeds_shepp: also backward, if the robot can",
     )  # fmt: skip
     turning_radius: float | None = parameter(
-        None, "m", above=0.0, at_most=50.0,
+        None, "m", above=0.0, at_most=50.0, public=True,
         help="minimum radius of the path; default: the robot's, 0.4 m if it turns in place",
     )  # fmt: skip
     non_straight_penalty: float = parameter(

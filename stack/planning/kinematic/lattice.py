@@ -30,10 +30,12 @@ class LatticeParameters(PosePlannerParameters):
     """Parameters of the lattice planner. Meanings follow Nav2's SmacPlannerLattice."""
 
     turning_radius: float | None = parameter(
-        None, "m", above=0.0, at_most=2.0,
+        None, "m", above=0.0, at_most=2.0, public=True,
         help="minimum radius of arcs; default: 0.5 m; turns in place are allowed in any case",
     )  # fmt: skip
-    allow_reverse: bool = parameter(True, help="short straight moves backward, if the robot can")
+    allow_reverse: bool = parameter(
+        True, public=True, help="short straight moves backward, if the robot can"
+    )
     rotation_penalty: float = parameter(
         0.4, "m", at_least=0.0, at_most=50.0, help="cost of a radian turned in place"
     )

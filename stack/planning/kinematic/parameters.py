@@ -20,11 +20,11 @@ class PosePlannerParameters(PlannerParameters):
         help="maximum number of expanded poses; the limit is the same on every machine",
     )  # fmt: skip
     cost_weight: float = parameter(
-        3.0, at_least=0.0, at_most=50.0,
+        3.0, at_least=0.0, at_most=50.0, public=True,
         help="weight of cell costs: a path costs length * (1 + cost_weight * cost / 252)",
     )  # fmt: skip
     reverse_penalty: float = parameter(
-        2.0, at_least=1.0, at_most=50.0, help="cost factor for driving backward"
+        2.0, at_least=1.0, at_most=50.0, public=True, help="cost factor for driving backward"
     )
     analytic_ratio: float = parameter(
         3.5, above=0.0, at_most=100.0,
@@ -32,7 +32,7 @@ class PosePlannerParameters(PlannerParameters):
         "higher: more often",
     )  # fmt: skip
     smoother: str = parameter(
-        "constrained", one_of=SMOOTHERS, help="smoother for the path between cusps"
+        "constrained", one_of=SMOOTHERS, public=True, help="smoother for the path between cusps"
     )
 
 

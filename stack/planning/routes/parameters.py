@@ -11,12 +11,15 @@ from stack.parameters import parameter
 class RouteParameters:
     """Parameters of `Route`."""
 
-    graph: str = parameter("", help="GeoJSON file with the route graph; relative to the mission")
+    graph: str = parameter(
+        "", public=True, help="GeoJSON file with the route graph; relative to the mission"
+    )
     connect: str = parameter(
-        "", help="planner between start, graph and goal; default: astar, for cars hybrid_astar",
+        "", public=True,
+        help="planner between start, graph and goal; default: astar, for cars hybrid_astar",
     )  # fmt: skip
     cost: str = parameter(
-        "time", one_of=("time", "distance"),
+        "time", one_of=("time", "distance"), public=True,
         help="cost of a lane, times its weight; off the lanes time is at the robot's top speed",
     )  # fmt: skip
     off_route: float = parameter(
@@ -24,7 +27,7 @@ class RouteParameters:
         help="cost factor of paths through free space compared with lanes",
     )  # fmt: skip
     detour: float = parameter(
-        3.0, "m", at_least=0.0,
+        3.0, "m", at_least=0.0, public=True,
         help="largest extra length of a path around an obstacle on a lane; 0: never leave a lane",
     )  # fmt: skip
     corner_radius: float = parameter(

@@ -40,7 +40,9 @@ class ThetaStarParameters(PlannerParameters):
         3.0, at_least=0.0, at_most=50.0,
         help="extra cost of a metre at the highest passable cell cost (252)",
     )  # fmt: skip
-    smoother: str = parameter("simple", one_of=SMOOTHERS, help="smoother for the straight lines")
+    smoother: str = parameter(
+        "simple", one_of=SMOOTHERS, public=True, help="smoother for the straight lines"
+    )
 
 
 class ThetaStar(Planner):

@@ -12,7 +12,7 @@ class RecordingParameters:
     """Rates and size of the rerun recording. What did not change is not recorded again."""
 
     rate: float = parameter(
-        5.0, "Hz", above=0.0, at_most=100.0,
+        5.0, "Hz", above=0.0, at_most=100.0, public=True,
         help="snapshots: pose, plots, states, people and tracks; no other rate can be higher",
     )  # fmt: skip
     scan_rate: float = parameter(5.0, "Hz", above=0.0, at_most=100.0, help="lidar scans")
@@ -35,10 +35,6 @@ class RecordingParameters:
         at_most=100.0,
         help="camera pictures as JPEG, depth pictures as PNG, and depth obstacles",
     )
-    write_period: float = parameter(
-        4.0, "s", at_least=0.1, at_most=60.0,
-        help="robot time between two writes to the file; a killed run loses at most this time",
-    )  # fmt: skip
     size_limit: float = parameter(
-        2000.0, at_least=1.0, help="megabytes at which the recording of a run stops"
+        2000.0, at_least=1.0, public=True, help="megabytes at which the recording of a run stops"
     )

@@ -16,6 +16,9 @@ from stack.types import Path as Plan
 if TYPE_CHECKING:
     from stack.telemetry.rerun.drawing import RerunDrawing
 
+WRITE_PERIOD = 4.0
+"""Robot time between two writes to the file; a killed run loses at most this time, s."""
+
 DOCUMENT_PERIOD = 1.0
 """Least seconds between two logs of the tree as text, unless a node changes its status."""
 
@@ -52,7 +55,7 @@ class RerunSink:
         self._detections: tuple[Detection, ...] = ()
         self._mask_stamp = -MASK_SHOWN
         self._documents = Schedule(DOCUMENT_PERIOD)
-        self._writes = Schedule(rates.write_period)
+        self._writes = Schedule(WRITE_PERIOD)
         self._has_blueprint = False
         self._versions: dict[str, int] = {}
         self._plan_of: dict[str, Plan | None] = {}

@@ -79,7 +79,7 @@ def test_the_robot_file_sets_parameters_that_the_mission_overrides(mission, tmp_
         ("localisation: mlc\n", "E111 4:15 there is no estimator 'mlc'; did you mean 'mcl'?"),
         ("localisation: {max_partcles: 9}\n", "E111 4:30 max_partcles: there is no parameter "
          "'max_partcles' here; did you mean 'max_particles'?"),
-        ("localisation: {trust: 2}\n", "E111 4:23 trust: 2 must be at most 1"),
+        ("localisation: {kld_error: 2}\n", "E111 4:27 kld_error: 2 must be at most 1"),
         ("localisation: {hit_deviation: 3 s}\n", "E111 4:31 hit_deviation: '3 s' is in s"),
         ("localisation: {max_particles: 100}\n",
          "E111 4:31 max_particles: 100 is less than min_particles 300; use at least 300"),

@@ -119,6 +119,6 @@ def test_the_motion_is_stopped_with_the_mission(moving, monkeypatch):
     """It is not stepped any more, and has a controller to let go of."""
     run, notes = moving
     navigator = run.engine.runtime.parts.navigator
-    monkeypatch.setattr(navigator._activities.current, "stop", notes.append)
+    monkeypatch.setattr(navigator.activities.current, "stop", notes.append)
     run.interrupt()
     assert notes == [run.engine.body.time]

@@ -6,7 +6,7 @@ import pytest
 
 import missions
 from missions.execution.prepare import RunOptions
-from missions.inspection.parameter_sources import Origin, parameters_of
+from missions.inspection.parameter_sources import Origin, filtered, for_users, parameters_of
 from stack.errors import InputError
 
 
@@ -29,7 +29,7 @@ def test_each_value_names_the_file_and_line_that_sets_it() -> None:
     speed = found["controller.cruise_speed"]
     assert (speed.value, speed.source) == ("0.5 m/s", f"19_from_nav2.yaml:{line}")
     assert found["controller.use"].source.startswith("parameters/nav2_params.yaml:")
-    assert found["controller.noise_correlation"].source == "default"
+    assert found["controller.moving_margin"].source == "default"
 
 
 def test_a_mission_without_a_map_has_defaults_of_its_own() -> None:
@@ -63,6 +63,20 @@ def test_a_wrong_parameter_is_refused_with_its_name(name: str, value: str, sente
     with pytest.raises(InputError) as refused:
         parameters_of("19_from_nav2", RunOptions(parameters={name: value}))
     assert sentence in str(refused.value)
+
+
+def test_parameters_for_experts_are_left_out_unless_they_are_set_or_asked_for() -> None:
+    found = parameters_of("19_from_nav2", RunOptions(parameters={"safety.slow_time": "2 s"}))
+    names = {item.name for item in for_users(found, "")}
+    assert {"safety.padding", "safety.slow_time"} <= names
+    assert not {"safety.reaction_time", "safety.moving_padding"} & names
+    asked = for_users(filtered(found, "reaction_time"), "reaction_time")
+    assert [item.name for item in asked] == ["safety.reaction_time"]
+
+
+def test_the_parameters_for_users_fit_on_a_page() -> None:
+    found = parameters_of("01_drive_to_a_point")
+    assert 60 <= len(for_users(found, "")) <= 80  # of over 200, components included
 
 
 def test_a_list_of_zones_is_shown_by_their_names() -> None:

@@ -159,7 +159,7 @@ def test_a_given_path_that_ends_with_another_heading_fails_where_it_ends():
 
 def test_a_car_does_not_spin():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
-    task = toy.navigator.spin(1.0)
+    task = toy.navigator.recoveries.spin(1.0)
     assert task.failure.code == FailureCode.UNSUPPORTED
     assert "radius is 0.50 m" in task.failure.sentence
     toy.navigator.close()

@@ -213,7 +213,7 @@ def test_a_scale_for_few_obstacles_expects_a_better_fit():
 
 
 def test_the_median_forgets_what_is_older_than_its_window():
-    recent = RecentViews(1.0)
+    recent = RecentViews()
     assert recent.median is None
     for stamp, value in ((0.0, 9.0), (0.5, 1.0), (1.0, 2.0), (1.2, 3.0)):
         recent.add(stamp, ScanView(value, 0.0, 0.0, -value))

@@ -13,7 +13,7 @@ PRIOR = np.diag([0.04, 0.01, 0.0025])
 
 
 def single(pose, variances, outliers=1e-9):
-    return Mixture([Component(pose, np.diag(variances), 1.0)], outliers, VOLUME)
+    return Mixture([Component(pose, np.diag(variances), 1.0)], VOLUME, outliers)
 
 
 def test_one_candidate_is_a_kalman_filter():
@@ -45,7 +45,7 @@ def test_a_false_measurement_changes_nothing():
 def test_the_prior_chooses_between_mirrored_candidates():
     near = Component(Pose2D(0.1, 0.0), np.diag([0.01, 0.01, 0.001]), 0.4)
     mirrored = Component(Pose2D(0.9, 0.5), np.diag([0.01, 0.01, 0.001]), 0.6)
-    mixture = Mixture([mirrored, near], 0.02, VOLUME)
+    mixture = Mixture([mirrored, near], VOLUME)
     _, shares = mixture.evidence(Pose2D(0.0, 0.0), PRIOR)
     assert shares[1] > 0.99
     pose, _ = mixture.posterior(Pose2D(0.0, 0.0), PRIOR)
@@ -75,6 +75,6 @@ def test_two_candidates_far_apart_inform_little():
     sharp = single(Pose2D(0.0, 0.0), [0.01, 0.01, 0.01]).information(np.array([1.0, 0.0]))
     assert np.diag(sharp) == pytest.approx([100.0] * 3)
     both = [Component(Pose2D(x, 0.0), np.diag([0.01] * 3), 0.5) for x in (-1.0, 1.0)]
-    wide = Mixture(both, 0.02, VOLUME).information(np.array([0.5, 0.5, 0.0]))
+    wide = Mixture(both, VOLUME).information(np.array([0.5, 0.5, 0.0]))
     assert wide[0, 0] == pytest.approx(1.0 / 1.01)
     assert wide[1, 1] == pytest.approx(100.0)

@@ -7,9 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stack.localisation.particle_filter import modes as particle_modes
 from stack.localisation.particle_filter.modes import Mode, ModeSet, largest_deviation
 from stack.localisation.particle_filter.particles import ParticleSet
 from stack.types import Pose2D
+
+
+@pytest.fixture(autouse=True)
+def thresholds(monkeypatch):
+    for name, value in {"RIVAL_DEAD_ZONE": 1.5, "RIVAL_SHARE": 0.02, "MAX_MODES": 5}.items():
+        monkeypatch.setattr(particle_modes, name, value)
 
 
 def mode(x: float, log_weight: float = 0.0) -> Mode:
@@ -18,7 +25,7 @@ def mode(x: float, log_weight: float = 0.0) -> Mode:
 
 
 def places(*logs: float) -> ModeSet:
-    modes = ModeSet(dead_zone=1.5, least_share=0.02, lead=2.0, most=5)
+    modes = ModeSet()
     modes.replace([mode(5.0 * at, log) for at, log in enumerate(logs)])
     return modes
 
@@ -27,7 +34,7 @@ def test_a_difference_within_the_dead_zone_is_no_evidence():
     modes = places(0.0, 0.0)
     for _ in range(1000):
         modes.travel(1.0)
-        modes.weigh([3.0, 4.4], cap=15.0)
+        modes.weigh([3.0, 4.4])
     assert modes.shares == pytest.approx([0.5, 0.5])
 
 
@@ -35,21 +42,21 @@ def test_one_view_counts_once_however_long_the_robot_stands():
     """Costs differ by 3.5, 2 beyond the dead zone: shares 1 to exp(-2) for the whole view."""
     modes = places(0.0, 0.0)
     for _ in range(100):
-        modes.weigh([1.0, 4.5], cap=15.0)
+        modes.weigh([1.0, 4.5])
     assert modes.shares[1] / modes.shares[0] == pytest.approx(exp(-2.0))
     modes.travel(0.5)
     for _ in range(100):
-        modes.weigh([1.0, 4.5], cap=15.0)
+        modes.weigh([1.0, 4.5])
     assert modes.shares[1] / modes.shares[0] == pytest.approx(exp(-3.0)), "half a new view"
 
 
 def test_a_rival_takes_over_and_the_old_place_is_dropped():
     modes = places(0.0, 0.0)
     before = modes.best
-    modes.weigh([20.0, 1.0], cap=15.0)  # a quarter of a view: exp(15 / 4) = 42
+    modes.weigh([20.0, 1.0])  # a quarter of a view: exp(15 / 4) = 42
     assert modes.tidy()
     assert modes.best is not before
-    modes.weigh([1.0, 20.0], cap=15.0)
+    modes.weigh([1.0, 20.0])
     assert not modes.tidy()
     assert len(modes.modes) == 1
 

@@ -7,7 +7,12 @@ import pytest
 
 from stack.localisation.health import ScanView
 from stack.localisation.mcl.localiser import Localiser
-from stack.localisation.mcl.recovery import RecoverySchedule
+from stack.localisation.mcl.recovery import (
+    RECOVERY_ANGLE,
+    RECOVERY_PERIOD,
+    RECOVERY_TIME,
+    RecoverySchedule,
+)
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.odometry_since import MotionSince
 from stack.types import Pose2D
@@ -56,8 +61,7 @@ def test_small_shoves_heal_within_two_searches():
         after = pose.compose(Pose2D(0.17 * np.cos(bearing), 0.17 * np.sin(bearing)))
         localiser = settled(place, pose, generator, localiser)
         seconds.append(healed(place, localiser, generator, after, HERE, 3.0))
-    p = LocaliserParameters()
-    assert sorted(seconds)[-2] <= p.recovery_time + 2 * p.recovery_period + 0.2
+    assert sorted(seconds)[-2] <= RECOVERY_TIME + 2 * RECOVERY_PERIOD + 0.2
 
 
 def test_kidnaps_heal_without_the_mission():
@@ -123,7 +127,7 @@ def test_a_stated_push_searches_at_the_first_bad_scan_in_a_wider_window():
     plan.disturb(0.1)
     search = plan.next(0.1, BAD, 0.5)
     assert search is not None
-    assert search.angle == pytest.approx(2.0 * LocaliserParameters().recovery_angle)
+    assert search.angle == pytest.approx(2.0 * RECOVERY_ANGLE)
 
 
 def test_a_found_place_is_verified_on_the_whole_map():

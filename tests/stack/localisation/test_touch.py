@@ -7,19 +7,24 @@ import pytest
 
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import ScanEvaluator
+from stack.localisation.mcl import localiser, trusted_pose
 from stack.localisation.mcl.touch import TouchSense
 from stack.localisation.mcl.trusted_pose import TrustedPose
-from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D
 from tests.stack.localisation.test_health import HERE, beside, office, robot, settled
 from tests.stack.localisation.test_trusted_pose import corridor
 
-P = LocaliserParameters(push_distance=0.5, push_angle=0.5, carried_share=0.01)
+
+@pytest.fixture
+def pushes(monkeypatch):
+    """Pushes of 0.5 m and 0.5 rad; a share of 0.01 is left to other places."""
+    for name, value in {"PUSH_DISTANCE": 0.5, "PUSH_ANGLE": 0.5, "CARRIED_SHARE": 0.01}.items():
+        monkeypatch.setattr(trusted_pose, name, value)
 
 
 def touch_of(place) -> TouchSense:
     evaluator = ScanEvaluator(surface_field(place.grid))
-    return TouchSense(robot().footprint, evaluator, LocaliserParameters().touch_distance)
+    return TouchSense(robot().footprint, evaluator)
 
 
 @pytest.mark.parametrize("bearing", [0.0, pi / 2, pi, -pi / 2])
@@ -90,22 +95,22 @@ def test_a_robot_that_was_pushed_far_along_a_symmetric_corridor_has_not_turned_r
     assert all(abs(turn) < 1.0 for turn in turns)  # others along the corridor may remain
 
 
-def test_a_place_far_away_is_less_probable_still_with_another_heading():
+def test_a_place_far_away_is_less_probable_still_with_another_heading(pushes):
     """Far away 0.01, as before; turned round besides 0.01 times 0.005."""
     trusted, poses = TrustedPose(), [Pose2D(9.0, 0.0), Pose2D(9.0, 0.0, pi)]
     trusted.trust(HERE, HERE)
     trusted.drive(0.0, pushed=False, touched=True)
-    found = trusted.log_priors(poses, HERE, P)
+    found = trusted.log_priors(poses, HERE)
     assert found == pytest.approx([log(0.01), log(0.01 * 0.005)], abs=0.01)
 
 
-def test_a_touch_counts_for_two_metres_although_the_pose_is_trusted():
+def test_a_touch_counts_for_two_metres_although_the_pose_is_trusted(pushes):
     """0.5 m off, one deviation: 0.01 + 0.99 exp(-1/2). Far away 0.01: no rival any more."""
     trusted, poses = TrustedPose(), [Pose2D(0.5, 0.0), Pose2D(9.0, 0.0)]
     trusted.trust(HERE, HERE)
     trusted.drive(0.0, pushed=False, touched=True)
     trusted.trust(HERE, HERE)
-    found = trusted.log_priors(poses, HERE, P)
+    found = trusted.log_priors(poses, HERE)
     assert found == pytest.approx([log(0.01 + 0.99 * exp(-0.5)), log(0.01)], abs=1e-4)
     trusted.drive(1.9, pushed=False)
     assert trusted.is_touched
@@ -113,32 +118,31 @@ def test_a_touch_counts_for_two_metres_although_the_pose_is_trusted():
     assert not trusted.is_touched
 
 
-def test_the_trusted_pose_is_pushed_on_and_on_but_does_not_leap():
+def test_the_trusted_pose_is_pushed_on_and_on_but_does_not_leap(pushes):
     """Four steps of 0.5 m, then 5 m at once: deviations are 0.5 m."""
     trusted = TrustedPose()
     trusted.trust(HERE, HERE)
     trusted.drive(0.0, pushed=False, touched=True)
     for step in range(1, 5):
-        trusted.follow(Pose2D(0.5 * step, 0.0), HERE, P)
-    assert trusted.log_priors([Pose2D(2.0, 0.0)], HERE, P) == [0.0]
-    trusted.follow(Pose2D(7.0, 0.0), HERE, P)
-    assert trusted.log_priors([Pose2D(2.0, 0.0)], HERE, P) == [0.0]
+        trusted.follow(Pose2D(0.5 * step, 0.0), HERE)
+    assert trusted.log_priors([Pose2D(2.0, 0.0)], HERE) == [0.0]
+    trusted.follow(Pose2D(7.0, 0.0), HERE)
+    assert trusted.log_priors([Pose2D(2.0, 0.0)], HERE) == [0.0]
 
 
-def test_nobody_who_touches_it_leaves_the_trusted_pose_where_it_was():
+def test_nobody_who_touches_it_leaves_the_trusted_pose_where_it_was(pushes):
     trusted = TrustedPose()
     trusted.trust(HERE, HERE)
-    trusted.follow(Pose2D(0.3, 0.0), HERE, P)
+    trusted.follow(Pose2D(0.3, 0.0), HERE)
     trusted.drive(0.0, pushed=False, touched=True)
-    assert trusted.log_priors([HERE], HERE, P) == [0.0]
+    assert trusted.log_priors([HERE], HERE) == [0.0]
 
 
-def pushed_slowly(parameters: LocaliserParameters) -> float:
+def pushed_slowly() -> float:
     """Largest error while a person pushes the robot back by 1 m at 0.1 m/s and the wheels stand."""
     place, generator, start = office(), np.random.default_rng(7), Pose2D(2.5, 2.7, 0.4)
     reach, worst = robot().footprint.front, 0.0
     localiser = settled(place, start, generator)
-    localiser.configure(parameters)
     for step in range(100):
         truth = start.compose(Pose2D(-0.01 * step, 0.0, 0.0))
         place.people[:] = [beside(truth, reach + 0.2, 0.0)]
@@ -147,7 +151,8 @@ def pushed_slowly(parameters: LocaliserParameters) -> float:
     return worst
 
 
-def test_the_pose_follows_a_slow_push_while_the_wheels_stand():
+def test_the_pose_follows_a_slow_push_while_the_wheels_stand(monkeypatch):
     """Two deviations of the pose at standstill, and the way of 0.3 s."""
-    assert pushed_slowly(LocaliserParameters()) < 0.05
-    assert pushed_slowly(LocaliserParameters(touch_speed=0.0)) > 0.1
+    assert pushed_slowly() < 0.05
+    monkeypatch.setattr(localiser, "TOUCH_SPEED", 0.0)
+    assert pushed_slowly() > 0.1

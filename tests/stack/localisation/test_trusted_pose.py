@@ -5,9 +5,9 @@ from math import exp, log, pi
 import numpy as np
 import pytest
 
+from stack.localisation.mcl import trusted_pose
 from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.mcl.trusted_pose import TrustedPose
-from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, Scan
 from tests.stack.localisation.drawn_office import Place, drawn, mapped, twin_rooms
 from tests.stack.localisation.test_health import HERE, settled
@@ -99,39 +99,43 @@ def test_evidence_outweighs_the_trusted_pose():
     assert all(rival.share < 0.05 for rival in estimate.rivals)
 
 
-P = LocaliserParameters(push_distance=0.5, push_angle=0.5, lifted_share=0.04)
+@pytest.fixture
+def pushes(monkeypatch):
+    """Pushes of 0.5 m and 0.5 rad; a share of 0.04 is left to other places."""
+    for name, value in {"PUSH_DISTANCE": 0.5, "PUSH_ANGLE": 0.5, "LIFTED_SHARE": 0.04}.items():
+        monkeypatch.setattr(trusted_pose, name, value)
 
 
-def test_places_are_weighed_by_their_distance_from_where_odometry_leads():
+def test_places_are_weighed_by_their_distance_from_where_odometry_leads(pushes):
     """0.5 m off: 0.04 + 0.96 exp(-1/2); far away or turned round: 0.04."""
     trusted = TrustedPose()
     trusted.trust(Pose2D(2.0, 3.0, pi / 2), Pose2D(0.0, 0.0))
     trusted.drive(0.0, pushed=True)
     there = Pose2D(2.0, 4.0, pi / 2)  # a metre ahead of the trusted pose
     poses = [there, Pose2D(2.5, 4.0, pi / 2), Pose2D(9.0, 4.0, pi / 2), Pose2D(2.0, 4.0, -pi / 2)]
-    found = trusted.log_priors(poses, Pose2D(1.0, 0.0), P)
+    found = trusted.log_priors(poses, Pose2D(1.0, 0.0))
     expected = [0.0, log(0.04 + 0.96 * exp(-0.5)), log(0.04), log(0.04)]
     assert found == pytest.approx(expected, abs=1e-4)
 
 
-def test_slip_on_the_way_since_then_makes_the_trusted_pose_less_certain():
+def test_slip_on_the_way_since_then_makes_the_trusted_pose_less_certain(pushes):
     """After 12 m, a tenth of it and 0.5 m: sqrt(1.2² + 0.5²) = 1.3 m is one deviation."""
     trusted = TrustedPose()
     trusted.trust(HERE, HERE)
     trusted.drive(12.0, pushed=True)
-    (found,) = trusted.log_priors([Pose2D(12.0, 1.3)], Pose2D(12.0, 0.0), P)
+    (found,) = trusted.log_priors([Pose2D(12.0, 1.3)], Pose2D(12.0, 0.0))
     assert found == pytest.approx(log(0.04 + 0.96 * exp(-0.5)))
 
 
-def test_without_a_push_or_a_trusted_pose_all_places_are_about_as_probable():
+def test_without_a_push_or_a_trusted_pose_all_places_are_about_as_probable(pushes):
     trusted, poses = TrustedPose(), [HERE, Pose2D(9.0, 9.0), Pose2D(9.0, -8.0)]
     trusted.drive(1.0, pushed=True)
-    assert trusted.log_priors(poses, HERE, P) == [0.0, 0.0, 0.0]
+    assert trusted.log_priors(poses, HERE) == [0.0, 0.0, 0.0]
     trusted.trust(HERE, HERE)
     trusted.drive(1.0, pushed=False)
-    near, *far = trusted.log_priors(poses, HERE, P)
+    near, *far = trusted.log_priors(poses, HERE)
     assert near == 0.0 and far[0] == far[1] == pytest.approx(log(0.99), abs=1e-6)
     trusted.drive(0.0, pushed=True)
-    assert trusted.log_priors(poses, HERE, P)[1] == pytest.approx(log(0.04), abs=1e-4)
+    assert trusted.log_priors(poses, HERE)[1] == pytest.approx(log(0.04), abs=1e-4)
     trusted.forget()
-    assert trusted.log_priors(poses, HERE, P) == [0.0, 0.0, 0.0]
+    assert trusted.log_priors(poses, HERE) == [0.0, 0.0, 0.0]

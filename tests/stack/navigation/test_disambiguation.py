@@ -7,8 +7,7 @@ import pytest
 
 from stack.components import Estimator
 from stack.navigation.disambiguation import Disambiguation
-from stack.navigation.tasks import NavigationState
-from stack.types import Pose2D, PoseEstimate, RivalPose, TaskStatus, View
+from stack.types import Perceived, Pose2D, PoseEstimate, RivalPose, TaskStatus, View
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
@@ -39,7 +38,7 @@ class Rig:
         return self.views.pop(0) if self.views else None
 
     def executor(self, then=None):
-        task = self.navigator.new_task("disambiguate") if then is None else then.task
+        task = self.navigator.activities.task("disambiguate") if then is None else then.task
         return Disambiguation(
             task, self, self.navigator.parameters, lambda: self.world.scan,
             self.navigator.view_drive, self.navigator.localisation_monitor, then,
@@ -52,12 +51,12 @@ class Rig:
 
     def step(self):
         world = self.world
-        state = NavigationState(world.time, self.estimate, world.odometry, (), world.obstacles)
-        twist = self.navigator.step(state)
+        state = Perceived(world.time, self.estimate, world.odometry, world.obstacles)
+        twist = self.navigator.step(state).twist
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
 
     def begin(self, executor):
-        self.navigator.start(executor, "recovery", "telling the possible poses apart")
+        self.navigator.activities.start(executor, "recovery", "telling the possible poses apart")
         return executor.task
 
 

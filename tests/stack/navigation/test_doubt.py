@@ -50,7 +50,7 @@ def test_no_motion_without_a_path_begins_while_lost(make, begin):
     toy.health = LOST
     toy.run(2.0)
     try:
-        task = begin(toy.navigator)
+        task = begin(toy.navigator.recoveries)
     except NavigationError as error:
         failure = error.failure
     else:
@@ -64,7 +64,7 @@ def test_no_motion_without_a_path_begins_while_lost(make, begin):
 @motions
 def test_a_motion_that_is_under_way_stands_while_lost_and_fails_after_lost_time(make, begin):
     toy = make()
-    task = begin(toy.navigator)
+    task = begin(toy.navigator.recoveries)
     toy.run(0.5)
     toy.health = LOST
     toy.commands.clear()
@@ -77,7 +77,7 @@ def test_a_motion_that_is_under_way_stands_while_lost_and_fails_after_lost_time(
 def test_a_motion_goes_on_when_the_scans_fit_again(make, begin):
     """The time limits of the motion stand still meanwhile, also in several short doubts."""
     toy = make()
-    task = begin(toy.navigator)
+    task = begin(toy.navigator.recoveries)
     for _ in range(4):
         toy.health = FINE
         toy.run(0.2)
@@ -92,7 +92,7 @@ def test_a_behaviour_that_finds_the_pose_drives_while_lost(make, begin):
     toy = make()
     toy.health = LOST
     toy.run(2.0)
-    task = begin(toy.navigator, while_lost=True)
+    task = begin(toy.navigator.recoveries, while_lost=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
 
 
@@ -101,21 +101,21 @@ def test_a_user_may_let_them_drive(make, begin):
     toy = make(lost_motions="drive")
     toy.health = LOST
     toy.run(2.0)
-    assert toy.finish(begin(toy.navigator)) is TaskStatus.SUCCEEDED
+    assert toy.finish(begin(toy.navigator.recoveries)) is TaskStatus.SUCCEEDED
 
 
 def test_a_robot_that_is_lost_can_be_stopped(make):
     toy = make()
     toy.health = LOST
     toy.run(2.0)
-    assert toy.finish(toy.navigator.drive_for(STANDSTILL, 0.3)) is TaskStatus.SUCCEEDED
+    assert toy.finish(toy.navigator.recoveries.drive_for(STANDSTILL, 0.3)) is TaskStatus.SUCCEEDED
 
 
 def test_a_velocity_does_not_outlive_its_time_after_a_doubt(make):
     toy = make()
-    toy.navigator.drive_for(Twist(0.2), 0.3)
+    toy.navigator.recoveries.drive_for(Twist(0.2), 0.3)
     toy.health = LOST
-    toy.run(1.0, lambda: toy.navigator.drive_for(Twist(0.2), 0.3) is None)
+    toy.run(1.0, lambda: toy.navigator.recoveries.drive_for(Twist(0.2), 0.3) is None)
     toy.health = FINE
     toy.commands.clear()
     toy.run(2.0)
@@ -126,9 +126,9 @@ def test_the_operator_drives_a_lost_robot(make):
     toy = make()
     toy.health = LOST
     toy.run(2.0)
-    task = toy.navigator.assisted_teleop(10.0)
+    task = toy.navigator.recoveries.assisted_teleop(10.0)
     toy.step()
-    toy.navigator.teleoperation.steer(Twist(0.2))
+    toy.navigator.recoveries.teleoperation.steer(Twist(0.2))
     toy.step()
     assert task.running and toy.commands[-1] == Twist(0.2)
 
@@ -203,7 +203,7 @@ def test_the_distance_by_odometry_is_not_renewed_by_another_goal(make):
 def test_motions_without_a_path_are_slow_too_where_the_map_is_hidden(make, begin):
     toy = make(back_up_speed=0.5, straight_speed=0.5, escape_speed=0.5)
     toy.health, toy.obscured = LOST, True
-    assert toy.finish(begin(toy.navigator)) is TaskStatus.SUCCEEDED
+    assert toy.finish(begin(toy.navigator.recoveries)) is TaskStatus.SUCCEEDED
     assert max(hypot(twist.linear, twist.lateral) for twist in toy.commands) <= 0.2 + 1e-9
 
 

@@ -38,7 +38,7 @@ def test_giving_way_ends_the_making_of_room(make):
     toy = make(ToyWorld(room(8, 6), robot(), Pose2D(3.0, 0.23, 0.0)))
     toy.navigator.navigate_to(Pose2D(4.0, 3.0))
     toy.step()
-    drive = toy.navigator._activities.current
+    drive = toy.navigator.activities.current
     while not drive._making_room.is_driving:
         toy.step()
     drive._give_way.step = lambda *_: STANDSTILL
@@ -80,7 +80,7 @@ def test_an_escape_stays_out_of_keepout_zones(make, zone):
     if zone is not None:
         toy.globe.forbidden = zone_above(toy.globe, zone)
     toy.step()
-    task, highest = toy.navigator.escape(), 0.0
+    task, highest = toy.navigator.recoveries.escape(), 0.0
     while task.running and world.time < 60.0:
         toy.step()
         corners = world.pose.transform(world.robot.footprint.points)

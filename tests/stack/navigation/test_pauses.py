@@ -10,8 +10,8 @@ from stack.lifecycle import Timers
 from stack.navigation.activities import Activities
 from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, TaskStatus, Twist
+from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_world import ToyWorld, moving, robot, room
 
 GOAL = Pose2D(7.0, 3.0)
@@ -166,9 +166,9 @@ def test_after_a_detour_the_controller_gets_the_path_of_the_mission_again(toy):
 
 
 @pytest.mark.parametrize("begin", [
-    lambda navigator: navigator.spin(3.0),
-    lambda navigator: navigator.drive_on_heading(2.0),
-    lambda navigator: navigator.escape(clearance=0.7, distance=1.0),
+    lambda navigator: navigator.recoveries.spin(3.0),
+    lambda navigator: navigator.recoveries.drive_on_heading(2.0),
+    lambda navigator: navigator.recoveries.escape(clearance=0.7, distance=1.0),
 ])  # fmt: skip
 def test_recoveries_do_not_count_a_pause(make, begin):
     walls = [*room(8, 6), (0.5, 2.5, 1.6, 2.5)]
@@ -182,7 +182,7 @@ def test_recoveries_do_not_count_a_pause(make, begin):
 
 
 def test_a_velocity_on_command_is_driven_for_its_whole_time(toy):
-    task = toy.navigator.drive_for(Twist(0.2), 2.0)
+    task = toy.navigator.recoveries.drive_for(Twist(0.2), 2.0)
     toy.run(1.0)
     hold(toy, 5.0)
     assert task.running
@@ -255,7 +255,7 @@ def test_an_exception_in_any_call_of_the_lifecycle_stays_in_the_task(where):
 
     activities = Activities(emit, LocalisationMonitor(emit, 0.05), log.append)
     task = MotionTask("test", lambda task: None)
-    state = NavigationState(0.0, world.estimate, world.odometry)
+    state = Perceived(0.0, world.estimate, world.odometry)
     activities.begin(Failing(task, where))
     activities.step(state, NavigationParameters())
     activities.pause(1.0)

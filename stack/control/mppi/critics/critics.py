@@ -18,6 +18,13 @@ from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
 from stack.types import wrap_angle
 
+COLLISION_COST = 100.0
+"""Cost of an immediate collision: more than all other critics together."""
+OBSTACLES_CRITICAL_WEIGHT = 60.0
+"""Weight of obstacles nearer than critical_margin: twice that of near ones."""
+PATH_FOLLOW_AHEAD = 0.3
+"""Distance of the point that path follow aims at beyond the reach of the rollouts, m."""
+
 ALIGN_STRIDE = 4
 """Number of steps between two comparisons of path and rollout."""
 
@@ -72,7 +79,7 @@ def evaluate_obstacles(
     kernels: Any, p: MppiParameters, rollouts: Rollouts, obstacles: Obstacles, body: Outline
 ) -> None:
     """Compute costs, clearances and collisions of each rollout, for the obstacle critics."""
-    ratio = p.obstacles_critical_weight / p.obstacles_weight if p.obstacles_weight else 0.0
+    ratio = OBSTACLES_CRITICAL_WEIGHT / p.obstacles_weight if p.obstacles_weight else 0.0
     margins = np.array([p.obstacles_margin, p.critical_margin, ratio], np.float32)
     step = max(p.cruise_speed * p.time_step, 1e-3)
     stride = max(1, int(OUTLINE_EVERY * float(obstacles.geometry[3]) / step))
@@ -103,7 +110,7 @@ def cost(data: CriticData, rollouts: Rollouts) -> None:
     steps = rollouts.poses.shape[1]
     late = rollouts.hits / steps
     price = np.where(late < 1.0, 1.0 - (1.0 - LATE_COLLISION) * late, 0.0)
-    data.add(rollouts, price.astype(np.float32), p.collision_cost, 1)
+    data.add(rollouts, price.astype(np.float32), COLLISION_COST, 1)
 
 
 def obstacles(data: CriticData, rollouts: Rollouts) -> None:
@@ -121,7 +128,7 @@ def moving(data: CriticData, rollouts: Rollouts) -> None:
     """
     if data.moving:
         p = data.parameters
-        data.add(rollouts, rollouts.closeness, p.moving_weight, p.moving_power)
+        data.add(rollouts, rollouts.closeness, p.moving_weight, 1)
 
 
 def goal(data: CriticData, rollouts: Rollouts) -> None:
@@ -184,9 +191,9 @@ def path_follow(data: CriticData, rollouts: Rollouts) -> None:
 
 
 def aim(data: CriticData) -> tuple[float, float]:
-    """First free path point at least `path_follow_ahead` beyond the furthest reached one (x, y)."""
+    """First free path point at least PATH_FOLLOW_AHEAD beyond the furthest reached one (x, y)."""
     path = data.path
-    index = data.furthest + round(data.parameters.path_follow_ahead / path.spacing)
+    index = data.furthest + round(PATH_FOLLOW_AHEAD / path.spacing)
     index = min(index, len(path.points) - 1)
     beyond = np.flatnonzero(path.open[index:])
     x, y = path.points[index + (int(beyond[0]) if len(beyond) else 0)]
@@ -201,18 +208,6 @@ def prefer_forward(data: CriticData, rollouts: Rollouts) -> None:
         data.add(rollouts, rollouts.term, p.prefer_forward_weight, p.prefer_forward_power)
 
 
-def deadband(data: CriticData, rollouts: Rollouts) -> None:
-    """Speeds within the dead bands of the drive."""
-    p = data.parameters
-    if p.deadband_weight and (p.linear_deadband or p.angular_deadband):
-        bands = [p.linear_deadband, p.angular_deadband, p.linear_deadband]
-        axes = len(rollouts.velocities)
-        data.kernels.within_deadband(
-            rollouts.velocities, np.array(bands[:axes], np.float32), p.time_step, rollouts.term
-        )
-        data.add(rollouts, rollouts.term, p.deadband_weight, p.deadband_power)
-
-
 def control_cost(data: CriticData, rollouts: Rollouts) -> None:
     """Information-theoretic cost of deviations from the last plan."""
     if data.parameters.gamma:
@@ -222,5 +217,5 @@ def control_cost(data: CriticData, rollouts: Rollouts) -> None:
 
 CRITICS = (
     constraint, cost, obstacles, moving, goal, goal_angle, path_align, path_angle, path_follow,
-    prefer_forward, deadband, control_cost,
+    prefer_forward, control_cost,
 )  # fmt: skip

@@ -396,27 +396,6 @@ def driven_backward(velocities: Array32, step: float, term: Array32) -> None:
             term[b] += max(-velocities[0, t, b], ZERO) * seconds
 
 
-@njit(cache=True, nogil=True)
-def within_deadband(velocities: Array32, bands: Array32, step: float, term: Array32) -> None:
-    """Write the sum over axes and time of speeds' depth in the dead bands to term (batch,).
-
-    Args:
-        velocities: (axes, steps, batch).
-        bands: (axes,) m/s and rad/s.
-        step: length of a step, seconds.
-        term: (batch,), written.
-    """
-    axes, steps, batch = velocities.shape
-    seconds = np.float32(step)
-    for b in range(batch):
-        term[b] = ZERO
-    for a in range(axes):
-        band = bands[a]
-        for t in range(steps):
-            for b in range(batch):
-                term[b] += max(band - abs(velocities[a, t, b]), ZERO) * seconds
-
-
 CRITICS = (
     (add, (f4[::1], f4[::1], f8, i8)),
     (driven_backward, (f4[:, :, ::1], f8, f4[::1])),
@@ -437,4 +416,3 @@ CRITICS = (
     (path_alignment, (f4[:, :, ::1], f4[:, :, ::1], f4[:, ::1], f8, f8, i8, i8, f4[::1])),
 )  # fmt: skip
 """Entry points, with the types that the critics call them with."""
-DEADBAND = ((within_deadband, (f4[:, :, ::1], f4[::1], f8, f4[::1])),)

@@ -14,9 +14,41 @@ from math import ceil, hypot
 
 import numpy as np
 
-from stack.localisation.fusion.parameters import EkfParameters
 from stack.localisation.fusion.scan_matching import kernels
 from stack.types import FloatArray, Scan, wrap_angle
+
+MATCHING_RANGE = 12.0
+"""Longer ranges are not matched, m."""
+MATCHING_POINTS = 180
+"""Points of a scan that are matched."""
+RANGE_DEVIATION = 0.015
+"""Standard deviation of a point from the line of a wall, m."""
+LINE_RADIUS = 0.2
+"""Radius in which the points of a keyframe are joined to a line, m."""
+WEAKEST_DEVIATION = 0.05
+"""Scans fix no direction, e.g. along a corridor, whose deviation would be larger, m."""
+MATCHING_DEVIATION = 0.002
+"""Smallest standard deviation of a match, m."""
+MATCHING_ANGLE_DEVIATION = 0.001
+"""Smallest standard deviation of a match's heading, rad."""
+MATCHING_FACTOR = 4.0
+"""Factor of a match's variance, since the errors of neighbouring beams are related."""
+MATCHING_SHARE = 0.6
+"""Share of the points that a match must explain."""
+SEARCHED_SHARE = 0.35
+"""Share of the points that a match after a push must explain; walls are hidden there."""
+MATCHING_MARGIN = 0.08
+"""A match explains this share of the points more than other poses nearby."""
+CLEAR_SHARE = 0.5
+"""A pose found after a push that explains less of a scan must be confirmed."""
+CONFIRMATIONS = 3
+"""Scans in a row that must agree on a pose that needs confirmation."""
+KNOWN_DEVIATION = 0.2
+"""A pose found after a push is used if its position is known better than this, m."""
+SEARCH_DISTANCE = 2.2
+"""Reach of the search after a push, m."""
+SEARCH_ANGLE = 1.2
+"""Reach of the search in heading, rad."""
 
 ITERATIONS = 20
 """Gauss-Newton steps of one alignment; it converges in 3 to 8."""
@@ -61,14 +93,12 @@ class Keyframe:
 
     Args:
         points: (n, 2) base frame, in the order of the beams.
-        parameters: of the matching.
     """
 
-    def __init__(self, points: FloatArray, parameters: EkfParameters) -> None:
-        p = parameters
+    def __init__(self, points: FloatArray) -> None:
         self.points = points
-        self.lines = kernels.fit_lines(points, p.line_radius, p.range_deviation)
-        cells = 2 * ceil((p.matching_range + kernels.REACH) / kernels.CELL)
+        self.lines = kernels.fit_lines(points, LINE_RADIUS, RANGE_DEVIATION)
+        cells = 2 * ceil((MATCHING_RANGE + kernels.REACH) / kernels.CELL)
         self.nearest = kernels.nearest_points(points, cells)
 
 
@@ -76,14 +106,12 @@ class ScanMatcher:
     """Matches scans to a keyframe.
 
     Attributes:
-        parameters: of the matching.
         keyframe: None before the first scan.
         expected_share: share of the last scan's points that its predicted pose explained.
         last_share: share of the points that the last match explained.
     """
 
-    def __init__(self, parameters: EkfParameters) -> None:
-        self.parameters = parameters
+    def __init__(self) -> None:
         self.keyframe: Keyframe | None = None
         self.expected_share = self.last_share = 1.0
         self._unconfirmed: tuple[FloatArray, int] | None = None
@@ -100,12 +128,12 @@ class ScanMatcher:
         begin = scan.stamp - 0.5 * scan.time_increment * (scan.ranges.size - 1)
         return kernels.scan_points(
             scan.ranges, scan.angles, begin, scan.time_increment,
-            min(self.parameters.matching_range, scan.range_max), mount, trail,
+            min(MATCHING_RANGE, scan.range_max), mount, trail,
         )  # fmt: skip
 
     def set_keyframe(self, points: FloatArray) -> None:
         """Make the points (n, 2) of a scan the keyframe."""
-        self.keyframe, self._unconfirmed = Keyframe(points, self.parameters), None
+        self.keyframe, self._unconfirmed = Keyframe(points), None
         self.last_share = 1.0
 
     def match(
@@ -119,12 +147,11 @@ class ScanMatcher:
             by_wheels: returns (3,) the pose of the last match, moved as the wheels did since:
                 where an alignment also begins, and the centre of a search.
         """
-        p = self.parameters
-        if self.keyframe is None or points.shape[0] < p.matching_points // 10:
+        if self.keyframe is None or points.shape[0] < MATCHING_POINTS // 10:
             return None
-        some = _thinned(points, p.matching_points)
+        some = _thinned(points, MATCHING_POINTS)
         usual_share = max(LEAST_SHARE, USUAL_SHARE * self.last_share)
-        enough = min(p.matching_share, usual_share)
+        enough = min(MATCHING_SHARE, usual_share)
         start, expected = predicted, self._share(some, predicted)
         if expected < enough:
             usual = self._share(some, by_wheels())
@@ -132,7 +159,7 @@ class ScanMatcher:
                 start, expected = by_wheels(), usual
         self.expected_share = expected
         match = self._aligned(some, start, expected)
-        if match is not None and match.share >= max(enough, expected - p.matching_margin):
+        if match is not None and match.share >= max(enough, expected - MATCHING_MARGIN):
             self._unconfirmed = None
         elif expected >= enough:
             return None
@@ -145,19 +172,19 @@ class ScanMatcher:
     def _share(self, points: FloatArray, pose: FloatArray) -> float:
         k = self.keyframe
         assert k is not None
-        tolerance = 3.0 * self.parameters.range_deviation
+        tolerance = 3.0 * RANGE_DEVIATION
         return kernels.share_explained(points, k.points, k.lines, k.nearest, pose, tolerance)
 
     def _aligned(self, points: FloatArray, start: FloatArray, expected: float) -> ScanMatch | None:
-        p, k = self.parameters, self.keyframe
+        k = self.keyframe
         assert k is not None
         pose, covariance, converged = kernels.align(
-            points, k.lines, k.nearest, start, p.range_deviation, p.weakest_deviation, ITERATIONS
+            points, k.lines, k.nearest, start, RANGE_DEVIATION, WEAKEST_DEVIATION, ITERATIONS
         )
         if not converged:
             return None
-        covariance *= p.matching_factor
-        floor = p.matching_deviation, p.matching_deviation, p.matching_angle_deviation
+        covariance *= MATCHING_FACTOR
+        floor = MATCHING_DEVIATION, MATCHING_DEVIATION, MATCHING_ANGLE_DEVIATION
         for axis, deviation in enumerate(floor):
             covariance[axis, axis] += deviation * deviation
         return ScanMatch(pose, covariance, self._share(points, pose), expected)
@@ -168,37 +195,37 @@ class ScanMatcher:
         """Return the only pose in the window of the search that explains the scan.
 
         If that is little of the scan, or other poses explain it nearly as well, the best pose must
-        be the same in `confirmations` scans.
+        be the same in CONFIRMATIONS scans.
         """
-        p, k = self.parameters, self.keyframe
+        k = self.keyframe
         assert k is not None
         starts = kernels.search(
             _thinned(points, SEARCH_POINTS), k.points, k.nearest, centre,
-            p.search_distance, p.search_angle, SEARCH_STEP, SEARCH_TURN, CANDIDATES,
+            SEARCH_DISTANCE, SEARCH_ANGLE, SEARCH_STEP, SEARCH_TURN, CANDIDATES,
         )  # fmt: skip
         tried = [self._aligned(points, start[:3].copy(), expected) for start in starts]
         known = [
-            match for match in tried if match is not None and _is_known(match, p.known_deviation)
+            match for match in tried if match is not None and _is_known(match, KNOWN_DEVIATION)
         ]
         found = sorted(known, key=lambda match: -match.share)
-        enough = max(p.searched_share, expected + p.matching_margin)
+        enough = max(SEARCHED_SHARE, expected + MATCHING_MARGIN)
         if not found or found[0].share < enough:
             self._unconfirmed = None
             return None
         best = found[0]
         rivals = [match.share for match in found[1:] if _differ(match.pose, best.pose)]
-        clear = not rivals or max(rivals) < best.share - p.matching_margin
-        if (clear and best.share >= p.clear_share) or self._is_confirmed(best):
+        clear = not rivals or max(rivals) < best.share - MATCHING_MARGIN
+        if (clear and best.share >= CLEAR_SHARE) or self._is_confirmed(best):
             self._unconfirmed = None
             return replace(best, searched=True)
         return None
 
     def _is_confirmed(self, best: ScanMatch) -> bool:
-        """Whether the best pose of the last `confirmations` searches was the same."""
+        """Whether the best pose of the last CONFIRMATIONS searches was the same."""
         before, count = self._unconfirmed or (best.pose, 0)
         count = 1 if _differ(before, best.pose) else count + 1
         self._unconfirmed = best.pose, count
-        return count >= self.parameters.confirmations
+        return count >= CONFIRMATIONS
 
 
 def _thinned(points: FloatArray, count: int) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
 from stack.mapping.slam.matching.scans import PreparedScan
-from stack.mapping.slam.parameters import MapperParameters
+from stack.mapping.slam.odometry_error import odometry_error
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 GOOD_OVERLAP = 0.75
@@ -39,21 +39,22 @@ EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
 
 
 def align_step(
-    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D, parameters: MapperParameters
+    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D
 ) -> tuple[Pose2D, ScanMatch]:
     """Return the pose of a scan and its match; the pose of odometry if it does not match.
+
+    A match that is not accepted has no information.
 
     Args:
         local: surroundings, map frame.
         scan: base frame.
         pose: of the base at the scan before, map frame.
         moved: the motion since then by odometry, frame of that pose.
-        parameters: errors of odometry and scans. A match that is not accepted has no information.
     """
-    expected, deviation = pose.compose(moved), parameters.residual_deviation
-    position, heading = odometry_deviation(moved, parameters)
+    expected = pose.compose(moved)
+    position, heading = odometry_deviation(moved)
     prior = np.diag([position**-2, position**-2, WEAK_HEADING**-2])
-    found = local.align(scan, expected, deviation, (expected, prior))
+    found = local.align(scan, expected, (expected, prior))
     likely = (position, heading)
     searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
     if hypot(moved.x, moved.y) > LARGE_STEP or abs(moved.heading) > LARGE_TURN:
@@ -64,7 +65,7 @@ def align_step(
             continue
         searched = local.search(scan, centre, window, deviations=likely)
         if searched is not None:
-            other = local.align(scan, searched[0], deviation)
+            other = local.align(scan, searched[0])
             if other.overlap > found.overlap + 0.05:
                 found = other
     turned = abs(wrap_angle(found.pose.heading - expected.heading))
@@ -74,15 +75,15 @@ def align_step(
     return expected, replace(found, information=np.zeros((3, 3)))
 
 
-def odometry_deviation(moved: Pose2D, parameters: MapperParameters) -> tuple[float, float]:
+def odometry_deviation(moved: Pose2D) -> tuple[float, float]:
     """Return the deviations of a motion by odometry, m and rad."""
-    position, heading = parameters.odometry_deviation(moved)
+    position, heading = odometry_error(moved)
     return DEVIATION_FLOOR + position, DEVIATION_FLOOR + heading
 
 
-def odometry_information(moved: Pose2D, parameters: MapperParameters) -> FloatArray:
+def odometry_information(moved: Pose2D) -> FloatArray:
     """Return the information (3, 3) of a motion by odometry."""
-    position, heading = odometry_deviation(moved, parameters)
+    position, heading = odometry_deviation(moved)
     return np.diag([position**-2, position**-2, heading**-2])
 
 

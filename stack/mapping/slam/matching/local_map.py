@@ -14,6 +14,13 @@ from stack.mapping.slam.matching import kernels
 from stack.mapping.slam.matching.scans import PreparedScan, as_pose, as_row
 from stack.types import FloatArray, Pose2D
 
+SURFEL_REACH, PAIR_REACH = 0.1, 0.15
+"""Metres; largest distances of corresponding points, to the surroundings and of two scans."""
+RESIDUAL_DEVIATION = 0.03
+"""Standard deviation of a point from the surface that it is matched with, m."""
+EDGE_OVERLAP = 0.4
+"""Share of a scan's points that an edge explains."""
+
 LEVELS = 6
 """Of the pyramid of scores: cells of up to 32 times the resolution."""
 
@@ -134,32 +141,27 @@ class LocalMap:
         self,
         scan: PreparedScan,
         start: Pose2D,
-        deviation: float,
         prior: tuple[Pose2D, FloatArray] | None = None,
-        reach: float = 0.1,
     ) -> ScanMatch:
         """Refine a pose near the right one.
 
         Args:
             scan: to match.
             start: in the frame of the reference.
-            deviation: of a residual, metres.
             prior: pose by odometry and its (3, 3) information, frame of the reference.
-            reach: largest distance of corresponding points, metres.
         """
         expected, held = (start, np.zeros((3, 3))) if prior is None else prior
         if not self.surfels.size:
             return ScanMatch(start, np.zeros((3, 3)), 0.0)
         row, information, overlap = kernels.align_to_surfels(
             self.labels, self.surfels, self.placement, scan.points, scan.normals, as_row(start),
-            as_row(expected), np.ascontiguousarray(held * deviation**2), reach, deviation, 30,
+            as_row(expected), np.ascontiguousarray(held * RESIDUAL_DEVIATION**2), SURFEL_REACH,
+            RESIDUAL_DEVIATION, 30,
         )  # fmt: skip
         return ScanMatch(as_pose(row), information, float(overlap))
 
 
-def align_pair(
-    fixed: PreparedScan, scan: PreparedScan, start: Pose2D, deviation: float, reach: float = 0.15
-) -> ScanMatch:
+def align_pair(fixed: PreparedScan, scan: PreparedScan, start: Pose2D) -> ScanMatch:
     """Align a scan to a single one; poses are in the base frame of the fixed scan."""
     if not (fixed.points.size and scan.points.size):
         return ScanMatch(start, np.zeros((3, 3)), 0.0)
@@ -171,8 +173,8 @@ def align_pair(
         scan.points,
         scan.normals,
         as_row(start),
-        reach,
-        deviation,
+        PAIR_REACH,
+        RESIDUAL_DEVIATION,
         30,
     )
     return ScanMatch(as_pose(row), information, float(overlap))

@@ -13,6 +13,9 @@ from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering import kernels
 from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
 
+CLEAR_RANGE = 4.0
+"""Distance that a beam without return clears in the map, m."""
+
 HIT, MISS = 850, 400
 """Log-odds in thousandths of a return and of a beam that passes (p = 0.7 and 0.4)."""
 
@@ -34,7 +37,7 @@ class Drawing:
         p, scan = self._parameters, keyframe.scan
         sensor = as_row(keyframe.pose.compose(scan.mount))
         returned = scan.ranges[np.isfinite(scan.ranges)]
-        clear = min(p.clear_range, scan.range_max)
+        clear = min(CLEAR_RANGE, scan.range_max)
         reach = max(clear, min(p.match_range, float(returned.max(initial=0.0)))) + 0.5
         self._cover(sensor[0], sensor[1], reach)
         kernels.insert_scan(

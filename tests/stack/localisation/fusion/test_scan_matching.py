@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import inf, radians
 
 import numpy as np
 import pytest
 
-from stack.localisation.fusion.parameters import EkfParameters
+from stack.localisation.fusion.scan_matching import matcher as matching
 from stack.localisation.fusion.scan_matching.matcher import ScanMatcher
 from stack.types import FloatArray, Pose2D, Scan
 
@@ -53,7 +52,7 @@ HERE = np.zeros((1, 4))
 
 
 def matcher_at(pose: Pose2D, corners: list[tuple[float, float]]) -> ScanMatcher:
-    matcher = ScanMatcher(EkfParameters())
+    matcher = ScanMatcher()
     matcher.set_keyframe(matcher.points_of(scan_at(pose, corners, 99), HERE))
     return matcher
 
@@ -121,19 +120,20 @@ def test_a_pose_that_explains_little_of_a_scan_is_confirmed_by_three():
 
 
 @pytest.mark.parametrize(("confirmations", "at"), [(1, 0), (2, 1), (3, 2)])
-def test_the_number_of_confirmations_and_the_clear_share_are_parameters(confirmations, at):
+def test_an_unclear_pose_waits_for_its_confirmations(monkeypatch, confirmations, at):
     """With a clear share of 1 every pose that a search finds waits for its confirmations."""
     matcher, moved = matcher_at(START, ROOM), Pose2D(1.2, -0.8, 0.3)
-    matcher.parameters = replace(matcher.parameters, clear_share=1.0, confirmations=confirmations)
+    monkeypatch.setattr(matching, "CLEAR_SHARE", 1.0)
+    monkeypatch.setattr(matching, "CONFIRMATIONS", confirmations)
     scans = [scan_at(START.compose(moved), ROOM, seed) for seed in range(3)]
     found = [matched(matcher, scan, Pose2D(0.0, 0.0)) is not None for scan in scans]
     assert found.index(True) == at
 
 
-def test_a_pose_that_is_not_known_well_enough_is_not_used():
+def test_a_pose_that_is_not_known_well_enough_is_not_used(monkeypatch):
     """No pose of this room is known to a tenth of a millimetre."""
     matcher, moved = matcher_at(START, ROOM), Pose2D(1.2, -0.8, 0.3)
-    matcher.parameters = replace(matcher.parameters, known_deviation=1e-4)
+    monkeypatch.setattr(matching, "KNOWN_DEVIATION", 1e-4)
     scan = scan_at(START.compose(moved), ROOM)
     assert matched(matcher, scan, Pose2D(0.0, 0.0)) is None
 
@@ -141,12 +141,12 @@ def test_a_pose_that_is_not_known_well_enough_is_not_used():
 def test_a_scan_taken_on_the_move_is_deskewed():
     """The base moves by 6 cm and turns by 0.1 rad during the scan; the walls stay straight."""
     scan = scan_at(Pose2D(0.0, 0.0), ROOM)
-    still = ScanMatcher(EkfParameters()).points_of(scan, HERE)
+    still = ScanMatcher().points_of(scan, HERE)
     stamped = Scan(
         1.0, scan.ranges, scan.angle_min, scan.angle_increment, 0.05, 12.0, time_increment=0.1 / 360
     )
     trail = np.array([[0.9, -0.06, 0.0, -0.1], [1.0, 0.0, 0.0, 0.0], [1.1, 0.06, 0.0, 0.1]])
-    moving = ScanMatcher(EkfParameters()).points_of(stamped, trail)
+    moving = ScanMatcher().points_of(stamped, trail)
     share = (np.arange(360) - 179.5) / 360
     angle = 0.1 * share
     returned = np.isfinite(scan.ranges)

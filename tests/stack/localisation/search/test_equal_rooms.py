@@ -59,7 +59,7 @@ def way(reach: np.ndarray, motion: Pose2D) -> list[Pose2D]:
 
 def drive(localiser, place, truth, motion, odometry, generator) -> Pose2D:
     """Drive by a motion with a scan every 10 cm until one pose is left; return the truth."""
-    planner = ViewPlanner(surface_field(place.grid), 0.25, localiser.parameters)
+    planner = ViewPlanner(surface_field(place.grid), 0.25)
     start = truth
     for step in way(planner.reach([truth]), motion)[1:]:
         to = start.compose(step)

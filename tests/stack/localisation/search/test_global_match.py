@@ -9,7 +9,7 @@ from stack.errors import NavigationError
 from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import GlobalMatch, is_distinct
-from stack.localisation.search.rivals import resolve
+from stack.localisation.search.rivals import RIVAL_DEAD_ZONE, RIVAL_SHARE, resolve
 from stack.types import FailureCode, Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import office, twin_rooms
 from tests.stack.navigation.toy_world import robot
@@ -90,24 +90,24 @@ def test_a_scan_from_another_building_is_lost():
 
 
 def test_rivals_have_a_share_of_the_probability():
-    parameters = LocaliserParameters(rival_share=0.01, rival_dead_zone=0.75)
+    assert (RIVAL_SHARE, RIVAL_DEAD_ZONE) == (0.01, 0.75)
     near = GlobalMatch(Pose2D(1.0, 2.0), 0.9, cost=2.0)
     rival = GlobalMatch(Pose2D(7.0, 2.0), 0.8, cost=2.75 - log(0.011))
     no_rival = GlobalMatch(Pose2D(7.0, 9.0), 0.8, cost=2.75 - log(0.009))
-    resolution = resolve([near, rival, no_rival], 0.6, parameters)
+    resolution = resolve([near, rival, no_rival], 0.6)
     assert resolution.rivals == (rival,)
     assert resolution.log_weights == pytest.approx([0.0, log(0.011)])
-    assert resolve([near], 0.6, parameters).rivals == ()
+    assert resolve([near], 0.6).rivals == ()
     with pytest.raises(NavigationError, match="LOST: the best place on the map explains 90%"):
-        resolve([near], 0.95, parameters)
+        resolve([near], 0.95)
     with pytest.raises(NavigationError, match="LOST: the best place on the map explains 0%"):
-        resolve([], 0.6, parameters)
+        resolve([], 0.6)
 
 
 def test_how_well_beams_end_at_walls_ranks_rivals_but_drops_none():
     first = GlobalMatch(Pose2D(1.0, 2.0), 0.9, evidence=-2.0)
     second = GlobalMatch(Pose2D(7.0, 2.0), 0.9, evidence=-12.0)
-    resolution = resolve([second, first], 0.6, LocaliserParameters())
+    resolution = resolve([second, first], 0.6)
     assert resolution.best is first
     assert resolution.rivals == (second,)
 

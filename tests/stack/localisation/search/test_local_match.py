@@ -6,7 +6,6 @@ import numpy as np
 
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.local_match import LocalMatcher, map_search
 from stack.types import Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import Place, drawn, mapped, office
@@ -14,9 +13,8 @@ from tests.stack.localisation.drawn_office import Place, drawn, mapped, office
 
 def matcher(grid):
     field = surface_field(grid)
-    parameters = LocaliserParameters()
-    search = map_search(field, parameters)
-    return LocalMatcher(field, ScanEvaluator(field), parameters, search)
+    search = map_search(field)
+    return LocalMatcher(field, ScanEvaluator(field), search)
 
 
 def test_a_pose_within_the_window_is_found():

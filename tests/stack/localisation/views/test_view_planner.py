@@ -7,7 +7,7 @@ import pytest
 
 from stack.localisation.distance_field import surface_field
 from stack.localisation.kernels import cast_rays
-from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.views import view_planner
 from stack.localisation.views.view_planner import ViewPlanner
 from stack.types import Pose2D, Scan
 from tests.stack.localisation.drawn_office import drawn, mapped
@@ -29,10 +29,10 @@ def scan(beams=360, field_of_view=2.0 * pi):
     )
 
 
-def planner(*furniture, **parameters):
+def planner(*furniture):
     solid = drawn([*WALLS, *furniture], 20.0, 8.0)
     field = surface_field(mapped(solid))
-    return ViewPlanner(field, 0.3, LocaliserParameters(**parameters)), field
+    return ViewPlanner(field, 0.3), field
 
 
 def test_the_view_is_reachable_at_both_and_near():
@@ -56,7 +56,7 @@ def test_equal_surroundings_have_no_view():
     ]  # fmt: skip
     walls = [(a + shift, b, c + shift, d) for shift in (0.0, 10.0) for a, b, c, d in room]
     field = surface_field(mapped(drawn(walls, 20.0, 8.0)))
-    views = ViewPlanner(field, 0.3, LocaliserParameters())
+    views = ViewPlanner(field, 0.3)
     poses = [Pose2D(4.0, 4.0, 0.3), Pose2D(14.0, 4.0, 0.3)]
     assert views.best_view(poses, [0.5, 0.5], scan()) is None
 
@@ -68,8 +68,9 @@ def test_an_avoided_place_is_not_chosen_again():
     assert second is None or second.motion.distance_to(first.motion) > 1.0
 
 
-def test_a_place_beyond_the_reach_is_not_chosen():
-    views, _ = planner(PRINTER, view_distance=0.35)
+def test_a_place_beyond_the_reach_is_not_chosen(monkeypatch):
+    monkeypatch.setattr(view_planner, "VIEW_DISTANCE", 0.35)
+    views, _ = planner(PRINTER)
     assert views.best_view([ROBOT, TWIN], [0.5, 0.5], scan()) is None
 
 

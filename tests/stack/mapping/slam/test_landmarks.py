@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from stack.errors import ParameterError
+from stack.mapping.slam import landmarks
 from stack.mapping.slam.graph import Edge, Keyframe, Landmark, PoseGraph, Sighting
 from stack.mapping.slam.landmarks import (
     FIRST_NODE,
@@ -109,11 +110,11 @@ def test_views_from_several_places_decide_between_two_solutions():
     graph = row_of_keyframes(4)
     landmark = with_sightings(graph, [0.5, 0.8, 1.1, 1.4], 0.3)
     poses = {number: keyframe.pose for number, keyframe in graph.keyframes.items()}
-    for edge in landmark_edges(landmark, FIRST_NODE, poses, 3):
+    for edge in landmark_edges(landmark, FIRST_NODE, poses):
         placed = graph.keyframes[edge.source].pose.compose(edge.relative)
         assert placed.distance_to(RIGHT) < 1e-9
         assert abs(wrap_angle(placed.heading - RIGHT.heading)) < 1e-9
-    (found,) = markers_of(graph, solve(problem_of(graph, 10.0, 3)))
+    (found,) = markers_of(graph, solve(problem_of(graph)))
     assert abs(wrap_angle(found.heading - RIGHT.heading)) < 0.01
 
 
@@ -124,17 +125,18 @@ def test_an_ambiguous_visit_places_the_marker_and_leaves_its_heading_open():
     """
     graph = row_of_keyframes(4, spacing=0.02)
     with_sightings(graph, [0.6] * 4, 0.5)
-    (found,) = markers_of(graph, solve(problem_of(graph, 10.0, 3)))
+    (found,) = markers_of(graph, solve(problem_of(graph)))
     assert abs(wrap_angle(found.heading - RIGHT.heading - 0.3)) < 0.02
     assert found.heading_deviation == pytest.approx(0.3 / 2**0.5, abs=0.03)
     assert hypot(found.position[0] - RIGHT.x, found.position[1] - RIGHT.y) < 0.01
 
 
-def test_a_landmark_needs_views_from_several_keyframes():
+def test_a_landmark_needs_views_from_several_keyframes(monkeypatch):
     graph = row_of_keyframes(3)
     with_sightings(graph, [0.5, 0.8, 1.1], 0.5)
-    assert markers_of(graph, solve(problem_of(graph, 10.0, 4))) == ()
-    assert len(markers_of(graph, solve(problem_of(graph, 10.0, 3)))) == 1
+    assert len(markers_of(graph, solve(problem_of(graph)))) == 1
+    monkeypatch.setattr(landmarks, "MARKER_VIEWS", 4)
+    assert markers_of(graph, solve(problem_of(graph))) == ()
 
 
 def test_the_better_sighting_of_a_keyframe_is_kept():

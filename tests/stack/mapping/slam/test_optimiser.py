@@ -70,8 +70,8 @@ def dead_reckoned(edges: list[Edge], steps: int) -> dict[int, Pose2D]:
 def test_a_hundred_false_loops_move_no_keyframe_by_five_centimetres(seed):
     _, edges = manhattan(STEPS, seed)
     start = dead_reckoned(edges, STEPS)
-    clean = optimise(start, edges, 10.0).poses
-    found = optimise(start, edges + false_loops(100, STEPS, seed), 10.0).poses
+    clean = optimise(start, edges).poses
+    found = optimise(start, edges + false_loops(100, STEPS, seed)).poses
     assert max(found[n].distance_to(clean[n]) for n in clean) < 0.05
 
 
@@ -85,7 +85,7 @@ def test_a_loop_that_contradicts_the_drift_is_not_rejected():
     loops = [Edge(i, 40 + i, Pose2D(0.0, 0.0), information, "loop") for i in range(1)]
     start = dead_reckoned(edges, 41)
     assert start[40].distance_to(start[0]) > 1.0
-    found = optimise(start, edges + loops, 10.0).poses
+    found = optimise(start, edges + loops).poses
     assert found[40].distance_to(found[0]) < 0.05
 
 
@@ -94,9 +94,9 @@ def test_the_worker_returns_the_same_poses_at_the_latency_and_not_before():
     start = dead_reckoned(edges, 60)
     worker = OptimiserWorker()
     try:
-        worker.submit(Problem(start, edges, 10.0, 3), due=5.0)
+        worker.submit(Problem(start, edges), due=5.0)
         assert worker.result(4.9) is None and worker.is_busy
-        assert worker.result(5.0) == optimise(start, edges, 10.0)
+        assert worker.result(5.0) == optimise(start, edges)
         assert worker.result(5.1) is None and not worker.is_busy
     finally:
         worker.close()
@@ -109,10 +109,10 @@ def test_a_problem_solved_at_once_leaves_the_submitted_one_due():
     start, other = dead_reckoned(edges, 60), dead_reckoned(others, 40)
     worker = OptimiserWorker()
     try:
-        worker.submit(Problem(start, edges, 10.0, 3), due=5.0)
-        assert worker.solve(Problem(other, others, 10.0, 3)) == optimise(other, others, 10.0)
+        worker.submit(Problem(start, edges), due=5.0)
+        assert worker.solve(Problem(other, others)) == optimise(other, others)
         assert worker.result(4.9) is None and worker.is_busy
-        assert worker.result(5.0) == optimise(start, edges, 10.0)
+        assert worker.result(5.0) == optimise(start, edges)
         assert not worker.is_busy
     finally:
         worker.close()
@@ -122,6 +122,6 @@ def test_unconnected_parts_keep_their_first_keyframe():
     poses = {0: Pose2D(1.0, 2.0), 1: Pose2D(2.5, 2.0), 5: Pose2D(9.0, 9.0), 6: Pose2D(9.0, 9.5)}
     one = Edge(0, 1, Pose2D(1.0, 0.0), INFORMATION, "match")
     other = Edge(5, 6, Pose2D(cos(0.3), sin(0.3)), INFORMATION, "match")
-    found = optimise(poses, [one, other], 10.0).poses
+    found = optimise(poses, [one, other]).poses
     assert found[0].distance_to(poses[0]) < 1e-6 and found[5].distance_to(poses[5]) < 1e-6
     assert found[1].x == pytest.approx(2.0, abs=1e-6)

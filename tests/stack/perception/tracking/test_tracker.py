@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.perception.tracking import tracker as tracking
 from stack.perception.tracking.clusters import bridged, clusters
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.surface_fit import surface_fit
@@ -97,12 +98,14 @@ def test_a_walker_gets_its_velocity_and_keeps_its_id():
     assert track.position_after(1.0) == pytest.approx((-0.2, 2.2), abs=0.08)
 
 
-def test_one_step_of_the_filter_by_hand():
-    settings_ = TrackerParameters(
-        position_noise=0.1, first_speed=1.0, acceleration=1.0, confirm=2, moving_distance=0.0,
-        moving_speed=0.01, gate=1e6,
-    )  # fmt: skip
-    tracker = Tracker(settings_)
+def test_one_step_of_the_filter_by_hand(monkeypatch):
+    values = {
+        "POSITION_NOISE": 0.1, "ACCELERATION": 1.0, "MOVING_DISTANCE": 0.0, "MOVING_SPEED": 0.01,
+        "GATE": 1e6,
+    }  # fmt: skip
+    for name, value in values.items():
+        monkeypatch.setattr(tracking, name, value)
+    tracker = Tracker(TrackerParameters(confirm=2))
     pose = Pose2D(0.0, 0.0)
     first, second = seen(pose, [(2.0, 0.0, 0.3)]), seen(pose, [(1.3, 0.0, 0.3)], 0.1)
     assert tracker.update(pose, first, 0.0) == ()
