@@ -11,6 +11,7 @@ from stack.types import Expression, FailureCode
 class Check(RobotBehaviour):
     """Succeed if a condition is true now; otherwise fail with CHECK_FAILED and its values."""
 
+    is_instant = is_condition = runs_in_tests = True
     fails_with = (FailureCode.CHECK_FAILED,)
 
     condition: Expression = port("condition that must be true")

@@ -10,7 +10,8 @@ from behaviours.base import RobotBehaviour, port
 class Wait(RobotBehaviour):
     """Succeed after a time on the robot's clock."""
 
-    takes_time = True
+    takes_time = runs_in_tests = True
+    lasts = "time"
     fails_with = ()
     can_fail = False
 

@@ -55,6 +55,7 @@ class NavigateToPose(RobotBehaviour):
     uses_wheels = True
     fails_with = DRIVE_FAILURES
     goal_ports = ("goal",)
+    arrives_at = "goal"
 
     def initialise(self) -> None:
         """Start the drive."""

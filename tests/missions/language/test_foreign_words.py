@@ -9,8 +9,9 @@ from missions.inspection.diagnosis import findings_of
 from missions.language.foreign_words import MODIFIERS as WORDS
 from missions.language.foreign_words import NODES as OTHER_NODES
 from missions.language.foreign_words import node_meaning, plain
-from missions.language.keys import MODIFIERS, SECTIONS
+from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES
+from missions.language.sections import SECTIONS
 
 KNOWN = [*NODES, *find_behaviours().names()]
 KEYS = {word for section in SECTIONS.values() for word in section}

@@ -1,0 +1,58 @@
+"""Sections of mission files by name, those of node kinds included."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from missions.language.keys import (
+    ARGUMENT,
+    BLACKBOARD_KEY,
+    CASE,
+    EVENT,
+    EXPECTATION,
+    INPUT,
+    MISSION,
+    MOCK,
+    MODIFIERS,
+    RECOVER,
+    REPEAT,
+    REPLAYED_ROBOT,
+    RETRY,
+    TREE,
+    TREE_FILE,
+    Keys,
+)
+from missions.language.kinds import NODES
+
+ONLY_FOR: Mapping[str, tuple[str, ...]] = {
+    "with": tuple(word for word, kind in NODES.items() if kind.takes_inputs),
+    "do": tuple(word for word, kind in NODES.items() if kind.is_loop),
+}
+"""Modifiers of some kinds only; `out` is for all that have outputs."""
+
+SECTIONS: Mapping[str, Keys] = {
+    "mission": MISSION, "tree file": TREE_FILE, "replayed robot": REPLAYED_ROBOT,
+    "argument": ARGUMENT,
+    "blackboard key": BLACKBOARD_KEY, "input": INPUT, "tree": TREE, "event": EVENT,
+    "node": MODIFIERS, "retry": RETRY, "recover": RECOVER, "repeat": REPEAT,
+    **{word: kind.keys for word, kind in NODES.items() if kind.keys},
+    "case": CASE,
+    "mock": MOCK, "expectation": EXPECTATION,
+}  # fmt: skip
+
+
+PLACES: Mapping[str, str] = {
+    "mission": "top of a mission", "tree file": "top of an included file",
+    "replayed robot": "`robot`, for a log",
+    "argument": "entry of `arguments`", "blackboard key": "entry of `blackboard`",
+    "tree": "entry of `trees`", "input": "entry of `in`", "event": "entry of `events`",
+    "node": "node", "retry": "`retry`", "recover": "`recover`",
+    "repeat": "`repeat`", **{word: f"`{word}`" for word, kind in NODES.items() if kind.keys},
+    "case": "entry of `tests`", "mock": "entry of `mock`", "expectation": "`expect`",
+}  # fmt: skip
+"""Where each section stands."""
+
+
+def mission_words() -> frozenset[str]:
+    """Return the words that no behaviour can have as its name."""
+    return frozenset([*NODES, *MODIFIERS, *RECOVER, *EVENT, *TREE])
