@@ -117,7 +117,7 @@ class RobotBehaviour(Behaviour):
     """Whether it never succeeds in its first tick. Not needed when `uses_wheels` is set."""
     is_instant: typing.ClassVar[bool] = False
     """Whether it always ends in its first tick."""
-    lasts: typing.ClassVar[str] = ""
+    duration_port: typing.ClassVar[str] = ""
     """Port with the time that it runs at least, seconds."""
     is_condition: typing.ClassVar[bool] = False
     """Whether it succeeds when its condition is true and only then."""
@@ -138,12 +138,12 @@ class RobotBehaviour(Behaviour):
     goal_ports: typing.ClassVar[tuple[str, ...]] = ()
     """Ports with poses that the robot must be able to stand at; `check` compares them with the
     world."""
-    arrives_at: typing.ClassVar[str] = ""
+    arrival_port: typing.ClassVar[str] = ""
     """Port with the pose at which the robot stands after its success."""
     runs_in_tests: typing.ClassVar[bool] = False
     """Whether tests of missions run it unless they mock it: it needs only clock and values."""
     also_known_as: typing.ClassVar[tuple[str, ...]] = ()
-    """Its names elsewhere, in lower-case letters and digits; hints for unknown words use them."""
+    """Its names elsewhere, for example in Nav2; hints for unknown words use them."""
 
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)

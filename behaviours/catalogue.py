@@ -70,16 +70,16 @@ class BehaviourKind:
         uses_wheels: whether it moves the robot.
         takes_time: whether it never succeeds in its first tick.
         is_instant: whether it always ends in its first tick.
-        lasts: port with the time that it runs at least; "" without one.
+        duration_port: port with the time that it runs at least; "" without one.
         is_condition: whether it succeeds when its condition is true and only then.
         can_succeed, can_fail: whether it can.
         fails_with: the codes that it can fail with; None if they are not known.
         ends_by: ports of which one must be set, or it never succeeds.
         failure_ports: ports with the code and the reason of its failure; may be empty.
         goal_ports: ports with poses that the robot must be able to stand at.
-        arrives_at: port with the pose at which the robot stands after its success; "" without one.
+        arrival_port: port with the pose at which it leaves the robot; "" without one.
         runs_in_tests: whether tests of missions run it unless they mock it.
-        also_known_as: its names elsewhere, in lower-case letters and digits.
+        also_known_as: its names elsewhere, for example in Nav2.
         needs: what the robot must have, such as `camera` or `lidar or sonar`.
     """
 
@@ -93,7 +93,7 @@ class BehaviourKind:
     uses_wheels: bool
     takes_time: bool
     is_instant: bool
-    lasts: str
+    duration_port: str
     is_condition: bool
     can_succeed: bool
     can_fail: bool
@@ -101,7 +101,7 @@ class BehaviourKind:
     ends_by: tuple[str, ...] = ()
     failure_ports: tuple[str, ...] = ()
     goal_ports: tuple[str, ...] = ()
-    arrives_at: str = ""
+    arrival_port: str = ""
     runs_in_tests: bool = False
     also_known_as: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
@@ -387,7 +387,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         uses_wheels=declared.uses_wheels,
         takes_time=declared.uses_wheels or declared.takes_time,
         is_instant=declared.is_instant,
-        lasts=declared.lasts,
+        duration_port=declared.duration_port,
         is_condition=declared.is_condition,
         can_succeed=succeeds,
         can_fail=fails,
@@ -395,7 +395,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         ends_by=declared.ends_by,
         failure_ports=declared.failure_ports,
         goal_ports=declared.goal_ports,
-        arrives_at=declared.arrives_at,
+        arrival_port=declared.arrival_port,
         runs_in_tests=declared.runs_in_tests,
         also_known_as=declared.also_known_as,
         needs=declared.needs,

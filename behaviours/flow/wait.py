@@ -10,8 +10,9 @@ from behaviours.base import RobotBehaviour, port
 class Wait(RobotBehaviour):
     """Succeed after a time on the robot's clock."""
 
+    also_known_as = ("Delay", "Sleep", "pause", "Timer")
     takes_time = runs_in_tests = True
-    lasts = "time"
+    duration_port = "time"
     fails_with = ()
     can_fail = False
 

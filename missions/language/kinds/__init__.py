@@ -22,6 +22,7 @@ from missions.language.kinds.sequence import REACTIVE, SEQUENCE
 from missions.language.kinds.switch import CASE, SWITCH
 from missions.language.kinds.unset import UNSET
 from missions.language.kinds.use import USE
+from missions.language.model import Catalogue
 
 NODES: Mapping[str, NodeKind] = {
     kind.word: kind
@@ -36,6 +37,13 @@ CONTROLS: Mapping[str, NodeKind] = {kind.word: kind for kind in (*controls.CONTR
 """Kinds of nodes that are added to the tree, by modifier."""
 
 KINDS: Mapping[str, NodeKind] = {**NODES, **CONTROLS}
+
+
+def node_types(catalogue: Catalogue) -> dict[str, tuple[str, ...]]:
+    """Return every word that can be the type of a node, with its names elsewhere."""
+    behaviours = {name: catalogue.get(name) for name in catalogue.names()}
+    others = {name: kind.also_known_as for name, kind in behaviours.items() if kind is not None}
+    return {**{word: kind.also_known_as for word, kind in NODES.items()}, **others}
 
 
 def glyph_of(kind: str) -> str:

@@ -71,7 +71,7 @@ class ReactiveFallbackStep(FallbackStep):
 FALLBACK = NodeKind(
     "fallback", "children in order until one succeeds; the next tick resumes at the running child",
     Shape.CHILDREN, "?", Outline.OCTAGON, Fallback, "{fallback: [{say: a}]}",
-    keeps="the running child", also_known_as=("selector", "try"),
+    keeps="the running child", also_known_as=("Selector", "try"),
     read=read_list(FallbackStep), step=FallbackStep,
 )  # fmt: skip
 REACTIVE_FALLBACK = NodeKind(

@@ -194,5 +194,5 @@ FOR_EACH = NodeKind(
     "`on_failure: continue` it continues after an item that fails",
     Shape.LOOP, "∀", Outline.HEXAGON, ForEach, "{for_each: {n: [1, 2]}, do: {say: a}}",
     keeps="the list and the current item", empty="the list was empty",
-    also_known_as=("loopint", "loopdouble", "loopstring"), read=_read, step=ForEachStep,
+    also_known_as=("LoopInt", "LoopDouble", "LoopString"), read=_read, step=ForEachStep,
 )  # fmt: skip

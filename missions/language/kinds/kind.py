@@ -56,8 +56,8 @@ class NodeReading(Protocol):
     findings: Findings
     catalogue: Catalogue
     trees: Mapping[str, Tree]
-    known: list[str]
-    """Words that can stand as the type of a node."""
+    known: dict[str, tuple[str, ...]]
+    """Words that can stand as the type of a node, with their names elsewhere."""
 
     def read(self, node: Node, context: NameContext) -> Step | None:
         """Read a node; None after a finding."""
@@ -117,7 +117,7 @@ class NodeKind:
         empty: why its children never started although it was reached; "" if that depends on them.
         takes_outputs: whether `out` can stand beside it.
         takes_inputs: whether `with` can stand beside it.
-        also_known_as: its names elsewhere, in lower-case letters.
+        also_known_as: its names in BehaviorTree.CPP, Nav2, py_trees and everyday language.
         example: the value of `run` in a mission that has this node, and further sections.
         read: reads it; None for a kind that a modifier or `events` adds.
         step: its class in the model.

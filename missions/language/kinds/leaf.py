@@ -75,7 +75,7 @@ class LeafStep(Step):
         return Outcomes(can_succeed, can_fail)
 
     def least_time(self, children: Sequence[float]) -> float:
-        value = self.ports.get(self.behaviour.lasts)
+        value = self.ports.get(self.behaviour.duration_port)
         known = isinstance(value, Constant) and isinstance(value.value, int | float)
         return float(value.value) if known and isinstance(value, Constant) else 0.0
 
@@ -99,7 +99,7 @@ class LeafStep(Step):
 
     @property
     def goal(self) -> object:
-        value = self.ports.get(self.behaviour.arrives_at)
+        value = self.ports.get(self.behaviour.arrival_port)
         is_known = isinstance(value, Constant) and self.modifiers.when is None
         return value.value if is_known and isinstance(value, Constant) else None
 
@@ -111,7 +111,7 @@ class LeafStep(Step):
         declared = self.behaviour.ports
         return {
             name: value for name, value in self.ports.items()
-            if declared[name].unit == "s" and name != self.behaviour.lasts
+            if declared[name].unit == "s" and name != self.behaviour.duration_port
         }  # fmt: skip
 
     def missing_ends(self) -> tuple[str, ...]:
@@ -138,7 +138,7 @@ class LeafStep(Step):
         return self.behaviour.runs_in_tests or not self.behaviour.bindable
 
     def problems(self) -> Iterator[Finding]:
-        time = self.ports.get(self.behaviour.lasts)
+        time = self.ports.get(self.behaviour.duration_port)
         if isinstance(time, Constant) and time.value == 0.0 and time.is_written:
             sentence = f"a {self.kind} of 0 s has no effect"
             yield Finding(time.mark or self.mark, "W133", sentence, "remove it", "warning")

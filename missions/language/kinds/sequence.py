@@ -101,12 +101,12 @@ def _overwritten(first: Step, second: Step) -> Iterator[Finding]:
 SEQUENCE = NodeKind(
     "sequence", "children in order until one fails; the next tick resumes at the running child",
     Shape.CHILDREN, "→", Outline.BOX, Sequence, "{sequence: [{say: a}]}",
-    keeps="the running child", also_known_as=("sequencewithmemory",),
+    keeps="the running child", also_known_as=("SequenceWithMemory",),
     read=read_list(SequenceStep), step=SequenceStep,
 )  # fmt: skip
 REACTIVE = NodeKind(
     "reactive", "as `sequence`, but every tick starts at the first child",
     Shape.CHILDREN, "⇉", Outline.BOX, ReactiveSequence, "{reactive: [{say: a}]}",
-    also_known_as=("reactivesequence", "pipelinesequence"),
+    also_known_as=("ReactiveSequence", "PipelineSequence"),
     read=read_list(ReactiveStep), step=ReactiveStep,
 )  # fmt: skip

@@ -105,5 +105,5 @@ UNSET = NodeKind(
     "unset", "removes the values of keys without `initial`: `unset: $photo` or a list",
     Shape.NOTHING, "∅", Outline.ELLIPSE, LeafNode,
     "{unset: $k}\nblackboard: {k: {type: int, optional: true}}",
-    also_known_as=("unsetblackboard",), read=_read, step=UnsetStep,
+    also_known_as=("UnsetBlackboard", "UnsetBlackboardVariable"), read=_read, step=UnsetStep,
 )  # fmt: skip

@@ -184,5 +184,5 @@ USE = NodeKind(
     "use", "a tree of this file: `{use: inspect, with: {…}, out: {…}}`",
     Shape.TREE, "▣", Outline.FOLDER, Subtree,
     "{use: greet}\ntrees: {greet: {do: {say: a}}}", takes_outputs=True, takes_inputs=True,
-    also_known_as=("subtree", "subtreeplus"), read=_read, step=UseStep,
+    also_known_as=("SubTree", "SubTreePlus"), read=_read, step=UseStep,
 )  # fmt: skip

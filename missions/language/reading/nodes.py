@@ -11,7 +11,7 @@ from missions.language.expressions.scope import Symbol
 from missions.language.foreign_words import MODIFIERS as WORDS
 from missions.language.foreign_words import modifier_hint, node_meaning, plain
 from missions.language.keys import MODIFIERS
-from missions.language.kinds import NODES
+from missions.language.kinds import NODES, node_types
 from missions.language.kinds.kind import Written
 from missions.language.kinds.leaf import read_leaf
 from missions.language.model import Catalogue
@@ -41,7 +41,7 @@ class NodeReader:
         self.findings: Findings = values.findings
         self.ports = PortReader(values)
         self.modifiers = ModifierReader(values, self.read, self.children)
-        self.known = [*NODES, *catalogue.names()]
+        self.known = node_types(catalogue)
 
     def read(self, node: Node, context: NameContext) -> Step | None:
         """Read a node; None after a finding."""
