@@ -4,24 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from missions.language.keys import (
-    ARGUMENT,
-    BLACKBOARD_KEY,
-    CASE,
-    EVENT,
-    EXPECTATION,
-    INPUT,
-    MISSION,
-    MOCK,
-    MODIFIERS,
-    RECOVER,
-    REPEAT,
-    REPLAYED_ROBOT,
-    RETRY,
-    TREE,
-    TREE_FILE,
-    Keys,
-)
+from missions.language import keys
+from missions.language.keys import Keys
 from missions.language.kinds import NODES
 
 ONLY_FOR: Mapping[str, tuple[str, ...]] = {
@@ -31,13 +15,14 @@ ONLY_FOR: Mapping[str, tuple[str, ...]] = {
 """Modifiers of some kinds only; `out` is for all that have outputs."""
 
 SECTIONS: Mapping[str, Keys] = {
-    "mission": MISSION, "tree file": TREE_FILE, "replayed robot": REPLAYED_ROBOT,
-    "argument": ARGUMENT,
-    "blackboard key": BLACKBOARD_KEY, "input": INPUT, "tree": TREE, "event": EVENT,
-    "node": MODIFIERS, "retry": RETRY, "recover": RECOVER, "repeat": REPEAT,
+    "mission": keys.MISSION, "tree file": keys.TREE_FILE, "replayed robot": keys.REPLAYED_ROBOT,
+    "argument": keys.ARGUMENT,
+    "blackboard key": keys.BLACKBOARD_KEY, "input": keys.INPUT,
+    "tree": keys.TREE, "event": keys.EVENT,
+    "node": keys.MODIFIERS, "retry": keys.RETRY, "recover": keys.RECOVER, "repeat": keys.REPEAT,
     **{word: kind.keys for word, kind in NODES.items() if kind.keys},
-    "case": CASE,
-    "mock": MOCK, "expectation": EXPECTATION,
+    "case": keys.CASE,
+    "mock": keys.MOCK, "expectation": keys.EXPECTATION,
 }  # fmt: skip
 
 
@@ -55,4 +40,4 @@ PLACES: Mapping[str, str] = {
 
 def mission_words() -> frozenset[str]:
     """Return the words that no behaviour can have as its name."""
-    return frozenset([*NODES, *MODIFIERS, *RECOVER, *EVENT, *TREE])
+    return frozenset([*NODES, *keys.MODIFIERS, *keys.RECOVER, *keys.EVENT, *keys.TREE])

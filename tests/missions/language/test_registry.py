@@ -1,5 +1,6 @@
 """Every kind of node and every key is known to all that use the registries."""
 
+import ast
 from dataclasses import replace
 from pathlib import Path
 
@@ -239,3 +240,17 @@ def test_leaves_are_ellipses():
 
 def test_every_shape_is_used():
     assert {kind.shape for kind in KINDS.values()} == set(Shape)
+
+
+def test_only_the_file_of_a_kind_knows_its_class():
+    """What other modules need of a node, they ask `Step`: then a new kind is one file."""
+    kinds = Path(__file__).parents[3] / "missions" / "language" / "kinds"
+    classes = {kind.step.__name__ for kind in NODES.values() if kind.step} | {"CompositeStep"}
+    named = {
+        (file.name, node.id)
+        for file in kinds.parents[1].rglob("*.py")
+        if file.parent != kinds
+        for node in ast.walk(ast.parse(file.read_text("utf-8")))
+        if isinstance(node, ast.Name) and node.id in classes
+    }
+    assert named == set()
