@@ -256,6 +256,10 @@ class Step(ABC):
         """Return the keys whose values it removes."""
         return ()
 
+    def changes(self) -> tuple[Symbol, ...]:
+        """Return the symbols that it writes or unsets itself."""
+        return (*self.writes(), *self.unsets())
+
     def symbols_read(self) -> Iterator[Symbol]:
         """Yield the symbols that it reads or tests, those of its modifiers included."""
         for condition in self.modifiers.conditions():

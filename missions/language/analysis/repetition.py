@@ -133,7 +133,7 @@ class RepetitionCheck:
         until = step.modifiers.until
         endless = is_endless(step)
         if until is not None and not endless:
-            written = {symbol for node in steps_of(step) for symbol in node.writes()}
+            written = {symbol for node in steps_of(step) for symbol in node.changes()}
             endless = not written & {*symbols_in(until)}
         if endless and step.modifiers.every is None and _is_instant(step):
             sentence = f"{step.title} repeats on every tick of the tree"

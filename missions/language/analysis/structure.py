@@ -84,7 +84,7 @@ class StructureCheck:
         if event.then != "restart":
             return
         names = {item.name for _, item in event.when.term.named() if isinstance(item, Named)}
-        written = {symbol for step in steps_of(event.step) for symbol in step.writes()}
+        written = {symbol for step in steps_of(event.step) for symbol in step.changes()}
         used = {*symbols_in(event.when)}
         if any(step.uses for step in steps_of(event.step)) or used & written:
             return
