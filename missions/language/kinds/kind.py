@@ -113,7 +113,6 @@ class NodeKind:
         keeps: what it remembers from one tick to the next.
         ports, outputs: declarations of its ports and outputs.
         keys: keys below it, besides ports.
-        takes_list: whether a list of nodes can stand in place of the keys.
         empty: why its children never started although it was reached; "" if that depends on them.
         takes_outputs: whether `out` can stand beside it.
         takes_inputs: whether `with` can stand beside it.
@@ -134,7 +133,6 @@ class NodeKind:
     ports: Mapping[str, Declaration] = field(default_factory=dict)
     outputs: Mapping[str, Declaration] = field(default_factory=dict)
     keys: Keys = field(default_factory=dict)
-    takes_list: bool = False
     empty: str = ""
     takes_outputs: bool = False
     takes_inputs: bool = False

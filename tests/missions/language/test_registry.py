@@ -43,6 +43,8 @@ def test_a_kind_is_compiled_to_its_class_and_drawn_with_its_glyph(tmp_path, word
 
 
 def test_a_kind_without_a_method_is_refused():
+    assert all(kind.step is not None and kind.read is not None for kind in NODES.values())
+
     class Incomplete(CompositeStep):
         """A kind whose author has forgotten how long it takes, and its node."""
 
