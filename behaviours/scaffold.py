@@ -127,7 +127,9 @@ def write_new(texts: Mapping[Path, str]) -> list[Path]:
     """
     for file in texts:
         if file.exists():
-            raise InputError(f"{file} already exists; choose another name or delete the file")
+            raise InputError(
+                f"{file} already exists; delete it, or choose another folder: --in FOLDER"
+            )
     for file, text in texts.items():
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")

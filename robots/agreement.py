@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import cos, radians, sin
+from math import cos, inf, radians, sin
 
 import numpy as np
 
 from robots.declared import DIFFERS, URDF
-from robots.urdf.extent import points_of, radii_of
+from robots.urdf.extent import points_of, radii_of, shapes_of
 from robots.urdf.model import Joint, RobotModel
 from robots.urdf.sensors import sensor_links
 from stack.documents import Node, Section
@@ -228,6 +228,22 @@ def compare_body(
             mark = (top.node.get(key) or top.node).mark
             top.findings.warning(DIFFERS, mark, sentence, origin)
     _compare_mounts(top, model, base, robot)
+    _check_supports(top, model, points)
+
+
+def _check_supports(top: Section, model: RobotModel, points: Mapping[str, FloatArray]) -> None:
+    """Warn of fixed parts that stand on the floor with an edge or a face."""
+    for name, at in points.items():
+        shapes = {kind for kind in shapes_of(model.links[name]) if kind != "sphere"}
+        if not shapes or float(at[:, 2].min(initial=inf)) > LEVEL or model.turns(name):
+            continue
+        sentence = (
+            f"wheels: the URDF's link {name!r} does not turn and stands on the floor with a "
+            f"{min(shapes)}: it may carry the robot, and the wheels slip"
+        )
+        hint = "use a sphere as its <collision>, a caster without friction, or raise it by 1 cm"
+        mark = (top.node.get("wheels") or top.node).mark
+        top.findings.warning(DIFFERS, mark, sentence, hint)
 
 
 def _compare_mounts(

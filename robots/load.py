@@ -256,11 +256,10 @@ def _components(top: Section) -> dict[str, Any]:
         entries.append(("localisation", localisation))
     found: dict[str, Any] = {}
     for kind, node in entries:
-        if isinstance(node.value, str):
-            found[kind] = {"use": node.value}
-        elif node.is_mapping:
-            found[kind] = node.plain()
-        else:
-            sentence = f"{kind} must be a name or a mapping, got {node.words()}"
-            top.findings.error(SHAPE, node.mark, sentence)
+        use = node.get("use") if node.is_mapping else node
+        if use is not None and not (isinstance(use.value, str) and use.value):
+            expected = "a name or {use: name, parameter: value}"
+            top.findings.error(SHAPE, use.mark, f"{kind} must be {expected}, got {use.words()}")
+            continue
+        found[kind] = node.plain() if node.is_mapping else {"use": node.value}
     return found

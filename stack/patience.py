@@ -20,12 +20,21 @@ class Patience:
     """
 
     LONGEST: ClassVar[float] = 30.0
-    """Seconds. Sound workers compute for a few seconds at most. On hardware also the seconds of the
-    robot's clock for which a late result is waited for."""
+    """Seconds. Sound workers compute for a few seconds at most."""
 
     def __init__(self, computed: Callable[[], float]) -> None:
         self._computed = computed
         self.begin()
+
+    @classmethod
+    def is_over(cls, due: float, now: float) -> bool:
+        """Whether a late result is given up on hardware, whose clock goes on meanwhile.
+
+        Args:
+            due: when the result should have been there, seconds on the robot's clock.
+            now: likewise.
+        """
+        return now > due + cls.LONGEST
 
     def begin(self) -> None:
         """Wait for another answer from now on."""

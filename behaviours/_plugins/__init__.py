@@ -1,1 +1,1 @@
-"""How the catalogue reads plugins: folders, plain py_trees leaves, port types, renamed names."""
+"""How the catalogue reads plugins: folders, plain py_trees leaves, port types."""

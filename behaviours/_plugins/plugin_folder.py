@@ -16,8 +16,6 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 
-from behaviours._plugins.renamed import hint_for
-
 OUR_CODE = Path(__file__).parents[1]
 """The package of the built-in behaviours; errors in plugins are reported with lines of plugins."""
 
@@ -92,5 +90,5 @@ def sentence_for(error: BaseException) -> str:
     if isinstance(error.__cause__, TypeError):  # Python 3.11 wraps what __set_name__ raises
         error = error.__cause__
     if isinstance(error, ImportError):
-        return f"{line}cannot import: {error}{hint_for(error)}"
+        return f"{line}cannot import: {error}"
     return f"{line}{type(error).__name__}: {error}"

@@ -200,7 +200,7 @@ def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes
 
 
 def _cause(monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
-    end, speed = monitor.trace[-1], engine.runtime.parts.state.motion.twist
+    end, speed = monitor.trace[-1], engine.runtime.perceived.motion.twist
     if monitor.status in ("contact", "struck"):
         contacts = [text for kind, text in _simulation(engine).take_events() if kind == "contact"]
         return (

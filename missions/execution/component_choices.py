@@ -71,9 +71,6 @@ MAPLESS_DEFAULTS: dict[str, dict[str, Any]] = {
 """Defaults without a map. Sensed obstacles reach farther and are kept longer than with a map;
 otherwise a robot that left a dead end would plan back into it."""
 
-Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
-"""Kind -> name of the component and raw parameters."""
-
 LIST_READERS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
     "costmap": ("layers", read_layers),
     "safety": ("zones", read_zones),
@@ -114,36 +111,58 @@ def default_of(kind: str, *, mapped: bool = True) -> str:
 
 def all_chosen(
     robot: RobotDescription,
-    mission: Mapping[str, tuple[str | None, Mapping[str, Any]]],
+    mission: Mapping[str, Component],
+    findings: Findings,
     *,
     mapped: bool = True,
 ) -> dict[str, Choice]:
     """Return the choice of every kind. The mission overrides the robot, the robot the defaults.
 
-    A source that names another component keeps the parameters set before that this one has too.
-
     Args:
         robot: its settings apply where the mission sets nothing.
-        mission: kind -> name and parameters.
+        mission: by kind, with the parameters of the command line.
+        findings: receives warnings about the robot's parameters that a component does not have.
         mapped: whether there is a map; without one `MAPLESS_DEFAULTS` apply.
     """
     choices: dict[str, Choice] = {}
     found: dict[str, dict[str, Any]] = {}
     for kind in (*DEFAULTS, *SETTINGS):
-        wanted: dict[str, Any] = {} if mapped else dict(MAPLESS_DEFAULTS.get(kind, {}))
-        use, values = mission.get(kind, (None, {}))
-        sources = (robot.components.get(kind) or {}, {**values, **({"use": use} if use else {})})
-        for source in sources:
-            before = wanted.get("use", default_of(kind, mapped=mapped))
-            use = source.get("use", before)
-            if use != before and kind in DEFAULTS:
-                wanted = accepted(kind, use, wanted)
-            wanted.update(source)
-        found[kind] = wanted
-        choices[kind] = chosen(kind, wanted, mapped=mapped)
+        wanted = _default(kind, mapped=mapped)
+        own = robot.components.get(kind)
+        robots = _component(kind, own, Mark(str(robot.source))) if own else None
+        for layer in (robots, mission.get(kind)):
+            if layer is not None:
+                wanted, dropped = layered(wanted, layer, accepted_parameters)
+                findings.items += [dropped] if dropped else []
+        found[kind] = raw(wanted.use, wanted.values)
+        choices[kind] = chosen(kind, found[kind], mapped=mapped)
     sees_depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
     choices["costmap"] = _costmap(found["costmap"], robot, sees_depth=sees_depth)
     return choices
+
+
+def raw(use: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a component as `{"use": name, parameter: value}`; without `use` for None."""
+    return dict(values) if use is None else {**values, "use": use}
+
+
+def accepted_parameters(kind: str, name: str, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the parameters that a component has too; all where `chosen` refuses the name."""
+    try:
+        return accepted(kind, name, values) if kind in DEFAULTS else values
+    except InputError:
+        return values
+
+
+def _default(kind: str, *, mapped: bool) -> Component:
+    values = {} if mapped else MAPLESS_DEFAULTS.get(kind, {})
+    use = default_of(kind, mapped=mapped) if kind in DEFAULTS else None
+    return _component(kind, raw(use, values), Mark(""))
+
+
+def _component(kind: str, wanted: Mapping[str, Any], mark: Mark) -> Component:
+    values = {key: value for key, value in wanted.items() if key != "use"}
+    return Component(kind, wanted.get("use"), mark, values)
 
 
 def _costmap(wanted: Mapping[str, Any], robot: RobotDescription, *, sees_depth: bool) -> Choice:
@@ -174,7 +193,7 @@ def choices_of(
     """
     wanted = _with_parameters(mission, given, findings)
     try:
-        return all_chosen(robot, wanted, mapped=mission.map != "none")
+        return all_chosen(robot, wanted, findings, mapped=mission.map != "none")
     except ParameterError as error:  # not from the mission: its values were checked on reading
         named = [name for name in given if name.endswith(f".{error.name}")] or list(given)
         hint = f"; {error.hint}" if error.hint else ""
@@ -182,7 +201,9 @@ def choices_of(
         raise InputError(f"{source}: {error.sentence}{hint}") from None
 
 
-def _with_parameters(mission: Mission, given: Mapping[str, str], findings: Findings) -> Wanted:
+def _with_parameters(
+    mission: Mission, given: Mapping[str, str], findings: Findings
+) -> dict[str, Component]:
     """Return the choices with the command line's parameters; `controller.use` names a component."""
     parts = dict(mission.components)
     split = [(*name.partition("."), text) for name, text in given.items()]
@@ -194,18 +215,18 @@ def _with_parameters(mission: Mission, given: Mapping[str, str], findings: Findi
         if kind not in (*DEFAULTS, *SETTINGS):
             hint = suggestion(kind, [*DEFAULTS, *SETTINGS])
             raise InputError(f"--parameter: navigation has no {kind!r}; {hint}")
-        if parameter == "use" and kind in DEFAULTS:
-            named = Component(kind, text, Mark(str(mission.source)))
-            parts[kind], dropped = layered(parts.get(kind), named, accepted)
-            findings.items += [dropped] if dropped else []
-    wanted: Wanted = {kind: (part.use, part.values) for kind, part in parts.items()}
-    for kind, _, parameter, text in split:
-        use, values = wanted.get(kind, (None, {}))
         if parameter != "use":
-            wanted[kind] = use, {**values, parameter: value_of(text)}
-        elif kind not in DEFAULTS:
-            wanted[kind] = text, values
-    return wanted
+            continue
+        if not text:
+            raise InputError(f"--parameter {kind}.use: the name of the component is missing")
+        named = Component(kind, text, Mark(str(mission.source)))
+        parts[kind], dropped = layered(parts.get(kind), named, accepted_parameters)
+        findings.items += [dropped] if dropped else []
+    for kind, _, parameter, text in split:
+        if parameter != "use":
+            part = parts.get(kind) or Component(kind, None, Mark(str(mission.source)))
+            parts[kind] = replace(part, values={**part.values, parameter: value_of(text)})
+    return parts
 
 
 def _settings(kind: str, values: dict[str, Any]) -> Choice:

@@ -111,7 +111,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         else {"mean": scorer.mean_error, "max": counters["localisation_error_max"]},
         relocalised_by=_confirmed(relocalisations, runtime),
         relocalisations=relocalisations,
-        battery=runtime.parts.state.battery.charge,
+        battery=runtime.perceived.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
         final_pose={
             "estimate": _pose(runtime.parts.estimator.estimate.pose),

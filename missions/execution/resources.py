@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 from behaviours.catalogue import Catalogue, find_behaviours
-from missions.execution.component_choices import NAVIGATION_KINDS, chosen
+from missions.execution.component_choices import NAVIGATION_KINDS, accepted_parameters, chosen, raw
 from missions.execution.plugin_components import plugged_components
 from missions.language.model import Component, Mission, Replay, Resources
 from missions.language.reading.include import BESIDE
@@ -17,7 +16,6 @@ from robots.load import find_robot, read_robot
 from robots.logs.opening import MCAP, beginning, open_log
 from robots.logs.recording import SENSOR_LOG, Recording
 from robots.logs.rosbag import Topics
-from stack.components import accepted
 from stack.documents import Finding, Findings, Mark, Node
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -154,11 +152,11 @@ def resources(world: str | None = None) -> Resources:
         check_map=lambda name, folder: _ignore(load_map(name, folder)),
         check_markers=lambda name, folder: _ignore(read_marker_map(folder / name)),
         check_component=lambda kind, use, values, mapped: _ignore(
-            chosen(kind, {**values, **({"use": use} if use else {})}, mapped=mapped)
+            chosen(kind, raw(use, values), mapped=mapped)
         ),
         plugged_components=plugged_components,
         nav2_components=_nav2_components,
-        accepted_parameters=_accepted_parameters,
+        accepted_parameters=accepted_parameters,
     )
 
 
@@ -219,14 +217,6 @@ def _nav2_components(
 
     settings = read_nav2(folder / name, namespace=namespace)
     return components_of(settings), warnings_of(settings)
-
-
-def _accepted_parameters(kind: str, name: str, values: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the parameters that a component has too; none of one that does not exist."""
-    try:
-        return accepted(kind, name, values)
-    except InputError:
-        return {}  # `check_component` reports it
 
 
 def _ignore(_: object) -> None:

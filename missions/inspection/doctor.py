@@ -11,7 +11,7 @@ from behaviours.docking.dock import STAGING
 from missions.execution.component_choices import all_chosen
 from missions.execution.resources import WORLDS, load_robot
 from stack.costmap.parameters import CostmapParameters
-from stack.documents import Finding, Mark
+from stack.documents import Finding, Findings, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.geometry.polygons import widest_disc
@@ -168,7 +168,7 @@ def _passage_line(passage: Passage, robot: RobotDescription) -> tuple[str, bool]
     margin = passage.width - needed
     if margin < TIGHT_MARGIN:
         return f"! {where}: open with a margin of {margin * 100:.0f} cm", False
-    costs = all_chosen(robot, {})["costmap"].parameters
+    costs = all_chosen(robot, {}, Findings())["costmap"].parameters
     if passage.width / 2.0 < costs.inflation_radius:
         why = f"walls are within inflation_radius {costs.inflation_radius:g} m"
         return f"✔ {where}: open; {why}, so paths avoid it if possible", False

@@ -167,15 +167,16 @@ def world_description(world: World, doc: str = "") -> str:
         counted(len(world.friction_zones), "friction zone"),
         counted(len(world.posters), "poster"),
     ]  # fmt: skip
+    ignored = counted(len(world.warnings), "kind")
     rows = [
         ("size", f"{x_max - x_min:g} x {y_max - y_min:g} m, from ({x_min:g}, {y_min:g})"),
         ("has", ", ".join(text for text in things if not text.startswith("0 "))),
         ("doors", ", ".join(door.name for door in world.doors)),
         ("people", ", ".join(person.name for person in world.people)),
         ("markers", ", ".join(str(marker.number) for marker in world.markers)),
-        ("timeline", f"{len(world.timeline)} events" if world.timeline else ""),
+        ("timeline", counted(len(world.timeline), "event") if world.timeline else ""),
         ("start", _pose(world.start)),
-        ("ignored", f"{len(world.warnings)} elements, see `check`" if world.warnings else ""),
+        ("ignored", f"{ignored} of elements, see `check`" if world.warnings else ""),
     ]
     lines = [f"{world.name}: {doc}" if doc else f"{world.name}:"]
     lines += [f"  {title:<9} {text}" for title, text in rows if text]

@@ -1,8 +1,9 @@
-"""Pictures of maps with scale, places and labels: `doctor --png` and `show world --png`."""
+"""Pictures of maps with coordinates, places and labels: `doctor --png`, `show world --png`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import ceil, floor
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,9 @@ PIXELS_PER_METRE = 120
 LARGEST = 4000
 """Pixels of the longer side; larger maps have a smaller scale."""
 
+LENGTHS = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5)
+"""Possible lengths of the scale bar, metres."""
+
 FOOTER = 44
 """Pixels below the map, for the title and the scale."""
 
@@ -25,6 +29,7 @@ OUTSIDE: Colour = (10, 10, 10)
 GROUND: Colour = (34, 21, 13)
 WALL: Colour = (193, 165, 147)
 TEXT: Colour = (234, 214, 201)
+GRID: Colour = (66, 50, 38)
 """Colours: blue, green, red."""
 
 
@@ -47,11 +52,32 @@ class MapPicture:
         self._cells[cells] = colour
 
     def begin(self) -> None:
-        """Enlarge the cells to pixels; markers and labels can be drawn from now on."""
+        """Enlarge the cells to pixels, draw coordinates; markers can be drawn from now on."""
         cells = np.ascontiguousarray(np.flipud(self._cells))
         self._image = self._cv2.resize(
             cells, None, fx=self._scale, fy=self._scale, interpolation=self._cv2.INTER_NEAREST
         )
+        self._draw_coordinates()
+
+    def _draw_coordinates(self) -> None:
+        """Draw lines of equal x and of equal y, and write their coordinates at the border."""
+        cv2, length, (rows, columns) = self._cv2, self._length, self._image.shape[:2]
+        x_min, y_min = self._grid.origin[:2]
+        width, height = (size * self._grid.resolution for size in self._grid.cells.shape[::-1])
+        for x in _multiples(length, x_min, x_min + width):
+            column = self.pixel(x, y_min)[0]
+            cv2.line(self._image, (column, 0), (column, rows), GRID, 1)
+            self._write(f"{x:g}", (column + 4, rows - 6), WALL)
+        for y in _multiples(length, y_min, y_min + height):
+            row = self.pixel(x_min, y)[1]
+            cv2.line(self._image, (0, row), (columns, row), GRID, 1)
+            self._write(f"{y:g}", (4, row - 4), WALL)
+
+    @property
+    def _length(self) -> float:
+        """Length of the scale bar and of a square of the coordinates, metres."""
+        widest = self._image.shape[1] / 4
+        return next((metres for metres in LENGTHS if self.pixels(metres) <= widest), LENGTHS[-1])
 
     def pixel(self, x: float, y: float) -> tuple[int, int]:
         """Column and row of a point in the world frame, metres."""
@@ -96,9 +122,7 @@ class MapPicture:
         footer = np.full((FOOTER, columns, 3), OUTSIDE, dtype=np.uint8)
         self._image = np.vstack([self._image, footer])
         row = self._image.shape[0] - FOOTER // 2
-        metres = next(
-            (length for length in (50, 20, 10, 5, 2, 1) if self.pixels(length) <= columns / 4), 0.5
-        )
+        metres = self._length
         left, right = columns - 16 - self.pixels(metres), columns - 16
         cv2 = self._cv2
         cv2.line(self._image, (left, row + 8), (right, row + 8), TEXT, 2)
@@ -115,6 +139,11 @@ class MapPicture:
             cv2.putText(
                 self._image, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, shade, thickness, cv2.LINE_AA
             )
+
+
+def _multiples(length: float, least: float, most: float) -> list[float]:
+    """Return the multiples of a length between two numbers."""
+    return [n * length for n in range(ceil(least / length), floor(most / length) + 1)]
 
 
 def draw_world(path: Path, grid: OccupancyGrid, places: Mapping[str, Pose2D], title: str) -> None:

@@ -25,11 +25,12 @@ def layered(
     if first is None:
         return then, None
     values: Mapping[str, Any] = first.values
-    if then.use and then.use != first.use:
+    if then.use is not None and then.use != first.use:
         values = accepted(then.kind, then.use, first.values)
     marks = {name: mark for name, mark in first.marks.items() if name in values}
     merged = replace(
-        then, use=then.use or first.use, mark=then.mark if then.use else first.mark,
+        then, use=first.use if then.use is None else then.use,
+        mark=first.mark if then.use is None else then.mark,
         values={**values, **then.values}, marks={**marks, **then.marks},
     )  # fmt: skip
     return merged, _dropped(first, then, values)

@@ -38,6 +38,14 @@ def points_of(model: RobotModel, link: str, tag: str, *, meshes: bool) -> FloatA
     return np.concatenate(found) if found else np.empty((0, 3))
 
 
+def shapes_of(link: Element) -> Iterator[str]:
+    """The kinds of the collision shapes of a link that are not meshes."""
+    for part in link.all("collision"):
+        geometry = part.first("geometry")
+        kinds = [] if geometry is None else [shape.tag for shape in geometry.children]
+        yield from (kind for kind in kinds if kind != "mesh")
+
+
 def radii_of(link: Element) -> Iterator[tuple[str, float]]:
     """The round collision shapes of a link: (sphere or cylinder, radius)."""
     for part in link.all("collision"):

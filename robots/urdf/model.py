@@ -106,6 +106,11 @@ class RobotModel:
         """The joint whose child a link is; None of the root."""
         return self._above.get(link)
 
+    def turns(self, link: str) -> bool:
+        """Whether a link is on a continuous joint, or on something that is."""
+        above = self.joint_above(link)
+        return above is not None and (above.kind == "continuous" or self.turns(above.parent))
+
     def joints_below(self, link: str) -> list[Joint]:
         """The joints whose parent a link is."""
         return self._below[link]

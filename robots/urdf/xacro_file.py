@@ -75,7 +75,10 @@ def _finding(
     message = " ".join(f"{error}".split())[:LONGEST_MESSAGE] or type(error).__name__
     hint = ""
     if "Undefined substitution argument" in message:
-        hint = "set it in the robot file: urdf: {file: …, arguments: {NAME: VALUE}}"
+        hint = (
+            "set it in the robot file: urdf: {file: …, arguments: {NAME: VALUE}}, or with"
+            " `treepilot new robot --set NAME=VALUE`"
+        )
     return Finding(Mark(file), URDF, f"xacro: {message}", hint)
 
 
@@ -84,5 +87,6 @@ def package_hint(search: PackageSearch) -> str:
     name = search.file.name
     return (
         f"list the folder that contains it in the robot file, urdf: {{file: {name}, packages: "
-        "[FOLDER]}, or in the environment variable ROS_PACKAGE_PATH"
+        "[FOLDER]}, with `treepilot new robot --packages FOLDER`, or in the environment variable "
+        "ROS_PACKAGE_PATH"
     )

@@ -182,6 +182,11 @@ class PathFollower(Lifecycle):
         return plan if plan is None or not self._segment.backward else turned(plan)
 
     @property
+    def plans_with_tracks(self) -> bool:
+        """Whether the controller keeps clear of moving objects itself."""
+        return self._forward.needs_tracks
+
+    @property
     def top_speed(self) -> float:
         """Speed at which the robot drives along the current segment at most, m/s."""
         limits, segment = self._robot.limits, self._segment

@@ -147,11 +147,6 @@ class Costmap:
         return tuple(self._layers)
 
     @property
-    def needs_tracks(self) -> bool:
-        """Whether a layer uses tracked objects."""
-        return any(layer.needs_tracks for layer in self._layers.values())
-
-    @property
     def needs_detections(self) -> bool:
         """Whether a layer uses detections in pictures."""
         return any(layer.needs_detections for layer in self._layers.values())

@@ -180,14 +180,12 @@ class Layer(ABC):
         inflated: whether the layer's lethal cells are inflated; an entry in a mission's list may
             set it otherwise. Layers that are not inflated are painted over the inflated costs.
         needs: sensors that the robot must have, as for other components.
-        needs_tracks: whether the layer uses tracked objects.
         needs_detections: whether the layer uses detections in pictures.
     """
 
     Parameters: ClassVar[type] = NoParameters
     inflated: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ()
-    needs_tracks: ClassVar[bool] = False
     needs_detections: ClassVar[bool] = False
 
     def __init__(self, parameters: Any, footprint: Footprint) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.costmap.layer import Frame, sampled
-from stack.costmap.zones import Zone, ZoneCells
+from stack.costmap.zones import MARGIN, Zone, ZoneCells
 from stack.geometry.distance_transform import distances_to_zero
 from stack.types import FREE, OCCUPIED, UNKNOWN, Footprint, OccupancyGrid, Pose2D
 
@@ -54,19 +54,18 @@ class WayOut:
     Args:
         zones: polygons.
         mask: a further zone, or None.
-        margin: metres by which zones are larger.
         footprint: of the robot.
         static: the map, or None.
         pose: of the robot, in a zone, map frame.
     """
 
-    def __init__(  # noqa: PLR0913 - the zones of a layer and its robot
-        self, zones: tuple[Zone, ...], mask: OccupancyGrid | None, margin: float,
-        footprint: Footprint, static: OccupancyGrid | None, pose: Pose2D,
+    def __init__(
+        self, zones: tuple[Zone, ...], mask: OccupancyGrid | None, footprint: Footprint,
+        static: OccupancyGrid | None, pose: Pose2D,
     ) -> None:  # fmt: skip
         self._footprint = footprint
         self.frame = _frame_around(zones, mask, footprint.circumscribed_radius, pose)
-        drawn = ZoneCells(zones, mask, margin)
+        drawn = ZoneCells(zones, mask, MARGIN)
         drawn.lay_out(self.frame, None)
         known = np.full(self.frame.shape, FREE, np.int8)
         occupied = np.zeros(self.frame.shape, np.bool_)

@@ -21,6 +21,14 @@ Corners = tuple[tuple[float, float], ...]
 _METRES = Declaration("corners", float, unit="m")
 IN_MASK = 255
 
+DIAGONAL = 1.4
+"""Diagonal of a cell, in sides: half of it for the edge of a zone, and half for a robot that is
+anywhere in its cell."""
+
+MARGIN = DIAGONAL * 0.05
+"""Metres by which zones that the robot must not enter are drawn larger: the diagonal of a cell of
+5 cm, in costmaps with finer cells too, so that all agree."""
+
 
 @dataclass(frozen=True)
 class Zone:
@@ -115,7 +123,7 @@ class ZoneCells:
     Args:
         zones: polygons.
         mask: its occupied cells are a zone too; None without one.
-        margin: metres by which the zones are drawn larger; 0, or at least a cell's diagonal.
+        margin: metres by which the zones are drawn larger, at least a cell's diagonal; or 0.
 
     Attributes:
         cells: (rows, columns) uint8: 0 for no zone, n for the n-th zone (the last one where zones
@@ -167,7 +175,7 @@ class ZoneCells:
     def _draw(self, box: Box) -> None:
         target = part(self.cells, box)
         target[:] = 0
-        margin = max(self._margin, 1.4 * self.frame.resolution) if self._margin else 0.0
+        margin = max(self._margin, DIAGONAL * self.frame.resolution) if self._margin else 0.0
         if self._mask is not None:
             target[self._in_mask(self._mask, box, margin)] = IN_MASK
         for number, zone in enumerate(self._zones, start=1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import atan, cos, inf, pi, sin
@@ -21,6 +21,9 @@ from stack.types import CameraModel, FloatArray, Footprint, Pose2D
 
 COLUMNS_OF_A_BEAM = 2
 """Columns of a depth picture in a beam of its virtual scan."""
+
+TOUCH = 1e-6
+"""Radians between masks that touch: an end in degrees is not exact in radians."""
 
 SCAN_SUFFIX = "_scan"
 """Added to the name of a depth camera for its virtual scan."""
@@ -88,13 +91,33 @@ class LidarDescription:
         return self.angle_min + self.angle_increment * beams
 
     def masks(self, angles: FloatArray, least: float = 0.0) -> NDArray[np.bool_]:
-        """Return which directions (n,) are masked, by masks wider than `least`, radians."""
+        """Return which directions (n,) are masked, by masks wider than `least`, radians.
+
+        Masks that touch are one.
+        """
         masked = np.zeros(angles.shape, dtype=bool)
-        for first, last in self.mask:
-            width = (last - first) % (2.0 * pi)
+        for first, width in _joined(self.mask):
             if width > least:
                 masked |= (angles - first) % (2.0 * pi) <= width
         return masked
+
+
+def _joined(mask: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the first direction and the width of masks, those that touch as one, radians."""
+    found: list[tuple[float, float]] = []
+    for first, last in mask:
+        width = (last - first) % (2.0 * pi)
+        for other in list(found):
+            before, after = (first - other[0]) % (2.0 * pi), (other[0] - first) % (2.0 * pi)
+            if before <= other[1] + TOUCH:
+                first, width = other[0], max(other[1], before + width)
+            elif after <= width + TOUCH:
+                width = max(width, after + other[1])
+            else:
+                continue
+            found.remove(other)
+        found.append((first, min(width, 2.0 * pi)))
+    return found
 
 
 @dataclass(frozen=True)

@@ -109,20 +109,6 @@ class TransformBuffer:
         in_odom = self._odom_at(stamp)
         return in_odom if frame == "odom" else self.map_from_odom(stamp).compose(in_odom)
 
-    def poses_at(self, frame: Frame, stamps: FloatArray) -> FloatArray:
-        """Return (n, 3) x, y, heading of the base at (n,) stamps; see `pose_at`."""
-        if stamps.size == 0:
-            return np.empty((0, 3))
-        known, rows = self.odometry_between(float(stamps.min()), float(stamps.max()))
-        x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
-        odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
-        if frame == "odom":
-            return odom
-        return np.array([
-            _row(self.map_from_odom(stamp).compose(Pose2D(*row)))
-            for stamp, row in zip(stamps.tolist(), odom.tolist(), strict=True)
-        ])  # fmt: skip
-
     def odometry_between(self, first: float, last: float) -> tuple[FloatArray, FloatArray]:
         """Return the odometry poses from which those at stamps in an interval are interpolated.
 

@@ -148,15 +148,6 @@ def read_graph(folder: Path) -> PoseGraph:
         raise _refusal(file, f"the pose graph is damaged: {words}") from None
 
 
-def epoch_of(folder: Path) -> float:
-    """Return the time at which the stamps of a folder's graph are 0, seconds since 1970.
-
-    Raises:
-        InputError: the folder has no graph.json, or it is damaged.
-    """
-    return float(_header(folder / HEADER).get("epoch", 0.0))
-
-
 def g2o_text(graph: PoseGraph) -> str:
     """Return a graph in the format of g2o; the first keyframe is fixed."""
     lines = [

@@ -8,8 +8,8 @@ from functools import partial
 from stack.errors import NavigationError, exception_sentence, traceback_text
 from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FailureCode, Twist
+from stack.navigation.tasks import Emit, MotionExecutor
+from stack.types import STANDSTILL, FailureCode, Perceived, Twist
 
 
 class Activities:
@@ -78,7 +78,7 @@ class Activities:
         if mission in self._started:
             self._guarded(mission, lambda: mission.resume(now))
 
-    def step(self, state: NavigationState, parameters: NavigationParameters) -> Twist:
+    def step(self, state: Perceived, parameters: NavigationParameters) -> Twist:
         """Step the current motion; STANDSTILL without one."""
         self.stop_ended(state.time)
         executor, twist = self.current, STANDSTILL

@@ -9,8 +9,8 @@ from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, RivalPose, Scan, Twist
+from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, RivalPose, Scan, Twist
 
 
 def ambiguity(pose: Pose2D, rivals: Sequence[RivalPose]) -> str:
@@ -62,7 +62,7 @@ class Disambiguation(MotionExecutor):
         """Look around first."""
         self._looking.start(now)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step."""
         if self._then is not None and self.drive is self._then:
             return self._step(self._then, state)
@@ -97,7 +97,7 @@ class Disambiguation(MotionExecutor):
             self.drive.task.cancel("the search for a view is over")
             self.drive.stop(now)
 
-    def _resolved(self, state: NavigationState) -> Twist:
+    def _resolved(self, state: Perceived) -> Twist:
         """End the task, or begin the drive for which one pose was needed."""
         self._end_drive(state)
         pose = state.estimate.pose
@@ -108,10 +108,10 @@ class Disambiguation(MotionExecutor):
         self.drive.start(state.time)
         return self._step(self._then, state)
 
-    def _step(self, drive: GoalDrive, state: NavigationState) -> Twist:
+    def _step(self, drive: GoalDrive, state: Perceived) -> Twist:
         return step_in_doubt(drive, self._monitor, state, self._parameters)
 
-    def _end_drive(self, state: NavigationState) -> None:
+    def _end_drive(self, state: Perceived) -> None:
         """End the drive to a view, if there is one, and look again."""
         if self.drive is None:
             return
@@ -123,10 +123,10 @@ class Disambiguation(MotionExecutor):
         self.drive = None
         self._looking.start(state.time)
 
-    def _look(self, state: NavigationState) -> Twist:
+    def _look(self, state: Perceived) -> Twist:
         """Stand for a moment, then drive to the next view or give up."""
         self.task.report(f"{_rivals(state)}, looking", 0.0)
-        if not standing(state.odometry.twist):
+        if not standing(state.motion.twist):
             self._looking.start(state.time)
         if self._looking.elapsed(state.time) < self._parameters.view_time:
             return STANDSTILL
@@ -141,7 +141,7 @@ class Disambiguation(MotionExecutor):
                 f"{why} after {self._views} views; raise navigator.view_attempts or set the pose",
             )
             return STANDSTILL
-        odometry = state.odometry.pose
+        odometry = state.motion.pose
         avoided = [place.relative_to(odometry) for place in self._seen]
         view = self._estimator.best_view(scan, avoided)
         if view is None:
@@ -159,6 +159,6 @@ class Disambiguation(MotionExecutor):
         return STANDSTILL
 
 
-def _rivals(state: NavigationState) -> str:
+def _rivals(state: Perceived) -> str:
     number = len(state.estimate.rivals)
     return f"{number} rival{'' if number == 1 else 's'} left"

@@ -7,8 +7,16 @@ from math import inf
 
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import slower
-from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FailureCode, PoseEstimate, RivalPose, Twist, wrap_angle
+from stack.navigation.tasks import Emit, MotionExecutor
+from stack.types import (
+    STANDSTILL,
+    FailureCode,
+    Perceived,
+    PoseEstimate,
+    RivalPose,
+    Twist,
+    wrap_angle,
+)
 
 
 class LocalisationMonitor:
@@ -37,14 +45,14 @@ class LocalisationMonitor:
         self._state = _FINE
         self._lost_for = 0.0
         self._left = inf
-        self._last: NavigationState | None = None
+        self._last: Perceived | None = None
 
     @property
     def stands(self) -> bool:
         """Whether the robot must stand."""
         return self._state == _LOST
 
-    def update(self, state: NavigationState, parameters: NavigationParameters) -> None:
+    def update(self, state: Perceived, parameters: NavigationParameters) -> None:
         """Decide for this step; called in each step before the motions."""
         self._count(state, parameters)
         before, estimate = self._state, state.estimate
@@ -74,12 +82,12 @@ class LocalisationMonitor:
         """Return the sentence of a motion without a path that fails because the robot is lost."""
         return f"{self.why(estimate)}, or set navigator.lost_motions to drive"
 
-    def _count(self, state: NavigationState, parameters: NavigationParameters) -> None:
+    def _count(self, state: Perceived, parameters: NavigationParameters) -> None:
         """Count the distance that is driven while the map is hidden."""
         if state.estimate.is_good or self._last is None:
             self._left = parameters.obscured_distance
         elif self._state == _OBSCURED:
-            driven = self._last.odometry.pose.distance_to(state.odometry.pose)
+            driven = self._last.motion.pose.distance_to(state.motion.pose)
             self._left -= driven
             self.obscured_distance += driven
         if self.stands:
@@ -113,7 +121,7 @@ _ROUNDING = 1e-9
 
 
 def step_in_doubt(
-    executor: MotionExecutor, monitor: LocalisationMonitor, state: NavigationState,
+    executor: MotionExecutor, monitor: LocalisationMonitor, state: Perceived,
     parameters: NavigationParameters,
 ) -> Twist:  # fmt: skip
     """Step a motion if the pose allows it; hold it, or let its task fail, if not.

@@ -26,8 +26,8 @@ from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
 from stack.navigation.plans.zone_names import with_zones
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionTask, NavigationState
-from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
+from stack.navigation.tasks import MotionTask
+from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
 
 PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
 """Failures that waiting cannot fix."""
@@ -89,7 +89,7 @@ class GoalDrive(Drive):
         self._possible_people = PossiblePeople(tools, self.timers)
         self._give_way = None if aside else GiveWay(tools, self._drive_aside, self.timers)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step."""
         state = self._possible_people.added(state, held=self._is_held_up)
         aside = self._twist_aside(state)
@@ -157,13 +157,13 @@ class GoalDrive(Drive):
         """Note that an evasion is over: the robot may be beside its path."""
         self._has_evaded = True
 
-    def _twist_aside(self, state: NavigationState) -> Twist | None:
+    def _twist_aside(self, state: Perceived) -> Twist | None:
         """Return the velocity of a robot that leaves a person's way; None when it does not."""
         if self._give_way is None:
             return None
         left_way = self._give_way.leaves_way
-        progress = self._follower.progress
-        ahead = np.empty((0, 2)) if progress is None or not state.tracks else progress.ahead(REACH)
+        progress, alone = self._follower.progress, not state.world.tracks
+        ahead = np.empty((0, 2)) if progress is None or alone else progress.ahead(REACH)
         twist = self._give_way.step(state, self._follower.standoff, ahead)
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
@@ -171,7 +171,7 @@ class GoalDrive(Drive):
             self._start_again(state.time)
         return twist
 
-    def _twist_making_room(self, state: NavigationState) -> Twist | None:
+    def _twist_making_room(self, state: Perceived) -> Twist | None:
         """Return the velocity of a robot that makes room to turn; None when it does not."""
         was_driving = self._making_room.is_driving
         twist = self._making_room.step(state, self._follower)
@@ -236,7 +236,7 @@ class GoalDrive(Drive):
         self._follower.update(pose)
         self._goals.pass_by(pose, progress.travelled, radius, waiting=self._follower.waiting)
 
-    def _request_plan_if_needed(self, state: NavigationState) -> None:
+    def _request_plan_if_needed(self, state: Perceived) -> None:
         """Request a plan when there is a reason, at most once per replan_interval."""
         p = self._tools.parameters
         self._path_check.update(self._follower.progress, state.estimate.pose)
@@ -245,7 +245,7 @@ class GoalDrive(Drive):
         reason = self._replan_reason(state)
         if reason is None:
             return
-        twist = state.odometry.twist
+        twist = state.motion.twist
         direction = 0 if standing(twist) else int(copysign(1, twist.linear))
         pose = state.estimate.pose
         copy = self._tools.global_costmap.copied()
@@ -266,7 +266,7 @@ class GoalDrive(Drive):
         p, person = self._tools.parameters, self._follower.standoff.person
         return p.replan_interval if person is None else p.replan_period
 
-    def _replan_reason(self, state: NavigationState) -> str | None:
+    def _replan_reason(self, state: Perceived) -> str | None:
         """Reason to plan now; ROUTINE to search for a better path, None for no plan."""
         follower, progress = self._follower, self._follower.progress
         if self.path is None or progress is None:
@@ -287,7 +287,7 @@ class GoalDrive(Drive):
             return "stopped short of the goal"
         return self._routine(state.time)
 
-    def _beside_path(self, progress: PathProgress, state: NavigationState) -> str | None:
+    def _beside_path(self, progress: PathProgress, state: Perceived) -> str | None:
         """Reason for a plan from where the robot is and as it faces; None if it needs none."""
         if progress.offset > self._tools.parameters.off_path:
             return f"{progress.offset:.1f} m off the path"
@@ -301,7 +301,7 @@ class GoalDrive(Drive):
         due = time >= self._requested_at + self._tools.parameters.replan_period - 1e-9
         return ROUTINE if due else None
 
-    def _correction(self, state: NavigationState) -> str | None:
+    def _correction(self, state: Perceived) -> str | None:
         """Reason for another plan of a car at the goal's position; None if it needs none."""
         off = self._follower.off_heading(state)
         if not off:
@@ -316,7 +316,7 @@ class GoalDrive(Drive):
         self._corrections += 1
         return "at the goal's position, but not at its heading"
 
-    def _other_turning_place(self, state: NavigationState) -> str | None:
+    def _other_turning_place(self, state: Perceived) -> str | None:
         """Choose another end of the path if there is no room to turn at the goal; say so."""
         tools, pose = self._tools, state.estimate.pose
         only_turns = (
@@ -335,7 +335,7 @@ class GoalDrive(Drive):
         self._turns_elsewhere = True
         return "no room to turn at the goal"
 
-    def _use_plan(self, state: NavigationState) -> None:
+    def _use_plan(self, state: Perceived) -> None:
         """Use the requested plan when it is due."""
         future = self.task.future
         answer = None if future is None else future.result(state.time)
@@ -360,7 +360,7 @@ class GoalDrive(Drive):
         ):
             self._adopt(answer, state)
 
-    def _plan_failed(self, failure: Failure, state: NavigationState) -> None:
+    def _plan_failed(self, failure: Failure, state: Perceived) -> None:
         """Handle a failed plan: continue on the current path, or retry until patience ends."""
         if failure.code in PERMANENT_FAILURES:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
@@ -372,11 +372,11 @@ class GoalDrive(Drive):
             self.path = None  # it may lead along a closed edge, or elsewhere
             self._follower.drop_path(state.time)
         if self.path is None:
-            close = nearest(state.tracks, state.estimate.pose, p.person_distance)
+            close = nearest(state.world.tracks, state.estimate.pose, p.person_distance)
             self._follower.standoff.face(close, state.time)
         self._patience.failed(failure, state, follows_path=self.path is not None)
 
-    def _adopt(self, plan: Plan, state: NavigationState) -> None:
+    def _adopt(self, plan: Plan, state: Perceived) -> None:
         first = self.path is None
         if self._path_check.blocked_at is not None:
             self._choice.note_blocked(self._path_check.blocked_at, state.time)

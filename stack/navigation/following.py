@@ -15,7 +15,7 @@ from stack.navigation.escape.unseen import unseen_walls
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.standoff import Standoff
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import moving_discs
 from stack.types import (
     STANDSTILL,
@@ -23,6 +23,7 @@ from stack.types import (
     FailureCode,
     FloatArray,
     Path,
+    Perceived,
     Pose2D,
     Twist,
     wrap_angle,
@@ -136,9 +137,9 @@ class Follower:
             return inf
         return self._speeds.posted(self.progress.travelled)
 
-    def off_heading(self, state: NavigationState) -> str:
+    def off_heading(self, state: Perceived) -> str:
         """Describe the heading error of a car that stands at the goal's position; else empty."""
-        stands = self.idles(state.time) and standing(state.odometry.twist)
+        stands = self.idles(state.time) and standing(state.motion.twist)
         if self._tools.turns_in_place or self.progress is None or not (stands and self.at_position):
             return ""
         goal, pose = self.progress.path.goal, state.estimate.pose
@@ -163,20 +164,20 @@ class Follower:
         limit = self._tools.goal_checker.tolerance.position
         return self.progress is not None and self.progress.segment.ends_within(limit)
 
-    def reached(self, state: NavigationState) -> bool:
+    def reached(self, state: Perceived) -> bool:
         """Whether the end of the path is reached; not while another drive uses the controller."""
         if self.progress is None or not self._steers:
             return False
         return self._tools.goal_checker.reached(self._drive_state(state, self.progress))
 
-    def _drive_state(self, state: NavigationState, progress: PathProgress) -> DriveState:
-        still = self._last == STANDSTILL and standing(state.odometry.twist)
+    def _drive_state(self, state: Perceived, progress: PathProgress) -> DriveState:
+        still = self._last == STANDSTILL and standing(state.motion.twist)
         top = min(self._tools.path_follower.top_speed, self.posted_limit)
         return DriveState(
             state.time, state.estimate.pose, still, progress.remaining, progress.reversals, top
         )
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step.
 
         Raises:
@@ -199,12 +200,12 @@ class Follower:
             self.idle.start_once(state.time)
         return self._last
 
-    def _command(self, state: NavigationState) -> Twist:
+    def _command(self, state: Perceived) -> Twist:
         if self._keeps_distance(state):
             return STANDSTILL
         control_state = ControlState(
-            state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
-            state.tracks,
+            state.time, state.estimate.pose, state.motion.twist, self._tools.local_costmap.grid,
+            state.world.tracks,
             self._seen_and_mapped(state),
             blind_behind=state.obstacles.is_blind(pi),
         )  # fmt: skip
@@ -222,14 +223,14 @@ class Follower:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
 
-    def _seen_and_mapped(self, state: NavigationState) -> FloatArray:
+    def _seen_and_mapped(self, state: Perceived) -> FloatArray:
         """Return the obstacle points of the controller, and the map's walls in blind sectors."""
         points, tools = _points(state), self._tools
         ground, reach = tools.global_costmap.ground, tools.bodies.circumscribed + BEHIND_BLIND
         walls = unseen_walls(ground, state.estimate.pose, state.obstacles, reach)
         return np.concatenate([points, walls]) if len(walls) else points
 
-    def _keeps_distance(self, state: NavigationState) -> bool:
+    def _keeps_distance(self, state: Perceived) -> bool:
         """Whether the robot stands before a person on its path, far enough away to turn."""
         tools, person, progress = self._tools, self.standoff.person, self.progress
         if person is None or progress is None:
@@ -319,7 +320,7 @@ class PathDrive(Drive):
         """Give the path to the controller."""
         self._follower.set_path(self.path, now)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step."""
         follower, task = self._follower, self.task
         try:
@@ -337,14 +338,14 @@ class PathDrive(Drive):
             return STANDSTILL
 
 
-def _points(state: NavigationState) -> FloatArray:
+def _points(state: Perceived) -> FloatArray:
     """Return the obstacle points, base frame, without those of people left to evasion."""
     points = state.obstacles.points
-    if not state.evaded:
+    if not state.world.evaded:
         return points
     from stack.control.evasion.kernels import points_outside_discs  # imports numba
 
-    discs = moving_discs(state.evaded, state.estimate.pose)
+    discs = moving_discs(state.world.evaded, state.estimate.pose)
     left: FloatArray = points_outside_discs(np.ascontiguousarray(points), discs, inf, TRACK_PADDING)
     return left
 

@@ -12,8 +12,8 @@ from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.following import Drive
 from stack.navigation.path_speeds import slower
 from stack.navigation.recoveries import DriveFor
-from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FloatArray, Twist
+from stack.navigation.tasks import Emit, MotionExecutor
+from stack.types import STANDSTILL, FloatArray, Perceived, Twist
 
 FORESEEN = 8.0
 """Metres of path along which evasion expects the robot."""
@@ -38,10 +38,10 @@ class MotionEvasion:
 
     def __init__(self, evasion: Evasion, path_follower: PathFollower, emit: Emit) -> None:
         self.evasion, self._path_follower, self._emit = evasion, path_follower, emit
-        self._evaded_at = -inf
+        self._evaded_at, self._evades = -inf, False
 
     def step(
-        self, wanted: Twist, state: NavigationState, motion: MotionExecutor | None, *,
+        self, wanted: Twist, state: Perceived, motion: MotionExecutor | None, *,
         along_path: bool, limit: float,
     ) -> Twist:  # fmt: skip
         """Return the wanted velocity, or one that leaves the way of a person.
@@ -58,29 +58,34 @@ class MotionEvasion:
         when = self.evasion.parameters.when
         is_held = motion is not None and motion.held_for is not None
         if when == "never" or is_held or (when == "driving" and not _gives_way(motion)):
-            if self.evasion.active and isinstance(motion, Drive):
+            if self._evades and isinstance(motion, Drive):
                 motion.note_evasion()
-            self.evasion.rest()
+            self._rest()
             return wanted
         if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear(state.time):
-            self.evasion.rest()
+            self._rest()
             return wanted
         way = NO_POINTS
         if along_path:
             way = self._path_follower.way_ahead(FORESEEN, backward=wanted.linear < 0.0)
+        makes_way = isinstance(motion, Drive) and motion.makes_way and wanted != STANDSTILL
         situation = Situation(
-            state.time, state.estimate.pose, state.odometry.twist, state.tracks, state.obstacles,
-            way, isinstance(motion, Drive) and motion.makes_way and wanted != STANDSTILL,
+            state.time, state.estimate.pose, state.motion.twist, state.world.tracks,
+            state.obstacles, way, makes_way,
         )  # fmt: skip
-        was_active = self.evasion.active
-        twist = self.evasion.step(wanted, situation)
-        if was_active and not self.evasion.active and isinstance(motion, Drive):
+        twist, evades = self.evasion.step(wanted, situation)
+        if self._evades and not evades and isinstance(motion, Drive):
             motion.note_evasion()
-        if self.evasion.active:
+        self._evades = evades
+        if evades:
             if state.time >= self._evaded_at + NEW_EVASION:
                 self._emit("evasion", "keeping clear of a person")
             self._evaded_at = state.time
         return twist if motion is None or motion.while_lost else slower(twist, limit)
+
+    def _rest(self) -> None:
+        self.evasion.rest()
+        self._evades = False
 
 
 def _gives_way(motion: MotionExecutor | None) -> bool:

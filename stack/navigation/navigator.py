@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import degrees
+from typing import NamedTuple
 
 from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
@@ -34,7 +35,7 @@ from stack.navigation.recoveries import (
     Spin,
     StraightLine,
 )
-from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
+from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
 from stack.types import (
@@ -42,6 +43,7 @@ from stack.types import (
     ContactZone,
     FailureCode,
     Path,
+    Perceived,
     Pose2D,
     TaskStatus,
     Twist,
@@ -49,6 +51,14 @@ from stack.types import (
 
 MAKES_ROOM = 1.5
 """Metres that a drive may move away from an obstacle to turn onto its path."""
+
+
+class WantedTwist(NamedTuple):
+    """What navigation wants: a velocity, base frame, and where the robot may touch something."""
+
+    twist: Twist
+    contact: ContactZone | None = None
+
 
 First = Callable[[GoalDrive], MotionExecutor]
 
@@ -118,7 +128,7 @@ class Navigator:
         self.localisation_monitor = LocalisationMonitor(emit, period)
         self._activities = Activities(emit, self.localisation_monitor, log)
         self._queries = PlanQueries(self._tools)
-        self._state: NavigationState | None = None
+        self._state: Perceived | None = None
 
     @property
     def parameters(self) -> NavigationParameters:
@@ -168,6 +178,15 @@ class Navigator:
         return self._evasion.evasion
 
     @property
+    def evades(self) -> bool:
+        """Whether only evasion keeps the robot clear of who walks.
+
+        Otherwise they are obstacles: evasion is off, or the controller plans with tracks itself.
+        """
+        on = self.evasion.parameters.when != "never"
+        return on and not self.path_follower.plans_with_tracks
+
+    @property
     def goal(self) -> Pose2D | None:
         """Goal of the current drive, map frame; None without one."""
         drive = self._drive
@@ -196,7 +215,7 @@ class Navigator:
         """Counters for the snapshot: plans, replans, recoveries, distance (metres driven)."""
         return dict(self._tools.counters)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> WantedTwist:
         """Compute the velocity for this step; STANDSTILL without a running task."""
         self._count_distance(state)
         self._state = state
@@ -205,9 +224,11 @@ class Navigator:
         self.localisation_monitor.update(state, self.parameters)
         wanted, motion = self._activities.step(state, self.parameters), self._motion
         limit = self.localisation_monitor.speed_limit
-        return self._evasion.step(
+        twist = self._evasion.step(
             wanted, state, motion, along_path=_follows_path(motion), limit=limit
         )
+        current = self._activities.current
+        return WantedTwist(twist, current.contact if isinstance(current, DriveFor) else None)
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.
@@ -376,14 +397,8 @@ class Navigator:
         if state is not None and costmap.way_out is None and not lost:
             reach = goal.distance + 2.0 * self._robot.footprint.circumscribed_radius
             pose, zones = state.estimate.pose, costmap.forbidden.values()
-            fence = state.odometry.pose.transform(zone_edges(zones, costmap.view, pose, reach))
+            fence = state.motion.pose.transform(zone_edges(zones, costmap.view, pose, reach))
         return Escape(task, goal, self._surroundings, self._recovery_tools(), fence)
-
-    @property
-    def contact_zone(self) -> ContactZone | None:
-        """Where the robot may touch something in its current motion."""
-        current = self._activities.current
-        return current.contact if isinstance(current, DriveFor) else None
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
@@ -506,9 +521,9 @@ class Navigator:
         text = f"{task.what} {word}{why}"
         self._emit("task", text, level, status=word, code=code, moves=moves)
 
-    def _count_distance(self, state: NavigationState) -> None:
+    def _count_distance(self, state: Perceived) -> None:
         if self._state is not None:
-            before, now = self._state.odometry.pose, state.odometry.pose
+            before, now = self._state.motion.pose, state.motion.pose
             self._tools.counters["distance"] += before.distance_to(now)
 
 

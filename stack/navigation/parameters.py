@@ -104,13 +104,6 @@ class NavigationParameters:
         0.5, "s", at_least=0.0, help="how long it stands and looks at each of them"
     )
     view_tolerance: float = parameter(0.3, "m", above=0.0, help="goal tolerance at such a place")
-    jump_distance: float = parameter(
-        0.3, "m", at_least=0.0,
-        help="a new pose farther away than this clears the sensed obstacles",
-    )  # fmt: skip
-    jump_angle: float = parameter(
-        0.2, "rad", at_least=0.0, help="a new heading farther off than this clears them too"
-    )
     teleop_timeout: float = parameter(
         0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
     )

@@ -14,9 +14,18 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import Limits
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import CollisionMonitor
-from stack.types import STANDSTILL, ContactZone, FailureCode, Odometry, Pose2D, Twist, wrap_angle
+from stack.types import (
+    STANDSTILL,
+    ContactZone,
+    FailureCode,
+    Odometry,
+    Perceived,
+    Pose2D,
+    Twist,
+    wrap_angle,
+)
 
 DONE = 0.02
 """Remaining metres or radians at which a motion is complete: half a slow control step."""
@@ -99,9 +108,9 @@ class Recovery(MotionExecutor):
         super().resume(now)
         self._rate = 0.0
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step."""
-        self._done = self._measure(state.odometry)
+        self._done = self._measure(state.motion)
         remaining = self._profile.total - self._done
         self.task.report(f"{max(0.0, remaining):.2f} {self._profile.unit} to go", remaining)
         if remaining <= DONE:
@@ -114,12 +123,12 @@ class Recovery(MotionExecutor):
         self._rate = self._profile.next_rate(self._rate, remaining, self._tools.period)
         return self._twist(self._rate)
 
-    def _finish(self, state: NavigationState) -> Twist:
-        if standing(state.odometry.twist):
+    def _finish(self, state: Perceived) -> Twist:
+        if standing(state.motion.twist):
             self.task.succeed(f"done, {self._done:.2f} {self._profile.unit}")
         return STANDSTILL
 
-    def _ended_early(self, state: NavigationState) -> bool:
+    def _ended_early(self, state: Perceived) -> bool:
         """Fail when the robot has stalled or the deadline has passed."""
         if self._done > self._best + DONE:
             self._best = self._done
@@ -136,7 +145,7 @@ class Recovery(MotionExecutor):
             )
         return not self.task.running
 
-    def _blocked(self, state: NavigationState, remaining: float) -> bool:
+    def _blocked(self, state: Perceived, remaining: float) -> bool:
         """Whether an obstacle is in the way; the task fails when patience is over."""
         points = state.obstacles.points
         ahead = min(remaining, self._profile.look_ahead)
@@ -327,7 +336,7 @@ class DriveFor(MotionExecutor):
         self._twist, self._seconds, self.contact = twist, seconds, contact
         self._age.start(now)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Return the velocity until its time is over."""
         if self._age.elapsed(state.time) >= self._seconds - 1e-9:
             self.task.succeed("done")

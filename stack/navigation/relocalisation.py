@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import degrees
 
-from stack.components import Estimator, Match
+from stack.components import Estimator
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.disambiguation import ambiguity
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
+from stack.navigation.tasks import Emit, MotionExecutor, MotionTask
+from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, Scan, Twist, wrap_angle
 
 
 class Relocalisation(MotionExecutor):
@@ -23,7 +24,7 @@ class Relocalisation(MotionExecutor):
         parameters: number of scans, and the time in which they must arrive.
         newest_scan: returns the newest deskewed scan of the lidar that the estimator uses.
         frames: with the odometry at the stamps of the scans.
-        found: called with the pose before and the match.
+        emit: receives the event with the new pose.
     """
 
     while_lost = True
@@ -31,10 +32,10 @@ class Relocalisation(MotionExecutor):
     def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
         newest_scan: Callable[[], Scan | None], frames: TransformBuffer,
-        found: Callable[[Pose2D, Match], None],
+        emit: Emit,
     ) -> None:  # fmt: skip
         super().__init__(task)
-        self._estimator, self._found = estimator, found
+        self._estimator, self._emit = estimator, emit
         self._wanted, self._patience = parameters.search_scans, parameters.search_time
         self._newest_scan, self._frames = newest_scan, frames
         self._scans: list[Scan] = []
@@ -45,9 +46,9 @@ class Relocalisation(MotionExecutor):
         """Start to wait for scans."""
         self._waiting.start(now)
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Return standstill; end the task when there are enough scans."""
-        if standing(state.odometry.twist):
+        if standing(state.motion.twist):
             self._gather(state.time)
         self.task.report(f"scan {len(self._scans)} of {self._wanted}", 0.0)
         if len(self._scans) == self._wanted:
@@ -78,7 +79,7 @@ class Relocalisation(MotionExecutor):
         except NavigationError as error:
             self.task.fail(error.failure.code, error.failure.sentence)
             return
-        self._found(before, match)
+        report_pose(self._emit, before, match.pose, "lidar")
         pose, rivals = match.pose, self._estimator.estimate.rivals
         if rivals:
             why = f"{ambiguity(pose, rivals)}; look for a marker or run `disambiguate`"
@@ -87,3 +88,14 @@ class Relocalisation(MotionExecutor):
         self.task.succeed(
             f"at ({pose.x:.2f}, {pose.y:.2f}), {match.fit:.0%} of the scans explained"
         )
+
+
+def report_pose(emit: Emit, before: Pose2D, pose: Pose2D, source: str) -> None:
+    """Report that the pose was found or set by a source, and how far it is from that before."""
+    jump, turn = before.distance_to(pose), abs(wrap_angle(pose.heading - before.heading))
+    emit(
+        "relocalised",
+        f"now at ({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg) by {source}, "
+        f"{jump:.2f} m and {degrees(turn):.0f} deg from the previous pose",
+        by=source, jump=round(jump, 3), turn=round(turn, 4),
+    )  # fmt: skip

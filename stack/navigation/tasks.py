@@ -1,10 +1,9 @@
-"""Task handles of navigation, and the state that they are stepped with."""
+"""Task handles of navigation, and the motions that they belong to."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -16,43 +15,16 @@ from stack.types import (
     CostGrid,
     Failure,
     FailureCode,
-    ObstaclePoints,
     OccupancyGrid,
-    Odometry,
     Path,
+    Perceived,
     Pose2D,
-    PoseEstimate,
-    StandingObject,
     TaskStatus,
-    TrackedObject,
     Twist,
 )
 
 Emit = Callable[..., None]
 """emit(kind, text, level="info", **fields): publish an event."""
-
-
-@dataclass(frozen=True, slots=True)
-class NavigationState:
-    """Input of navigation in one control step.
-
-    Attributes:
-        time: seconds on the robot's clock.
-        estimate: estimated pose, map frame.
-        odometry: dead-reckoned pose and measured velocity.
-        tracks: tracked objects around the robot at `time`, map frame.
-        obstacles: points of all range sensors, compensated to `time`.
-        evaded: those of `tracks` that only evasion keeps clear of: controllers do not see them.
-        standing: objects that are not on the map and have not moved: things, or people who stand.
-    """
-
-    time: float
-    estimate: PoseEstimate
-    odometry: Odometry
-    tracks: tuple[TrackedObject, ...] = ()
-    obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
-    evaded: tuple[TrackedObject, ...] = ()
-    standing: tuple[StandingObject, ...] = ()
 
 
 class CopyLike(Protocol):
@@ -219,7 +191,7 @@ class MotionExecutor(Lifecycle, ABC):
         self.held_for: float | None = None
 
     @abstractmethod
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this control step; ends the task when it is done."""
 
     def way_left(self, pose: Pose2D) -> float:

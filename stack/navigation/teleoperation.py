@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Twist
+from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.types import STANDSTILL, FailureCode, Perceived, Twist
 
 
 class Teleoperation(MotionExecutor):
@@ -46,7 +46,7 @@ class Teleoperation(MotionExecutor):
         super().pause(now)
         self._twist = STANDSTILL
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Return the operator's velocity, standstill after its timeout."""
         self._now = state.time
         left = self._seconds - self._total.elapsed(state.time)

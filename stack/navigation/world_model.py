@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from stack.costmap.costmap import Costmap
 from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
@@ -28,6 +28,7 @@ from stack.types import (
     StandingObject,
     TrackedObject,
     Twist,
+    WorldView,
 )
 
 DEPTH_PERIOD = 0.1
@@ -38,50 +39,29 @@ IDLE_PERIOD = 0.5
 """Seconds without measurements after which the costmaps expire marks and follow the robot."""
 
 
-@dataclass(frozen=True, slots=True)
-class WorldView:
-    """What is known of the surroundings in a step.
-
-    Attributes:
-        tracks: moving objects at the time of the step, map frame.
-        standing: objects in the newest scan that are not on the map and have not moved.
-        moving: (k, 5) the same in the base frame, as `stack.safety.monitor.moving_discs`.
-        speed_limit: at the robot's pose, m/s; inf without one.
-        evaded: those of `tracks` that no costmap shows: evasion keeps the robot clear of them.
-    """
-
-    tracks: tuple[TrackedObject, ...]
-    moving: FloatArray
-    speed_limit: float
-    standing: tuple[StandingObject, ...] = ()
-    evaded: tuple[TrackedObject, ...] = ()
-
-
 class WorldModel:
     """Updates costmaps and tracker with each measurement, at the pose of its stamp.
 
     Args:
         local_costmap: around the robot.
         global_costmap: of the whole map.
-        tracker: of moving objects; None if no component needs tracks.
+        tracker: of moving objects.
         speed_limits: of the zones on the map.
         lidar: whose scans the tracker uses.
         deceleration: of the robot, m/s²; a speed limit ahead is obeyed in time.
-        evades: whether only evasion keeps the robot clear of who walks: the controller does not use
-            tracks.
         cover: without a map, grows the global costmap to contain some poses.
         draw: shows the map that the estimator draws in the costmaps.
     """
 
     def __init__(  # noqa: PLR0913 - parts of the model, by keyword
-        self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None,
-        speed_limits: SpeedLimits, *, lidar: str, deceleration: float, evades: bool,
+        self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker,
+        speed_limits: SpeedLimits, *, lidar: str, deceleration: float,
         cover: Callable[[Iterable[Pose2D]], None],
         draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self.local_costmap, self.global_costmap = local_costmap, global_costmap
         self.tracker, self._lidar, self._deceleration = tracker, lidar, deceleration
-        self._speed_limits, self._evades = speed_limits, evades
+        self._speed_limits = speed_limits
         self.cover, self.draw = cover, draw
         self._tracks: tuple[TrackedObject, ...] = ()
         self._standing: tuple[StandingObject, ...] = ()
@@ -91,9 +71,9 @@ class WorldModel:
         self._updated_at = 0.0
         self._depth: FloatArray | None = None  # odom frame, not in the costmaps yet
 
-    def update(
+    def update(  # noqa: PLR0913 - what a step knows
         self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH,
-        objects: SeenObjects = NO_OBJECTS, twist: Twist = STANDSTILL,
+        objects: SeenObjects = NO_OBJECTS, twist: Twist = STANDSTILL, *, evades: bool,
     ) -> WorldView:  # fmt: skip
         """Process the new measurements of a step.
 
@@ -103,6 +83,8 @@ class WorldModel:
             depth: what the depth cameras have seen.
             objects: what the object detector has found.
             twist: measured velocity, base frame.
+            evades: whether only evasion keeps the robot clear of who walks: then neither the local
+                costmap nor the controller sees them.
         """
         now = observation.time
         pose = frames.pose_at("map", now)
@@ -126,11 +108,11 @@ class WorldModel:
             tracks = self._track(scans, now, objects.people)
             update = LayerUpdate(pose, now, scans, readings, tracks, seen, objects.detections)
             without = self._without_walkers(update)
-            self.local_costmap.update(without if self._evades else update)
+            self.local_costmap.update(without if evades else update)
             self.global_costmap.update(without)
         tracks = tuple(track.at(now) for track in self._tracks)
         speed_limit = self._speed_limits.at_pose(pose, self._deceleration, twist)
-        evaded = tuple(walker.at(now) for walker in self._walkers) if self._evades else ()
+        evaded = tuple(walker.at(now) for walker in self._walkers) if evades else ()
         return WorldView(tracks, moving_discs(tracks, pose), speed_limit, self._standing, evaded)
 
     def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
@@ -138,7 +120,7 @@ class WorldModel:
 
         Who has stood for `standing_time` is an obstacle like others until they walk on.
         """
-        if self.tracker is None or not self._tracks:
+        if not self._tracks:
             self._walkers = ()
             return update
         now, settings = update.time, self.tracker.parameters
@@ -182,7 +164,7 @@ class WorldModel:
             people: ids of the tracks that are people.
         """
         posed = scans.get(self._lidar)
-        if self.tracker is None or posed is None:
+        if posed is None:
             return None
         self._scanned_at = posed.scan.stamp
         self._tracks = tuple(
@@ -192,9 +174,10 @@ class WorldModel:
         self._standing = self.tracker.standing
         return self._tracks
 
-    def forget_tracks(self) -> None:
-        """Remove all tracks, for example after a jump of the pose."""
+    def forget(self) -> None:
+        """Remove what was sensed, after a jump of the pose: tracks, and marks in the costmaps."""
         self._tracks = self._walkers = ()
         self._standing = ()
-        if self.tracker is not None:
-            self.tracker.clear()
+        self.tracker.clear()
+        self.local_costmap.clear()
+        self.global_costmap.clear()

@@ -14,13 +14,12 @@ from stack.parameters.declarations import (
     type_name,
     values_of,
 )
-from stack.parameters.names import RENAMED, likely, nearest, suggestion
+from stack.parameters.names import likely, nearest, suggestion
 from stack.parameters.poses import FARTHEST
 from stack.parameters.quantities import quantity_unit, read_quantity, units
 
 __all__ = [
     "FARTHEST",
-    "RENAMED",
     "REQUIRED",
     "Declaration",
     "build",

@@ -19,7 +19,7 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from stack.errors import ParameterError
-from stack.parameters.names import MOVED, RENAMED, suggestion
+from stack.parameters.names import suggestion
 from stack.parameters.poses import read_path, read_pose
 from stack.parameters.quantities import read_number, shown
 from stack.types import Path, Pose2D
@@ -217,8 +217,6 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
         if name not in known:
             # YAML keys inside a component's value may be null or a number.
             hint = suggestion(str(name), known)
-            if name in MOVED and RENAMED.get(name) not in known:
-                hint = f"write `{MOVED[name]}`"
             raise ParameterError(str(name), f"there is no parameter {name!r} here", hint)
         checked[name] = known[name].read(raw)
     instance = parameters(**checked)

@@ -9,7 +9,6 @@ from stack.body import Body
 from stack.components import Estimator, OdometryFusion
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.facade.robot_facade import RobotFacade
-from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.world_model import WorldModel
 from stack.perception.camera_lease import CameraLease
@@ -158,7 +157,6 @@ class Parts:
     camera: CameraLease
     depth_camera: CameraLease
     telemetry: Telemetry
-    state: LoopState
     map_layer: Layer
     is_mapped: bool = True
     scorer: GroundTruthScorer | None = None

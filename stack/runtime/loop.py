@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot
+from typing import Any
 
 from stack.body import BodyCommand, SimulatedWorld
-from stack.navigation.tasks import NavigationState
-from stack.navigation.world_model import WorldView
+from stack.navigation.navigator import WantedTwist
+from stack.navigation.relocalisation import report_pose
 from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
@@ -22,18 +23,18 @@ from stack.runtime.parameters import LoopParameters
 from stack.runtime.sensing import Sensing
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
+from stack.safety.safety import LimitedTwist
 from stack.schedule import Schedule
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
     DepthImage,
     Image,
-    Observation,
-    ObstaclePoints,
     OccupancyGrid,
     Odometry,
+    Perceived,
     PoseEstimate,
-    Twist,
+    is_jump,
 )
 
 LONGEST_NAP = 0.01
@@ -61,7 +62,8 @@ class Runtime:
         self.steps, self.is_frozen = 0, False
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
-        self.distance = 0.0
+        self.distance, self.command = 0.0, LimitedTwist(STANDSTILL)
+        self.perceived = Perceived(parts.body.time, parts.estimator.estimate)
         self.sensing = Sensing(parts, self.mission)
         self._pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
@@ -94,7 +96,7 @@ class Runtime:
 
     def step(self) -> None:
         """Run one control period; while a simulation is frozen, only serve the operator."""
-        p, state, measure = self.parts, self.parts.state, self.stages.measure
+        p, last, measure = self.parts, self.perceived, self.stages.measure
         p.telemetry.advance(self.steps, p.body.time)
         self._pace.advance(p.body.time, self.mission.is_held)
         self.is_frozen = self._freeze()
@@ -105,7 +107,7 @@ class Runtime:
         with measure("commands"):
             self._commands.apply_all()
         with measure("sense"):
-            observation = self.sensing.sense()
+            observation = self.sensing.sense(last.motion.pose)
         with measure("estimate"):
             motion = p.odometry.update(observation)
             p.frames.add(motion)
@@ -119,34 +121,41 @@ class Runtime:
             p.markers.add_views(observation, p.frames, estimate)
             if p.estimator.maps_markers:
                 p.estimator.observe_markers(p.markers.observed(observation), p.frames)
-            if estimate.jumps != before.jumps:
-                p.facade.estimate_jumped(before.pose, estimate.pose)
+            if estimate.jumps != before.jumps and is_jump(before.pose, estimate.pose):
+                report_pose(self._emit, before.pose, estimate.pose, "lidar")
+            tracks = self._at(last, estimate).world.tracks
         with measure("places"):
             p.places.update(observation, p.frames, estimate, motion.twist.angular)
         with measure("obstacles"):
             smooth = smooth_observation(observation)
             depth = p.depth.update(smooth, p.frames)
-            obstacles = p.obstacle_memory.update(smooth, p.frames, depth, state.tracks)
+            obstacles = p.obstacle_memory.update(smooth, p.frames, depth, tracks)
         with measure("objects"):
-            objects = p.objects.update(smooth, p.frames, obstacles, state.tracks)
+            objects = p.objects.update(smooth, p.frames, obstacles, tracks)
         with measure("costmap"):
             self._show_map(p.estimator.take_map())
-            world = p.world_model.update(smooth, p.frames, depth, objects, motion.twist)
-        state.depth = depth
-        self._publish_state(observation, motion, estimate, obstacles, world)
+            world = p.world_model.update(
+                smooth, p.frames, depth, objects, motion.twist, evades=p.navigator.evades
+            )
+        measurements = {**last.measurements, **observation.measurements}
+        self._score(last.motion, motion, estimate)
+        perceived = self.perceived = Perceived(
+            observation.time, estimate, motion, obstacles, depth, objects, world, measurements
+        )
+        p.facade.see(perceived)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):
                 self._tick_tree()
         with measure("navigate"):
-            wanted = self._navigate(motion, obstacles, world)
+            perceived = self.perceived = self._at(perceived, p.estimator.estimate)
+            wanted = self._navigate(perceived)
         with measure("safety"):
-            command = p.safety.limit(
-                wanted, motion, obstacles,
-                moving=world.moving, speed_limit=world.speed_limit,
-                emergency_stop=self.mission.emergency_stop, contact=p.navigator.contact_zone,
+            self.command = p.safety.limit(
+                wanted.twist, perceived, emergency_stop=self.mission.emergency_stop,
+                contact=wanted.contact,
             )  # fmt: skip
-        state.commanded = command
-        p.body.command(BodyCommand(command, self.sensing.captures, self.sensing.measures_depth))
+        twist = self.command.twist
+        p.body.command(BodyCommand(twist, self.sensing.captures, self.sensing.measures_depth))
         self._log_pose()
         with measure("publish"):
             p.telemetry.publish(lambda: compose_snapshot(self))
@@ -207,7 +216,7 @@ class Runtime:
     @property
     def is_standing(self) -> bool:
         """Whether the measured velocity of the robot is below STANDING_SPEED."""
-        twist = self.parts.state.motion.twist
+        twist = self.perceived.motion.twist
         speed = hypot(twist.linear, twist.lateral)
         return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
 
@@ -279,16 +288,19 @@ class Runtime:
     def _navigates(self) -> bool:
         return self.mission.ticks or self._commands.drives_to_operator_goal
 
-    def _publish_state(
-        self, observation: Observation, motion: Odometry, estimate: PoseEstimate,
-        obstacles: ObstaclePoints, world: WorldView,
-    ) -> None:  # fmt: skip
-        """Store the results of the first stages for the facade, displays and the report."""
-        state = self.parts.state
-        self.distance += state.motion.pose.distance_to(motion.pose)
-        state.time, state.motion, state.obstacles = observation.time, motion, obstacles
-        state.measurements |= observation.measurements
-        state.tracks, state.standing = world.tracks, world.standing
+    def _at(self, perceived: Perceived, estimate: PoseEstimate) -> Perceived:
+        """Return the record at an estimate; after a jump, also costmaps and tracker forget."""
+        if perceived.is_outdated_by(estimate):
+            self.parts.world_model.forget()
+            self.parts.objects.forget()
+        return perceived.at(estimate)
+
+    def _emit(self, kind: str, text: str, **fields: Any) -> None:
+        self.parts.telemetry.emit(kind, text, source="navigation", **fields)
+
+    def _score(self, last: Odometry, motion: Odometry, estimate: PoseEstimate) -> None:
+        """Count the distance, and compare the estimate with the truth, if it is known."""
+        self.distance += last.pose.distance_to(motion.pose)
         scorer = self.parts.scorer
         if scorer is not None:
             scorer.score(estimate)
@@ -317,17 +329,12 @@ class Runtime:
             self.end(MissionState.FAILURE, self.parts.tree.reason)
         self._commands.debugging.after_tick()
 
-    def _navigate(self, motion: Odometry, obstacles: ObstaclePoints, world: WorldView) -> Twist:
+    def _navigate(self, perceived: Perceived) -> WantedTwist:
         """Return the velocity of the current task; standstill while the robot is held."""
         if not self._navigates:
-            return STANDSTILL
-        p = self.parts
-        state = NavigationState(
-            p.body.time, p.estimator.estimate, motion, world.tracks, obstacles, world.evaded,
-            world.standing,
-        )  # fmt: skip
-        wanted = p.navigator.step(state)
-        return wanted if p.odometry.is_ready else STANDSTILL
+            return WantedTwist(STANDSTILL)
+        wanted = self.parts.navigator.step(perceived)
+        return wanted if self.parts.odometry.is_ready else WantedTwist(STANDSTILL)
 
     def _slept(self) -> float:
         """Wall seconds that the body has slept to keep its pace; these are not compute time."""
@@ -347,7 +354,7 @@ class Runtime:
             self.parts.telemetry.emit(
                 "pose", f"at ({pose.x:.2f}, {pose.y:.2f})", source="localisation",
                 x=pose.x, y=pose.y, heading=pose.heading,
-                health=estimate.health, charge=self.parts.state.battery.charge,
+                health=estimate.health, charge=self.perceived.battery.charge,
             )  # fmt: skip
 
 

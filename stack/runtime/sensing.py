@@ -10,7 +10,7 @@ from stack.perception.sensor_watch import SensorWatch
 from stack.runtime.interfaces import Parts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.hub import SENSORS, reason_of
-from stack.types import DepthImage, Image, Observation
+from stack.types import DepthImage, Image, Observation, Pose2D
 
 
 class Sensing:
@@ -34,8 +34,12 @@ class Sensing:
         self.image: Image | None = None
         self.depth_image: DepthImage | None = None
 
-    def sense(self) -> Observation:
-        """Return the new measurements; pause the mission when the body reports a problem."""
+    def sense(self, pose: Pose2D) -> Observation:
+        """Return the new measurements; pause the mission when the body reports a problem.
+
+        Args:
+            pose: of the base after the last step, odom frame.
+        """
         observation, health = self._parts.body.sense(), self._parts.body.health
         if health != self._health:
             self._health = health
@@ -45,7 +49,7 @@ class Sensing:
             if health.problem:
                 self._mission.send(MissionEvent.PAUSE, health.problem)
         self._record(observation)
-        observation = self._with_usable_pictures(observation)
+        observation = self._with_usable_pictures(observation, pose)
         self.image = next(iter(observation.of(Image).values()), self.image)
         depth = observation.of(DepthImage)
         self.depth_image = next(iter(depth.values()), self.depth_image)
@@ -64,13 +68,13 @@ class Sensing:
         p = self._parts
         return p.depth.is_on or p.depth_scans.is_on or p.depth_camera.is_active(p.body.time)
 
-    def _with_usable_pictures(self, observation: Observation) -> Observation:
+    def _with_usable_pictures(self, observation: Observation, pose: Pose2D) -> Observation:
         """Return the observation without pictures that cannot be used; report faulty cameras."""
         watch, robot = self._parts.cameras, self._parts.body.description
         requested = [COLOUR_CAMERA] if self.captures else []
         if self.measures_depth:
             requested += robot.depth_cameras
-        usable = watch.update(observation, self._parts.state.motion.pose, requested)
+        usable = watch.update(observation, pose, requested)
         for event in watch.take_events():
             self._parts.telemetry.emit(
                 "camera", event.text, source="perception",

@@ -9,8 +9,9 @@ import numpy as np
 from stack.body import SimulatedWorld
 from stack.runtime.interfaces import Parts
 from stack.runtime.stage_times import Stages
+from stack.safety.safety import LimitedTwist
 from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
-from stack.types import DepthImage, FloatArray, Image
+from stack.types import DepthImage, DepthPoints, FloatArray, Image, Perceived
 
 SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 
@@ -21,6 +22,8 @@ class Loop(Protocol):
     parts: Parts
     steps: int
     stages: Stages
+    perceived: Perceived
+    command: LimitedTwist
 
     @property
     def state(self) -> MissionState:
@@ -64,7 +67,7 @@ class Loop(Protocol):
 def compose_snapshot(runtime: Loop) -> Snapshot:
     """Compose the snapshot of the current step. Its arrays are shared and must not be modified."""
     parts = runtime.parts
-    state, estimate, body = parts.state, parts.estimator.estimate, parts.body
+    state, estimate, body = runtime.perceived, parts.estimator.estimate, parts.body
     return Snapshot(
         time=body.time,
         step=runtime.steps,
@@ -84,7 +87,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         local_plan=parts.navigator.local_plan,
         goal=parts.navigator.goal,
         layers=runtime.layers(),
-        commanded=state.commanded,
+        commanded=runtime.command.twist,
         measured=state.motion.twist,
         stages=runtime.stages.timings(),
         speed=runtime.real_time_factor,
@@ -94,17 +97,17 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         detections=parts.facade.seen_objects,
         mask=parts.facade.colour_mask,
         depth_image=runtime.depth_image,
-        depth_points=_depth_points(parts),
+        depth_points=_depth_points(parts, state.depth),
         cameras=parts.cameras.states,
         truth=parts.scorer.truth if parts.scorer else None,
         people=parts.scorer.people if parts.scorer else None,
-        tracks=state.tracks,
+        tracks=state.at(estimate).world.tracks,
         blackboard=parts.tree.blackboard(),
         counters=runtime.counters(),
         teleop=parts.navigator.teleoperation is not None,
         detour=runtime.is_on_detour,
         safety="; ".join(
-            filter(None, (parts.safety.reason, parts.navigator.localisation_monitor.reason))
+            filter(None, (runtime.command.reason, parts.navigator.localisation_monitor.reason))
         ),
         events=parts.telemetry.recent(SHOWN_EVENTS),
         debugging=parts.debugger.view() if parts.debugger else Debugging(),
@@ -117,10 +120,10 @@ def _thinned(rows: FloatArray, most: int) -> FloatArray:
     return np.asarray(rows[::step], dtype=np.float32)
 
 
-def _depth_points(parts: Parts) -> FloatArray | None:
+def _depth_points(parts: Parts, depth: DepthPoints) -> FloatArray | None:
     """Return the obstacles of the depth cameras in the map frame; None while none is used."""
     if not parts.depth.is_on:
         return None
-    points = _thinned(parts.state.depth.spatial, SHOWN_DEPTH_POINTS)
+    points = _thinned(depth.spatial, SHOWN_DEPTH_POINTS)
     points[:, :2] = parts.estimator.estimate.map_from_odom.transform(points[:, :2])
     return points

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import scaled
-from stack.safety.monitor import NOTHING_MOVES, NOTHING_NEAR, CollisionMonitor, Contact
+from stack.safety.monitor import NOTHING_NEAR, CollisionMonitor, Contact
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
     VelocitySmoother,
@@ -32,11 +32,12 @@ from stack.safety.unseen import UnseenGroundLimit
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
 from stack.types import (
+    NOTHING_MOVES,
     STANDSTILL,
     ContactZone,
     FloatArray,
     ObstaclePoints,
-    Odometry,
+    Perceived,
     SeenGround,
     Twist,
 )
@@ -57,27 +58,32 @@ class _Around(NamedTuple):
         return not len(self.points) and not len(self.moving)
 
 
+class LimitedTwist(NamedTuple):
+    """A velocity command, and why it is less than what was wanted; empty when it is not."""
+
+    twist: Twist
+    reason: str = ""
+
+
 class Safety:
     """Limits the velocity that navigation commands.
 
     Attributes:
         parameters: may be replaced between steps.
-        reason: why the velocity is limited now; empty when it is not.
     """
 
     @staticmethod
-    def kernels(zones: Sequence[SafetyZone], *, blind: bool = False) -> KernelTypes:
-        """Return the kernels of the stage with these zones, and for a robot with blind sectors."""
+    def kernels(*, blind: bool = False) -> KernelTypes:
+        """Return the kernels of the stage; more for a robot with blind sectors."""
         from stack.safety import kernels
 
-        found = (*kernels.CONTACT, *kernels.ZONES) if zones else kernels.CONTACT
-        return (*found, *kernels.UNSEEN) if blind else found
+        return (*kernels.CONTACT, *kernels.UNSEEN) if blind else kernels.CONTACT
 
     def __init__(
         self, robot: RobotDescription, parameters: SafetyParameters, period: float,
         zones: Sequence[SafetyZone] = (),
     ) -> None:  # fmt: skip
-        self.parameters, self.reason = parameters, ""
+        self.parameters, self._reason = parameters, ""
         self._robot, self._limits = robot, robot.limits
         self._radius = robot.footprint.circumscribed_radius
         self._monitor = CollisionMonitor(robot)
@@ -89,39 +95,41 @@ class Safety:
         """Apply new parameters, from the next step on."""
         self.parameters = parameters
 
-    def limit(  # noqa: PLR0913 - what a step knows, by keyword
-        self, twist: Twist, motion: Odometry, obstacles: ObstaclePoints, *,
-        moving: FloatArray = NOTHING_MOVES, speed_limit: float = inf, emergency_stop: str = "",
+    def limit(
+        self, twist: Twist, perceived: Perceived, *, emergency_stop: str = "",
         contact: ContactZone | None = None,
-    ) -> Twist:  # fmt: skip
+    ) -> LimitedTwist:  # fmt: skip
         """Return the limited twist for this step.
 
         Args:
             twist: commanded velocity, base frame.
-            motion: measured velocity.
-            obstacles: points of all range sensors, compensated to now, and their ages.
-            moving: (k, 5) tracked objects, as `stack.safety.monitor.moving_discs` returns them.
-            speed_limit: at this position, m/s.
+            perceived: in this step: measured velocity, obstacles, moving objects, speed limit.
             emergency_stop: reason of the engaged emergency stop; empty if it is released.
             contact: where the robot may touch something; points in it do not stop the robot, which
                 drives at most at the contact speed.
         """
-        self.reason = ""
+        self._reason = ""
+        return LimitedTwist(self._limited(twist, perceived, emergency_stop, contact), self._reason)
+
+    def _limited(
+        self, twist: Twist, perceived: Perceived, emergency_stop: str, contact: ContactZone | None
+    ) -> Twist:
         if emergency_stop:
-            self.reason = f"emergency stop: {emergency_stop}"
+            self._reason = f"emergency stop: {emergency_stop}"
             self._smoother.last = STANDSTILL
             return STANDSTILL
-        points = obstacles.points
+        motion, obstacles, world = perceived.motion, perceived.obstacles, perceived.world
+        points, speed_limit = obstacles.points, world.speed_limit
         if contact is not None:
             points = points[~contact.contains(motion.pose.transform(points))]
             speed_limit = min(speed_limit, self.parameters.contact_speed)
-        around = _Around(points, moving if self.parameters.predict_motion else NOTHING_MOVES)
+        around = _Around(points, world.moving if self.parameters.predict_motion else NOTHING_MOVES)
         wanted = self._unless_stale(self._robot.drivetrain.feasible(self._finite(twist)), obstacles)
         wanted = self._limited_where_blind(wanted, obstacles)
         wanted = self._limited_where_unseen(wanted, obstacles)
         if not around.is_empty and wanted != STANDSTILL:
             wanted, zone = self._zones.limited(wanted, around.points)
-            self.reason = zone or self.reason
+            self._reason = zone or self._reason
             wanted = self._collision_limited(wanted, around)
         wanted = self._speed_limited(wanted, speed_limit)
         if self.parameters.closed_loop:
@@ -141,7 +149,7 @@ class Safety:
     def _finite(self, twist: Twist) -> Twist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
             return twist
-        self.reason = f"stopped: not a finite velocity: {twist}"
+        self._reason = f"stopped: not a finite velocity: {twist}"
         return STANDSTILL
 
     def _unless_stale(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
@@ -161,7 +169,7 @@ class Safety:
                 continue
             what = f"{name} {self._robot.word_for_measurement(name)}"
             if age > longest + 1e-9:
-                self.reason = (
+                self._reason = (
                     f"stopped: no {what} yet"
                     if age == inf
                     else f"stopped: the newest {what} is {age:.2f} s old"
@@ -171,7 +179,7 @@ class Safety:
         speed = self._rim_speed(twist)
         if not aged or speed <= p.picture_slow_speed:
             return twist
-        self.reason = aged
+        self._reason = aged
         return scaled(twist, p.picture_slow_speed / speed)
 
     def _limited_where_blind(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
@@ -181,7 +189,7 @@ class Safety:
             return twist
         if not obstacles.is_blind(atan2(twist.lateral, twist.linear)):
             return twist
-        self.reason = "slower: no sensor covers this direction"
+        self._reason = "slower: no sensor covers this direction"
         return scaled(twist, limit / speed)
 
     def _limited_where_unseen(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
@@ -195,9 +203,9 @@ class Safety:
         if share == 1.0:
             return twist
         if share * self._rim_speed(twist) < self.parameters.creep_speed:
-            self.reason = "stopped: no sensor has seen this ground"
+            self._reason = "stopped: no sensor has seen this ground"
             return STANDSTILL
-        self.reason = "slower: no sensor has seen this ground"
+        self._reason = "slower: no sensor has seen this ground"
         return scaled(twist, share)
 
     def _share_where_unseen(self, twist: Twist, ground: SeenGround) -> float:
@@ -229,8 +237,8 @@ class Safety:
         top = min(self.parameters.top_speed, speed_limit)
         speed = hypot(twist.linear, twist.lateral)
         binding = min(self.parameters.top_speed, self._limits.linear_speed, speed)
-        if speed_limit < binding and not self.reason:
-            self.reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
+        if speed_limit < binding and not self._reason:
+            self._reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
         return within_limits(twist, self._robot, top)
 
     def _collision_limited(self, twist: Twist, around: _Around) -> Twist:
@@ -243,9 +251,9 @@ class Safety:
         share = min(1.0, contact.time / p.slow_time)
         share = max(share, self._tight_share(twist, around))
         if share * self._rim_speed(twist) >= p.creep_speed:
-            self.reason = f"slower: obstacle {_where(contact)}"
+            self._reason = f"slower: obstacle {_where(contact)}"
             return scaled(twist, share)
-        self.reason = f"stopped: obstacle {_where(contact)}"
+        self._reason = f"stopped: obstacle {_where(contact)}"
         turn = self._robot.drivetrain.feasible(Twist(angular=twist.angular))
         if turn not in (twist, STANDSTILL):
             time = self._contact(turn, around, p.slow_time, p.padding).time
@@ -254,8 +262,20 @@ class Safety:
         return STANDSTILL
 
     def _contact(self, twist: Twist, around: _Around, horizon: float, padding: float) -> Contact:
+        """Return the first contact of a twist.
+
+        At most at tight_speed a robot beside something may drive along it or away, however near it
+        is: each side keeps the padding, or the clearance that it has.
+        """
         beside = self.parameters.moving_padding if padding else 0.0
-        return self._monitor.contact(twist, around.points, horizon, padding, around.moving, beside)
+        found = self._monitor.contact(twist, around.points, horizon, padding, around.moving, beside)
+        if found.time == inf or self._rim_speed(twist) > self.parameters.tight_speed + 1e-9:
+            return found
+        sides = self._monitor.contact_beside(twist, around.points, horizon, padding)
+        walking = self._monitor.contact(
+            twist, around.points[:0], horizon, padding, around.moving, beside
+        )
+        return min(sides, walking, key=lambda contact: contact.time)
 
     def _tight_share(self, twist: Twist, around: _Around) -> float:
         """Share of a twist's speed at which the robot may pass obstacles within the padding.
@@ -326,7 +346,7 @@ class Safety:
             contact = self._contact(measured, around, self._stopping_time(measured), 0.0)
         if contact.time == inf:
             return smooth
-        self.reason = f"braking: obstacle {_where(contact)}"
+        self._reason = f"braking: obstacle {_where(contact)}"
         return self._smoother.towards(STANDSTILL)
 
     def _stopping_time(self, twist: Twist) -> float:

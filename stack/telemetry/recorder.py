@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from stack.errors import InputError, TelemetryError
+from stack.errors import InputError
 from stack.telemetry.event_log import event_line, json_value
 from stack.telemetry.hub import EVENTS, SENSORS, reason_of
 from stack.telemetry.records import Event, RunInfo, Snapshot
@@ -113,22 +113,6 @@ class RunFolder:
         """
         text = json.dumps(json_value(report), indent=2, ensure_ascii=False, allow_nan=False)
         self.write("report.json", text.encode() + b"\n")
-
-    def read_report(self) -> dict[str, Any]:
-        """Read the report of a finished run.
-
-        Raises:
-            TelemetryError: there is no report, or it is damaged.
-        """
-        try:
-            report = json.loads(self.report.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise TelemetryError(f"no report in {self.path}: {error.strerror}") from None
-        except ValueError as error:
-            raise TelemetryError(f"{self.report} is not a report: {error}") from None
-        if not isinstance(report, dict):
-            raise TelemetryError(f"{self.report} is not a report: expected a mapping")
-        return report
 
 
 def write_all(file: int, content: bytes) -> None:

@@ -180,12 +180,12 @@ def _closings(file: Path, times: list[float]) -> dict[str, list[tuple[float, flo
             while run.engine.body.time < time + 1.0:
                 begins = run.engine.body.time
                 run.step()
-                image = parts.state.newest("depth", DepthImage)
+                image = run.engine.runtime.perceived.newest("depth", DepthImage)
                 if image is None or image.stamp < time:
                     continue
                 exposed.setdefault(time, image.stamp)
                 found = {
-                    "obstacle points": len(parts.state.depth.points) > 0,
+                    "obstacle points": len(run.engine.runtime.perceived.depth.points) > 0,
                     "local costmap": bool((costmap.marks.cells == LETHAL_COST).any()),
                 }
                 for where, is_there in found.items():

@@ -88,12 +88,12 @@ def drive(
         runtime, simulation = current.engine.runtime, current.engine.simulation
         assert simulation is not None
         estimator = runtime.parts.estimator
-        while not current.is_over and runtime.parts.state.time < SECONDS:
+        while not current.is_over and runtime.perceived.time < SECONDS:
             truth = simulation.truth
             current.step()
             twist = truth.twist
             speed = speed_of(twist.linear, twist.lateral, twist.angular)
-            sample = Sample(runtime.parts.state.time, estimator.estimate, truth.pose, speed)
+            sample = Sample(runtime.perceived.time, estimator.estimate, truth.pose, speed)
             monitor.update(sample, runtime.period)
             health.append(estimator.estimate.health)
         return monitor, runtime.parts.markers.fixes, health

@@ -29,7 +29,6 @@ from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.tracker import Tracker
 from stack.safety.monitor import moving_discs
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.streams import stream
 from stack.types import (
     FloatArray,
@@ -42,6 +41,7 @@ from stack.types import (
 )
 from tests.benchmarks.clutter import Room
 from tests.benchmarks.table import Rows
+from tests.stack.safety.obstacles import SafetyStage
 
 ROBOT_NAMES = ("scout", "jackal", "glide", "buggy")
 BY_SONAR = "scout, sonars only"
@@ -227,7 +227,7 @@ class SafetyLoop:
         self._body, self._frames, self._deskewer = body, TransformBuffer(), Deskewer()
         self._odometry = EkfOdometry(EkfParameters(), robot)
         self._memory = ObstacleMemory(robot)
-        self._safety = Safety(robot, parameters or SafetyParameters(), PERIOD)
+        self._safety = SafetyStage(robot, parameters or SafetyParameters(), PERIOD)
         self._tracker = Tracker(TrackerParameters())
         self._tracks: tuple[TrackedObject, ...] = ()
         self.touch: Touch | None = None

@@ -105,7 +105,7 @@ def test_who_walks_is_no_obstacle_where_only_evasion_keeps_clear_of_them(
     for _ in range(100):  # 5 s at 20 Hz: they meet in the middle of the hall
         runtime.step()
         pose, costs = runtime.parts.estimator.estimate.pose, world_model.local_costmap.grid
-        for track in runtime.parts.state.tracks:
+        for track in runtime.perceived.world.tracks:
             if pose.distance_to(Pose2D(*track.position)) > 2.5:
                 continue  # outside the window of 6 by 6 m, or at its edge
             row, column = costs.cell_at(*track.position)

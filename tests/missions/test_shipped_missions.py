@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import pytest
+import yaml
 
 from missions.execution.build import build, run_info
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import mission_files
+from missions.language.keys import BLACKBOARD_KEY, EVENT, MISSION, MODIFIERS, RECOVER, REPEAT, RETRY
+from missions.language.kinds import NODES
+from missions.testing.session import run_files
 from stack.components import BUILT_IN, DEFAULTS
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import MissionState
@@ -25,6 +29,21 @@ def parts_of(mission: str) -> dict[str, set[str]]:
     return used
 
 
+def keys_of(value: object) -> set[str]:
+    """All keys and lone words of a mission file."""
+    if isinstance(value, dict):
+        return set(value).union(*map(keys_of, value.values()))
+    if isinstance(value, list):
+        return set().union(*map(keys_of, value))
+    return {value} if isinstance(value, str) else set()
+
+
+def test_every_word_of_the_language_is_used_by_a_mission() -> None:
+    words = {*NODES, *MODIFIERS, *MISSION, *EVENT, *RECOVER, *REPEAT, *RETRY, *BLACKBOARD_KEY}
+    used = set().union(*(keys_of(yaml.safe_load(file.read_text())) for file in mission_files()))
+    assert words <= used
+
+
 NEEDS_A_SAVED_GRAPH = {"localisation": {"pose_graph"}}
 """Components that no shipped mission can use; tests/missions/execution/test_map_and_use.py does."""
 
@@ -37,6 +56,11 @@ def test_every_component_is_driven_by_a_mission() -> None:
     for kind, known in BUILT_IN.items():
         assert set(known) - used[kind] == NEEDS_A_SAVED_GRAPH.get(kind, set()), kind
     assert used["smoother"] >= {"simple", "savitzky_golay", "constrained"}
+
+
+def test_the_tests_inside_the_missions_pass() -> None:
+    session = run_files([str(file) for file in mission_files()])
+    assert session.exit_code == 0, session.text
 
 
 @pytest.mark.pain("n3090")

@@ -14,9 +14,8 @@ from robots.simulated import SimulatedBody
 from stack.drivetrain.description import LidarDescription
 from stack.errors import InputError
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.types import STANDSTILL, Pose2D, RangeReading, Scan, Twist
-from tests.stack.safety.obstacles import seen, standing
+from tests.stack.safety.obstacles import SafetyStage, seen, standing
 from tests.stack.sim.sim_rover import square_room
 
 SCOUT = find_robot("scout", find_mission("01_drive_to_a_point"))
@@ -120,7 +119,7 @@ def test_a_wrong_sonar_is_reported_at_its_place(tmp_path):
 
 
 def safety_of(robot):
-    return Safety(robot, SafetyParameters(), 0.05)
+    return SafetyStage(robot, SafetyParameters(), 0.05)
 
 
 def scan(stamp, distance, mount=Pose2D(0.0, 0.0)):

@@ -125,7 +125,10 @@ wheels: {left: [l], right: [r], radius: 5 cm, separation: 0.3}
 """
 
 
-def cart(at=(0.0, 0.0, 0.0), left=("0 0 0", "0 1 0"), right=("0 0 0", "0 1 0"), more=""):
+def cart(
+    at=(0.0, 0.0, 0.0), left=("0 0 0", "0 1 0"), right=("0 0 0", "0 1 0"), more="",
+    caster='<sphere radius="0.02"/>', lift=0.0,
+):  # fmt: skip
     """A cart whose base frame is at a place in its root's frame; wheels with rpy and axis."""
     x, y, z = at
     wheels = "".join(
@@ -136,8 +139,8 @@ def cart(at=(0.0, 0.0, 0.0), left=("0 0 0", "0 1 0"), right=("0 0 0", "0 1 0"), 
         for name, side, (rpy, axis) in (("l", 0.15, left), ("r", -0.15, right))
     )
     casters = "".join(
-        link(f"caster{side}", sphere(0.02))
-        + joint(f"to{side}", "chassis", f"caster{side}", f"{x + side * 0.12} {y} {z + 0.02}")
+        link(f"caster{side}", f"<collision><geometry>{caster}</geometry></collision>")
+        + joint(f"to{side}", "chassis", f"caster{side}", f"{x + side * 0.12} {y} {z + 0.02 + lift}")
         for side in (-1, 1)
     )
     body = inertial(3, 0.03, f"{x} {y} {z + 0.08}")
@@ -181,6 +184,18 @@ def test_the_base_frame_is_where_the_wheels_say(read, placed, at):
     physics.step(250)
     assert body.base_state().position == pytest.approx((0.0, 0.0, 0.0), abs=2e-3)
     assert body.tilt < 5e-3
+
+
+@pytest.mark.parametrize("caster", [
+    '<cylinder radius="0.015" length="0.04"/>', '<box size="0.04 0.04 0.04"/>',
+    '<capsule radius="0.01" length="0.02"/>',
+])  # fmt: skip
+def test_a_fixed_part_that_stands_on_the_floor_is_a_warning_unless_it_is_a_ball(read, caster):
+    """The rims of two cylinders lift the wheels by 0.7 mm: these turn, and the robot stands."""
+    found = [str(item) for item in read(cart(caster=caster)).warnings]
+    assert all(f"'caster{side}'" in text for side, text in zip((-1, 1), found, strict=True))
+    assert all("stands on the floor with a " in text and "W303" in text for text in found)
+    assert read(cart(caster=caster, lift=0.01)).warnings == ()
 
 
 UP, DOWN = (f"{pi / 2} 0 0", "0 0 -1"), (f"{-pi / 2} 0 0", "0 0 1")

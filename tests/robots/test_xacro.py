@@ -86,6 +86,15 @@ def test_a_package_that_is_not_found_is_one_finding_with_the_way_out(folder):
     found = one_finding(folder / "cart.urdf.xacro")
     assert found.sentence == "xacro: the package 'cart_parts' is not found"
     assert "urdf: {file: cart.urdf.xacro, packages: [FOLDER]}" in found.hint
+    assert "`treepilot new robot --packages FOLDER`" in found.hint
+
+
+def test_an_argument_without_value_says_where_to_set_it(folder):
+    path = folder / "cart.urdf.xacro"
+    path.write_text(CART.replace("$(arg separation)", "$(arg other)"))
+    found = one_finding(path, (folder / "elsewhere",))
+    assert "arguments: {NAME: VALUE}" in found.hint
+    assert "`treepilot new robot --set NAME=VALUE`" in found.hint
 
 
 @pytest.mark.parametrize(

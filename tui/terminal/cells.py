@@ -219,11 +219,6 @@ def transition(before: Codes, after: Codes) -> str:
     return f"\x1b[{';'.join(parts)}m"
 
 
-def _is_drawing(character: str) -> bool:
-    """Whether the character is a block element or braille."""
-    return "\u2580" <= character < "\u25a0" or "\u2800" <= character < "\u2900"
-
-
 @lru_cache(maxsize=4096)
 def _safe(character: str) -> str:
     """Return the character, or `?` for one that terminals obey: the last of several barriers."""

@@ -140,13 +140,13 @@ def _drive(
         while not run.is_over and not monitor.is_done:
             truth = simulation.truth  # the step estimates the pose of this time
             run.step()
-            if runtime.parts.state.time > monitor.experiment.seconds:
+            if runtime.perceived.time > monitor.experiment.seconds:
                 break
-            twist, motion = truth.twist, runtime.parts.state.motion
+            twist, motion = truth.twist, runtime.perceived.motion
             speed = speed_of(twist.linear, twist.lateral, twist.angular)
             monitor.update(
                 Sample(
-                    runtime.parts.state.time, runtime.parts.estimator.estimate, truth.pose, speed,
+                    runtime.perceived.time, runtime.parts.estimator.estimate, truth.pose, speed,
                     motion.disturbed,
                 ),
                 runtime.period,

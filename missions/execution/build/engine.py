@@ -26,7 +26,6 @@ from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.facade.parts import FacadeParts
 from stack.navigation.facade.robot_facade import RobotFacade
-from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
 from stack.navigation.tuning import Tunable
@@ -137,7 +136,7 @@ def build(
     detector = _marker_detector(plan)
     markers = MarkerStage(detector, plan.choices["markers"].parameters)
     places = _places(plan)
-    frames, state = TransformBuffer(loop.pose_history), LoopState()
+    frames = TransformBuffer(loop.pose_history)
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
     objects = ObjectDetection(
         plan.choices["object_detector"].parameters,
@@ -155,7 +154,6 @@ def build(
     facade = RobotFacade(
         FacadeParts(
             robot=robot,
-            state=state,
             clock=lambda: body.time,
             frames=frames,
             camera=camera,
@@ -176,7 +174,6 @@ def build(
             places=places,
             cover=world_model.cover,
             draw=world_model.draw,
-            forget_tracks=_in_turn(world_model.forget_tracks, objects.forget),
             tunables={
                 **_tunables_of(navigator),
                 "safety": Tunable.of(safety),
@@ -212,7 +209,7 @@ def build(
         obstacle_memory=obstacle_memory, objects=objects, world_model=world_model, tree=tree,
         facade=facade,
         navigator=navigator, safety=safety, camera=camera,
-        depth_camera=depth_camera, telemetry=telemetry, state=state,
+        depth_camera=depth_camera, telemetry=telemetry,
         map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
         sensor_log=sensor_log,
     )  # fmt: skip
@@ -268,14 +265,6 @@ def _tunables_of(navigator: Navigator) -> dict[str, Tunable]:
         "progress_checker": Tunable.of(navigator.progress_checker),
         "navigator": Tunable.of(navigator),
     }
-
-
-def _in_turn(*actions: Callable[[], None]) -> Callable[[], None]:
-    def act() -> None:
-        for action in actions:
-            action()
-
-    return act
 
 
 def _navigator(

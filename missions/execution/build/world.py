@@ -7,13 +7,11 @@ from dataclasses import replace
 
 from missions.execution.prepare import MAP_ORIGIN, PreparedMission
 from missions.execution.resources import load_map
-from stack.components import Controller
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, resampled, unexplored
 from stack.navigation.world_model import WorldModel
 from stack.perception.tracking.tracker import Tracker
-from stack.safety.parameters import SafetyParameters
 from stack.types import OccupancyGrid
 
 
@@ -34,10 +32,9 @@ def world_model_of(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
     ground = None if plan.is_mapped else Ground(grid, [global_costmap])
     return WorldModel(
-        local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
+        local_costmap, global_costmap, Tracker(plan.choices["tracker"].parameters, grid),
         SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
         deceleration=plan.robot.limits.linear_deceleration,
-        evades=_evades(plan) and not _plans_with_tracks(plan),
         cover=_ignore if ground is None else ground.cover,
         draw=_replacing(local_costmap, global_costmap) if ground is None else ground.draw,
     )  # fmt: skip
@@ -67,26 +64,6 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
     static = grid if plan.is_mapped else None
     local = Costmap(costs, footprint, static, window=costs.local_size, layers=layers["local"])
     return local, Costmap(costs, footprint, grid, layers=layers["global"])
-
-
-def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
-    """Return a tracker of moving objects if a part of the stack needs one."""
-    safety: SafetyParameters = plan.choices["safety"].parameters
-    navigates = _plans_with_tracks(plan) or any(costmap.needs_tracks for costmap in costmaps)
-    if not navigates and not safety.predict_motion and not _evades(plan):
-        return None
-    return Tracker(plan.choices["tracker"].parameters, grid)
-
-
-def _evades(plan: PreparedMission) -> bool:
-    """Whether evasion keeps the robot clear of who walks."""
-    return bool(plan.choices["evasion"].parameters.when != "never")
-
-
-def _plans_with_tracks(plan: PreparedMission) -> bool:
-    """Whether the controller plans with tracks: then people are obstacles for it as well."""
-    controller: type[Controller] = plan.choices["controller"].component
-    return controller.needs_tracks
 
 
 def _replacing(*costmaps: Costmap) -> Callable[[OccupancyGrid], None]:

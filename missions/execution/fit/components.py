@@ -21,6 +21,9 @@ from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
+MISSING = "E183"
+"""The code of a sensor that the robot lacks."""
+
 
 @dataclass(frozen=True)
 class Marks:
@@ -78,7 +81,7 @@ def check_markers(choices: dict[str, Choice], marks: Marks, robot: RobotDescript
     for name, wanted in (("localise", settings.localise), ("survey", settings.survey)):
         if wanted and robot.camera is None:
             sentence = f"markers: {name}: the robot {robot.name!r} has no camera"
-            raise InputError([Finding(marks.of_component("markers", name), "E111", sentence)])
+            raise InputError([Finding(marks.of_component("markers", name), MISSING, sentence)])
     if settings.localise and not uses.uses_markers:
         sentence = f"markers: localise: the estimator {estimator.name!r} does not use markers"
         mark = marks.of_component("markers", "localise")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from missions.execution.fit.components import Marks
+from missions.execution.fit.components import MISSING, Marks
 from missions.execution.fit.steps import every_leaf
 from missions.execution.resources import load_robot
 from missions.language.model import Mission
@@ -17,7 +17,6 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.needs import lacking, noun_of, sensors_of
 from stack.parameters import values_of
 
-MISSING = "E183"
 SWITCHES = {("depth", "obstacles"): "depth_camera", ("place_recognition", "record"): "camera"}
 """Settings that switch on what needs a sensor. `markers` has its own check."""
 

@@ -16,7 +16,7 @@ from stack.costmap.closing_zones import closing_zones, zone_words
 from stack.costmap.layer import Frame
 from stack.costmap.layers.zone_layers import KeepoutLayer
 from stack.costmap.parameters import CostmapParameters
-from stack.costmap.zones import Zone, ZoneCells, read_mask
+from stack.costmap.zones import MARGIN, Zone, ZoneCells, read_mask
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.polygons import distances_to_edges, outline_points, points_inside
@@ -171,7 +171,7 @@ def _closed_ways(
     names = tuple(dict.fromkeys(area.name for area in areas))
 
     def more(area: KeepoutArea) -> float:
-        return KeepoutLayer.MARGIN if area.whole else -robot.footprint.circumscribed_radius
+        return MARGIN if area.whole else -robot.footprint.circumscribed_radius
 
     floors: dict[frozenset[str], ReachableFloor] = {}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -40,6 +41,8 @@ from stack.types import Assignments, FailureCode
 CONDITION_GLYPH, LEAF_GLYPH = "◇", "⚙"
 _ALWAYS = frozenset((FailureCode.EXCEPTION, FailureCode.FAILED, FailureCode.CANCELLED))
 """Codes that any behaviour can fail with."""
+TYPING_SLIP = 0.9
+"""Similarity from which a code counts as a misspelt one; that of DOOR_LOCKED is 0.82."""
 _CODE = re.compile(r"[A-Z][A-Z0-9_]*")
 
 
@@ -269,8 +272,10 @@ def _check_failure_code(
     if not isinstance(code, Constant) or code.value in FailureCode.__members__:
         return
     text = str(code.value)
-    near = nearest(text.upper(), list(FailureCode.__members__))
-    if near is None and _CODE.fullmatch(text):
+    if _CODE.fullmatch(text) and not get_close_matches(
+        text, FailureCode.__members__, 1, TYPING_SLIP
+    ):
         return
+    near = nearest(text.upper(), list(FailureCode.__members__))
     hint = f"did you mean {near!r}?" if near else "write capitals, digits and _: SHELF_EMPTY"
     findings.error("E172", mark, f"{text!r} is not a failure code", hint)

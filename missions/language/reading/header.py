@@ -54,7 +54,7 @@ class HeaderReader:
         """Report reserved keys, keys that belong under `navigation`, and an unsupported format."""
         for key, _ in self.top.node.entries:
             word = str(key.value)
-            if word in self.resources.navigation_kinds and word not in MISSION:
+            if word in {*self.resources.navigation_kinds, NAV2} - set(MISSION):
                 self.top.node_of(word)
                 sentence = f"`{word}` does not belong to the top of a mission"
                 self.findings.error("E101", key.mark, sentence, "write it under `navigation`")

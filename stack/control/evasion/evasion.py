@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -124,6 +125,13 @@ class Around:
     points: FloatArray
 
 
+class Evaded(NamedTuple):
+    """A velocity, base frame, and whether it is an evasive one."""
+
+    twist: Twist
+    is_evasive: bool = False
+
+
 class Evasion:
     """Replaces a velocity that leads to a meeting with a person by the best evasive motion.
 
@@ -134,8 +142,6 @@ class Evasion:
         robot: outline, limits and kind of drive.
         parameters: `configure` replaces them.
 
-    Attributes:
-        active: whether the last velocity was an evasive one.
     """
 
     @staticmethod
@@ -148,7 +154,7 @@ class Evasion:
     def __init__(self, robot: RobotDescription, parameters: EvasionParameters) -> None:
         from stack.control.evasion import kernels
 
-        self.parameters, self.active = parameters, False
+        self.parameters = parameters
         self._kernels, self._robot = kernels, robot
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
@@ -167,7 +173,7 @@ class Evasion:
         self.parameters = parameters
         self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
 
-    def step(self, wanted: Twist, situation: Situation) -> Twist:
+    def step(self, wanted: Twist, situation: Situation) -> Evaded:
         """Return the wanted velocity or an evasive one, slowly where it passes people.
 
         Args:
@@ -177,19 +183,18 @@ class Evasion:
         discs = self._discs(situation)
         if not len(discs):
             self.rest()
-            return wanted
+            return Evaded(wanted)
         resting = situation.time < self._until
         chosen = self._decide(wanted, situation, discs, resting=resting)
-        self.active = chosen is not None
         if chosen is None:
             self._kept = None
-            return self._slowed(wanted, discs)
+            return Evaded(self._slowed(wanted, discs))
         self._until = situation.time + self.parameters.rest
-        return self._slowed(chosen, discs)
+        return Evaded(self._slowed(chosen, discs), is_evasive=True)
 
     def rest(self) -> None:
         """Leave the wanted velocity alone: nobody is near, or its plan keeps clear of them."""
-        self.active, self._kept = False, None
+        self._kept = None
 
     def _slowed(self, twist: Twist, discs: FloatArray) -> Twist:
         """Return the twist on the same arc, limited by the distance to people not yet passed."""

@@ -145,7 +145,6 @@ class SemanticLayer(Layer):
     needs = ("camera or depth_camera",)
     Parameters = SemanticParameters
     inflated: ClassVar[bool] = False
-    needs_tracks: ClassVar[bool] = True
     needs_detections: ClassVar[bool] = True
     parameters: SemanticParameters
 

@@ -53,7 +53,6 @@ class SocialLayer(Layer):
         )
 
     inflated: ClassVar[bool] = False
-    needs_tracks: ClassVar[bool] = True
     parameters: Parameters
 
     @staticmethod

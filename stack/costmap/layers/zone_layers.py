@@ -23,7 +23,7 @@ from stack.costmap.layer import (
     sampled,
 )
 from stack.costmap.way_out import Lane, WayOut
-from stack.costmap.zones import Zone, ZoneCells, read_mask, read_zones
+from stack.costmap.zones import MARGIN, Zone, ZoneCells, read_mask, read_zones
 from stack.parameters import parameter
 from stack.types import FREE, LETHAL_COST, Footprint, OccupancyGrid, Pose2D
 
@@ -50,10 +50,6 @@ class KeepoutLayer(Layer):
     in a zone may leave it by the shortest way, and by no other.
     """
 
-    MARGIN: ClassVar[float] = 0.07
-    """Metres by which zones are drawn larger: half a diagonal of a cell of 5 cm for the edge of the
-    zone, and another one for a robot that is anywhere in its cell."""
-
     @dataclass(frozen=True)
     class Parameters(_Zoned):
         """Position of the keepout zones."""
@@ -63,7 +59,7 @@ class KeepoutLayer(Layer):
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
         self._mask = read_mask(parameters.mask)
-        self._cells = ZoneCells(parameters.zones, self._mask, self.MARGIN)
+        self._cells = ZoneCells(parameters.zones, self._mask, MARGIN)
         self._leaving: WayOut | None = None
         self._lane: Lane | None = None
 
@@ -84,7 +80,7 @@ class KeepoutLayer(Layer):
             if not self._cells.covers(pose):
                 return NO_BOX
             self._leaving = WayOut(
-                self.parameters.zones, self._mask, self.MARGIN, self.footprint, self.map, pose
+                self.parameters.zones, self._mask, self.footprint, self.map, pose
             )
         if self._leaving.is_outside(pose):
             self._leaving = self._lane = None

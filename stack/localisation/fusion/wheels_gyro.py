@@ -15,6 +15,7 @@ from stack.components import OdometryFusion
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
+from stack.localisation.fusion.wheel_slip import WheelSlip
 from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import Observation, Odometry, Pose2D, Twist, wrap_angle
 
@@ -22,8 +23,9 @@ from stack.types import Observation, Odometry, Pose2D, Twist, wrap_angle
 class WheelGyroOdometry(OdometryFusion):
     """Translation of the wheels and rotation of the gyro; no other sensor corrects them.
 
-    Without inertial samples for `gyro_timeout`, the wheels measure the rotation. The robot stands
-    for the first `settling_time`, in which the gyro's bias is measured. No error is stated.
+    Without inertial samples for `gyro_timeout`, the wheels measure the rotation, and the error by
+    their slip is stated; with a gyro none is. The robot stands for the first `settling_time`, in
+    which the gyro's bias is measured.
     """
 
     Parameters = OdometryFusionParameters
@@ -35,6 +37,7 @@ class WheelGyroOdometry(OdometryFusion):
         self._wheels = Pose2D(0.0, 0.0)
         self._bias, self._gyro, self._standstill = _GyroBias(), GyroIntegral(), Standstill()
         self._has_gyro = robot.imu is not None
+        self._slip = WheelSlip(robot.drivetrain, robot.odometry.slip)
 
     @property
     def is_ready(self) -> bool:
@@ -67,11 +70,13 @@ class WheelGyroOdometry(OdometryFusion):
         rotation = self._gyro_rotation(observation, wheels, elapsed)
         angular = moved.heading if rotation is None else rotation
         pose = self._fused.pose.compose(with_rotation(moved, angular))
-        twist = Twist(wheels.twist.linear, angular / elapsed, wheels.twist.lateral)
-        if rotation is None:
-            twist = wheels.twist
         self._wheels = wheels.pose
-        self._fused = Odometry(observation.time, pose, twist)
+        if rotation is None:
+            error = self._slip.covariance(moved)
+            self._fused = Odometry(observation.time, pose, wheels.twist, error)
+        else:
+            twist = Twist(wheels.twist.linear, angular / elapsed, wheels.twist.lateral)
+            self._fused = Odometry(observation.time, pose, twist)
         return self._fused
 
     def _gyro_rotation(

@@ -85,11 +85,6 @@ class RecoverySchedule:
         """Return whether something touched the robot shortly before a stamp."""
         return stamp <= self._touched_until
 
-    @property
-    def in_doubt(self) -> bool:
-        """Whether scans do not fit."""
-        return self._doubt is not None
-
     def next(self, stamp: float, view: ScanView, low: float) -> Search | None:
         """Return the search to run at a scan, or None.
 

@@ -7,8 +7,6 @@ IJRR 22(12), 2003.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
@@ -18,7 +16,7 @@ from stack.localisation.particle_filter.beam_model import BeamModel, weighted
 from stack.localisation.particle_filter.modes import Mode, ModeSet
 from stack.localisation.particle_filter.motion_models import MotionModel, disturb
 from stack.localisation.particle_filter.odometry_since import MotionSince
-from stack.localisation.particle_filter.particles import ParticleSet, kld_bound, move
+from stack.localisation.particle_filter.particles import ParticleSet, kld_bound
 from stack.localisation.particle_filter.uncertainty import (
     LeastCovariance,
     observable,
@@ -209,9 +207,3 @@ class ParticleFilter:
         p, rivals = self._parameters, len(self.modes.modes) - 1
         least = max(p.min_particles // (1 + max(0, rivals)), _LEAST_PARTICLES)
         return min(max(kld_bound(poses, p.kld_error, p.kld_quantile), least), int(poses.shape[0]))
-
-
-def moved_mode(mode: Mode, moved: Pose2D) -> Mode:
-    """Return a copy of a mode, moved by odometry without errors."""
-    moved_set = ParticleSet(move(mode.particle_set.poses, moved), mode.particle_set.weights)
-    return replace(mode, particle_set=moved_set, pose=mode.pose.compose(moved))

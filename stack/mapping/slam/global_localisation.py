@@ -83,10 +83,6 @@ class GlobalLocalisation:
             )
         return self._matcher.candidates(scan, earlier)
 
-    def is_plausible(self, match: GlobalMatch, scan: Scan) -> bool:
-        """Return whether a match explains as much as most true poses of the map do."""
-        return match.fit >= self._fit_scale(scan).low
-
     def restart(self, places: Sequence[GlobalMatch], odometry: Pose2D) -> None:
         """Follow these places from now on, the first one as the estimate.
 

@@ -61,7 +61,7 @@ class OptimiserWorker:
         if self._due is None or not self._is_due(time):
             return None
         if self._early is None and not (self.waits or self._worker.has_answered(0.0)):
-            if time > self._due + Patience.LONGEST:
+            if Patience.is_over(self._due, time):
                 raise WorkerError(f"{NAME} gave no answer for {Patience.LONGEST:g} s")
             return None
         found, self._early = self._early or self._receive(), None

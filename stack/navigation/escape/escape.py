@@ -16,8 +16,8 @@ from stack.navigation.escape.search import (
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightLine
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist
+from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.types import STANDSTILL, FailureCode, FloatArray, Perceived, Pose2D, Twist
 
 LOOK_AGAIN = 0.5
 """Seconds between two searches while no motion is found."""
@@ -95,9 +95,9 @@ class Escape(MotionExecutor):
         super().resume(now)
         self._rate, self._chosen, self._segments, self._last = 0.0, None, (), None
 
-    def step(self, state: NavigationState) -> Twist:
+    def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step."""
-        pose = state.odometry.pose
+        pose = state.motion.pose
         self._follow_up(state)
         if self._out_of_time(state) or not self._sees(state):
             return STANDSTILL
@@ -123,7 +123,7 @@ class Escape(MotionExecutor):
         if first:
             self._first = self._clearance
 
-    def _sees(self, state: NavigationState) -> bool:
+    def _sees(self, state: Perceived) -> bool:
         """Whether every range sensor has measured; the task fails when patience is over."""
         missing = [name for name, age in state.obstacles.ages.items() if age == inf]
         if self._surroundings.updates and not missing:
@@ -135,15 +135,15 @@ class Escape(MotionExecutor):
         )  # fmt: skip
         return False
 
-    def _wait(self, state: NavigationState, code: FailureCode, sentence: str) -> None:
+    def _wait(self, state: Perceived, code: FailureCode, sentence: str) -> None:
         """Stand and wait for a change; fail when patience is over."""
         self._wait_time.start_once(state.time)
         if self._wait_time.elapsed(state.time) >= self._tools.parameters.recovery_patience:
             self.task.fail(code, sentence)
 
-    def _follow_up(self, state: NavigationState) -> None:
+    def _follow_up(self, state: Perceived) -> None:
         """Update the current segment with the motion of the last step."""
-        pose = state.odometry.pose
+        pose = state.motion.pose
         if self._last is not None:
             step = pose.relative_to(self._last)
             self._driven += pose.distance_to(self._last)
@@ -165,7 +165,7 @@ class Escape(MotionExecutor):
         if self._travelled > self._banned_at + MOVED_ON:
             self._banned = []
 
-    def _out_of_time(self, state: NavigationState) -> bool:
+    def _out_of_time(self, state: Perceived) -> bool:
         p = self._tools.parameters
         result = f"drove {self._driven:.2f} m, clearance {self._clearance:.2f} m"
         if self._total.elapsed(state.time) >= self.deadline:
@@ -181,9 +181,9 @@ class Escape(MotionExecutor):
     def _is_over(self) -> bool:
         return self._clearance >= self._goal.clearance or self._remaining <= DONE
 
-    def _finish(self, state: NavigationState) -> Twist:
+    def _finish(self, state: Perceived) -> Twist:
         self._rate, self._segments, self._chosen = 0.0, (), None
-        if not standing(state.odometry.twist):
+        if not standing(state.motion.twist):
             return STANDSTILL
         wanted = self._goal.clearance
         result = f"clearance {self._clearance:.2f} m after {self._driven:.2f} m"
@@ -195,7 +195,7 @@ class Escape(MotionExecutor):
             )
         return STANDSTILL
 
-    def _goes_on(self, state: NavigationState, chosen: ChosenMotion) -> bool:
+    def _goes_on(self, state: Perceived, chosen: ChosenMotion) -> bool:
         """Whether to continue the chosen motion; drops finished segments and stalled motions."""
         while self._segments and self._segments[0].amount <= DONE:
             self._segments, self._rate = self._segments[1:], 0.0
@@ -204,7 +204,7 @@ class Escape(MotionExecutor):
             self._banned_at = self._travelled
             self._chosen = None
         elif not self._segments or not self._search.clear(
-            state.odometry.pose, chosen, self._segments
+            state.motion.pose, chosen, self._segments
         ):
             self._chosen = None
         return self._chosen is not None
@@ -231,16 +231,16 @@ class Escape(MotionExecutor):
             top = min(top, limits.angular_speed / abs(segment.twist.angular))
         return MotionProfile(segment.amount, top, 0.5 * limits.linear_acceleration, 0.0, "m")
 
-    def _search_motion(self, state: NavigationState) -> None:
+    def _search_motion(self, state: Perceived) -> None:
         """Search a motion from the current pose; wait and fail when there is none."""
         self._rate, self._segments = 0.0, ()
-        if not standing(state.odometry.twist):
+        if not standing(state.motion.twist):
             return
         looked = self._look_time.running and self._look_time.elapsed(state.time) < LOOK_AGAIN - 1e-9
         if self._wait_time.running and looked:
             return
         self._look_time.start(state.time)
-        pose = state.odometry.pose
+        pose = state.motion.pose
         padding = self._tools.parameters.escape_padding
         criteria = EscapeCriteria(self._goal.clearance + GAIN, padding, GAIN, self._remaining)
         self._chosen = self._search.best(pose, criteria, self._banned)
@@ -255,7 +255,7 @@ class Escape(MotionExecutor):
         else:
             self._wait_without_motion(state, pose)
 
-    def _wait_without_motion(self, state: NavigationState, pose: Pose2D) -> None:
+    def _wait_without_motion(self, state: Perceived, pose: Pose2D) -> None:
         """No motion leads to more clearance: wait for a change, then fail with the reason."""
         padding = self._tools.parameters.escape_padding
         wanted = self._goal.clearance

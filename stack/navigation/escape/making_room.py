@@ -11,8 +11,8 @@ from stack.navigation.following import Follower
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.standoff import nearest
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, NavigationState
-from stack.types import Pose2D, Twist
+from stack.navigation.tasks import MotionExecutor
+from stack.types import Perceived, Pose2D, Twist
 
 PATIENCE = 0.4
 """Share of `collision_patience` after which a robot that cannot turn where it is makes room."""
@@ -45,7 +45,7 @@ class MakingRoom:
         """Whether it drives the robot."""
         return self._motion is not None
 
-    def step(self, state: NavigationState, follower: Follower) -> Twist | None:
+    def step(self, state: Perceived, follower: Follower) -> Twist | None:
         """Return the velocity of a robot that makes room; None when it does not.
 
         Args:
@@ -78,25 +78,25 @@ class MakingRoom:
             self._motion.stop(now)
             self._motion = None
 
-    def _begin(self, make: Callable[[], MotionExecutor], state: NavigationState) -> None:
+    def _begin(self, make: Callable[[], MotionExecutor], state: Perceived) -> None:
         self._held.reset()
-        self._made_at = state.odometry.pose
+        self._made_at = state.motion.pose
         self._motion = make()
         self._motion.start(state.time)
         self._tools.emit("recovery", "no room to turn onto the path: making room")
 
-    def _should_begin(self, state: NavigationState, follower: Follower) -> bool:
+    def _should_begin(self, state: Perceived, follower: Follower) -> bool:
         p, tools = self._tools.parameters, self._tools
         held = follower.waiting and follower.standoff.person is None
-        if not held or tools.is_round or not standing(state.odometry.twist):
+        if not held or tools.is_round or not standing(state.motion.twist):
             self._held.reset()
             return False
         self._held.start_once(state.time)
         if self._held.elapsed(state.time) < PATIENCE * p.collision_patience:
             return False
         before = self._made_at
-        away = inf if before is None else before.distance_to(state.odometry.pose)
-        near = nearest(state.tracks, state.estimate.pose, 2.0 * p.person_distance)
+        away = inf if before is None else before.distance_to(state.motion.pose)
+        near = nearest(state.world.tracks, state.estimate.pose, 2.0 * p.person_distance)
         if away < ELSEWHERE or near is not None or not _turns(follower, state.estimate.pose):
             return False
         return not can_turn(state.obstacles.points, tools.bodies.circumscribed)

@@ -7,8 +7,7 @@ from collections import deque
 import numpy as np
 
 from stack.navigation.escape.views import View, is_near
-from stack.navigation.tasks import NavigationState
-from stack.types import FloatArray, ObstaclePoints, Pose2D, RangeView
+from stack.types import FloatArray, ObstaclePoints, Perceived, Pose2D, RangeView
 
 STANDING, STANDING_TURN = 0.01, 0.01
 """Motion in metres and radians below which two views count as taken from the same pose."""
@@ -63,9 +62,9 @@ class Surroundings:
         self.updates = 0
         """Number of steps so far that brought a new view."""
 
-    def look(self, state: NavigationState) -> None:
+    def look(self, state: Perceived) -> None:
         """Add the newest views and the pose; called once per control step."""
-        pose = state.odometry.pose
+        pose = state.motion.pose
         if not self._trail or not is_near(self._trail[-1], pose, TRAIL_STEP, TRAIL_TURN):
             self._trail.append(pose)
         self._add_new(state.obstacles)

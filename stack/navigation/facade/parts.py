@@ -15,7 +15,6 @@ from stack.navigation.facade.interfaces import (
     MarkerDetector,
     ObjectDetection,
 )
-from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
 from stack.navigation.tasks import CostmapLike, Emit
@@ -31,7 +30,6 @@ class FacadeParts:
 
     Attributes:
         robot: description of the robot.
-        state: newest data of the step loop.
         clock: returns the seconds on the body's clock.
         frames: poses by time stamp.
         camera: keeps the camera on while pictures are requested.
@@ -40,7 +38,6 @@ class FacadeParts:
         tunables: components whose parameters may be changed, by name.
         cover: without a map, grows the costmaps to contain some poses.
         draw: replaces the map of the costmaps.
-        forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
         maps: the map so far.
         recording_over: whether all measurements of a replayed log have been played.
         floor_lines: None when the robot has no camera.
@@ -51,7 +48,6 @@ class FacadeParts:
     """
 
     robot: RobotDescription
-    state: LoopState
     clock: Callable[[], float]
     frames: TransformBuffer
     camera: CameraLease
@@ -67,7 +63,6 @@ class FacadeParts:
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
     draw: Callable[[OccupancyGrid], None] = lambda grid: None
-    forget_tracks: Callable[[], None] = lambda: None
     recording_over: Callable[[], bool] = lambda: False
     floor_lines: FloorLineDetector | None = None
     coloured_objects: ColouredObjectDetector | None = None

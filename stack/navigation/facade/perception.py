@@ -15,6 +15,7 @@ from stack.types import (
     LineColour,
     MarkerSighting,
     ObjectColour,
+    Perceived,
     PlaceSighting,
     PointCloud,
 )
@@ -27,7 +28,12 @@ class PerceptionFacade:
     """Members of the robot facade that answer from cameras and detectors."""
 
     def __init__(self, parts: FacadeParts) -> None:
-        self._parts, self._state = parts, parts.state
+        self._parts = parts
+        self._perceived = Perceived(0.0, parts.estimator.estimate)
+
+    def see(self, perceived: Perceived) -> None:
+        """Answer from what a step has perceived, from now on."""
+        self._perceived = perceived
 
     def image(self) -> Image | None:
         """The newest camera image since the camera was switched on; keeps it on.
@@ -35,7 +41,7 @@ class PerceptionFacade:
         Images from before the camera was last off are not returned: they are out of date.
         """
         self._parts.camera.renew(self._parts.clock())
-        image = self._state.newest("camera", Image)
+        image = self._perceived.newest("camera", Image)
         return image if image is not None and self._parts.camera.covers(image.stamp) else None
 
     def point_cloud(
@@ -54,7 +60,7 @@ class PerceptionFacade:
             raise ParameterError("voxel", f"expected more than 0 m, got {voxel:g}", "e.g. 0.05")
         lease = self._parts.depth_camera
         lease.renew(self._parts.clock())
-        image = self._state.newest(name, DepthImage)
+        image = self._perceived.newest(name, DepthImage)
         if image is None or not lease.covers(image.stamp):
             return None
         return point_cloud(image, voxel=voxel, above=above)
@@ -84,7 +90,7 @@ class PerceptionFacade:
         if image is None or detector is None or not self._parts.frames.covers(image.stamp):
             return None
         base = self._parts.frames.pose_at("odom", image.stamp)
-        obstacles = self._state.motion.pose.transform(self._state.obstacles.points)
+        obstacles = self._perceived.motion.pose.transform(self._perceived.obstacles.points)
         return detector.see(image, base, colour, width, obstacles)
 
     def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
@@ -93,7 +99,7 @@ class PerceptionFacade:
         frames = self._parts.frames
         if image is None or detector is None or not frames.covers(image.stamp):
             return None
-        ranges = self._state.motion.pose.transform(self._state.obstacles.points)
+        ranges = self._perceived.motion.pose.transform(self._perceived.obstacles.points)
         ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
         return detector.detect(image, colour, frames.pose_at("map", image.stamp), ranges)
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from stack.components import Match
 from stack.errors import ParameterError
 from stack.mapping.exploration.frontiers import FrontierParameters
 from stack.navigation.disambiguation import Disambiguation
@@ -16,7 +15,7 @@ from stack.navigation.doubt import other_places
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.facade.parts import FacadeParts
 from stack.navigation.facade.perception import PerceptionFacade
-from stack.navigation.relocalisation import Relocalisation
+from stack.navigation.relocalisation import Relocalisation, report_pose
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.navigation.tuning import NamedParameters, change
 from stack.parameters import suggestion
@@ -37,14 +36,13 @@ from stack.types import (
     StandingObject,
     TrackedObject,
     Twist,
-    wrap_angle,
 )
 
 
 class RobotFacade(PerceptionFacade):
     """Implementation of stack.robot.Robot with the components of the stack.
 
-    It answers from the state of the step loop and keeps none of its own.
+    It answers from what the step has perceived and keeps no state of its own.
     """
 
     def __init__(self, parts: FacadeParts) -> None:
@@ -84,7 +82,7 @@ class RobotFacade(PerceptionFacade):
     @property
     def odometry(self) -> Pose2D:
         """Dead-reckoned pose in the odom frame."""
-        return self._state.motion.pose
+        return self._perceived.motion.pose
 
     @property
     def localisation_health(self) -> float:
@@ -94,7 +92,7 @@ class RobotFacade(PerceptionFacade):
     @property
     def speed(self) -> Twist:
         """Measured velocity."""
-        return self._state.motion.twist
+        return self._perceived.motion.twist
 
     @property
     def footprint(self) -> Footprint:
@@ -104,12 +102,12 @@ class RobotFacade(PerceptionFacade):
     @property
     def battery(self) -> Battery:
         """State of charge; full before the first observation."""
-        return self._state.battery
+        return self._perceived.battery
 
     @property
     def scan(self) -> Scan | None:
         """The newest scan of the lidar that the localisation uses."""
-        return self._state.newest(self._parts.estimator.lidar, Scan)
+        return self._perceived.newest(self._parts.estimator.lidar, Scan)
 
     @property
     def markers(self) -> tuple[Marker, ...]:
@@ -119,12 +117,12 @@ class RobotFacade(PerceptionFacade):
     @property
     def tracks(self) -> tuple[TrackedObject, ...]:
         """Moving objects around the robot, map frame."""
-        return self._state.tracks
+        return self._perceived.at(self.estimate).world.tracks
 
     @property
     def standing_objects(self) -> tuple[StandingObject, ...]:
         """Objects that are not on the map and have not moved, map frame."""
-        return self._state.standing
+        return self._perceived.at(self.estimate).world.standing
 
     @property
     def map(self) -> OccupancyGrid:
@@ -180,7 +178,7 @@ class RobotFacade(PerceptionFacade):
         end = Pose2D(x + columns * grid.resolution, y + rows * grid.resolution)
         self._parts.cover([Pose2D(x, y), end])
         self._parts.draw(grid)
-        self._handle_jump(before, self.pose, "map")
+        report_pose(self._parts.emit, before, self.pose, "map")
 
     def set_mapping(self, is_mapping: bool) -> None:
         """Begin or cease to change the map."""
@@ -338,7 +336,7 @@ class RobotFacade(PerceptionFacade):
             self._navigation.parameters,
             lambda: self.scan,
             parts.frames,
-            self._relocalised,
+            self._parts.emit,
         )
         self._navigation.start(executor, "recovery", "searching for the pose on the whole map")
         return task
@@ -349,7 +347,7 @@ class RobotFacade(PerceptionFacade):
         """Reset the localisation around a pose."""
         before = self.pose
         self._parts.estimator.set_pose(pose, position_deviation, heading_deviation)
-        self._handle_jump(before, pose, source)
+        report_pose(self._parts.emit, before, pose, source)
 
     def save_image(
         self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
@@ -360,31 +358,3 @@ class RobotFacade(PerceptionFacade):
     def say(self, text: str) -> None:
         """Write a message to the operator to the event log."""
         self._parts.emit("say", text)
-
-    def estimate_jumped(self, before: Pose2D, pose: Pose2D) -> None:
-        """Report a jump that the estimator made on its own, from a scan, if it is a large one."""
-        if self._is_jump(before, pose):
-            self._handle_jump(before, pose, "lidar")
-
-    def _is_jump(self, before: Pose2D, pose: Pose2D) -> bool:
-        """Whether what was sensed at one pose has a wrong position at the other."""
-        p, turn = self._navigation.parameters, abs(wrap_angle(pose.heading - before.heading))
-        return before.distance_to(pose) > p.jump_distance or turn > p.jump_angle
-
-    def _relocalised(self, before: Pose2D, match: Match) -> None:
-        self._handle_jump(before, match.pose, "lidar")
-
-    def _handle_jump(self, before: Pose2D, pose: Pose2D, source: str) -> None:
-        """Report a new pose, and clear obstacles sensed from a wrong one."""
-        jump = before.distance_to(pose)
-        turn = abs(wrap_angle(pose.heading - before.heading))
-        if self._is_jump(before, pose):
-            self._parts.forget_tracks()
-            self._parts.local_costmap.clear()
-            self._parts.global_costmap.clear()
-        self._parts.emit(
-            "relocalised",
-            f"now at ({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg) by {source}, "
-            f"{jump:.2f} m and {degrees(turn):.0f} deg from the previous pose",
-            by=source, jump=round(jump, 3), turn=round(turn, 4),
-        )  # fmt: skip

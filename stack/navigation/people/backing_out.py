@@ -10,8 +10,7 @@ import numpy as np
 from stack.geometry.path_progress import turned
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.passing_place import BODY, ROOM
-from stack.navigation.tasks import NavigationState
-from stack.types import FloatArray, Path, Pose2D
+from stack.types import FloatArray, Path, Perceived, Pose2D
 
 AHEAD = 0.5
 """Metres along a path to the point whose direction decides whether it leads backward."""
@@ -43,7 +42,7 @@ def can_turn(points: FloatArray, circumscribed: float) -> bool:
     return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
 
 
-def backed_out(path: Path, state: NavigationState, tools: DriveTools) -> Path:
+def backed_out(path: Path, state: Perceived, tools: DriveTools) -> Path:
     """Return the path as the robot should drive it: backward if that is the better way out.
 
     It backs out if the path leads backward and there is no room to turn, or a person is close in
@@ -59,14 +58,14 @@ def backed_out(path: Path, state: NavigationState, tools: DriveTools) -> Path:
     if not tools.path_follower.reverses or not _leads_backward(path, pose):
         return path
     if can_turn(points, bodies.circumscribed):
-        faced = any(_faces(pose, track.position) for track in state.tracks)
+        faced = any(_faces(pose, track.position) for track in state.world.tracks)
         hindered = faced and (path.length <= SHORT or _is_narrow(points, bodies.circumscribed))
         if not hindered or state.obstacles.is_blind(pi):
             return path
     return replace(turned(path), speed_limits=path.speed_limits, partial=path.partial)
 
 
-def should_turn(remaining: float, state: NavigationState, tools: DriveTools) -> bool:
+def should_turn(remaining: float, state: Perceived, tools: DriveTools) -> bool:
     """Whether a robot that backs out should turn round: nobody is near, and the way is long.
 
     Args:
@@ -77,7 +76,7 @@ def should_turn(remaining: float, state: NavigationState, tools: DriveTools) -> 
     if remaining <= SHORT or not can_turn(state.obstacles.points, tools.bodies.circumscribed):
         return False
     x, y = state.estimate.pose.x, state.estimate.pose.y
-    places = (track.position for track in state.tracks)
+    places = (track.position for track in state.world.tracks)
     return all(hypot(at[0] - x, at[1] - y) > LEFT_BEHIND for at in places)
 
 

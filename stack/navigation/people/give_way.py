@@ -15,8 +15,8 @@ from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
 from stack.navigation.people.passing_place import REACH, Avoided, find_passing_place, way_of
 from stack.navigation.people.standoff import STANDS, Standoff, nearest
 from stack.navigation.people.walking_directions import WalkingDirections
-from stack.navigation.tasks import MotionExecutor, NavigationState
-from stack.types import STANDSTILL, FloatArray, Pose2D, TrackedObject, Twist
+from stack.navigation.tasks import MotionExecutor
+from stack.types import STANDSTILL, FloatArray, Perceived, Pose2D, TrackedObject, Twist
 
 TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
 """Metres between the positions of a trail, and its length."""
@@ -105,7 +105,7 @@ class GiveWay:
         """Whether the robot is on its way to a passing place, or waits there."""
         return self._drive is not None
 
-    def step(self, state: NavigationState, standoff: Standoff, ahead: FloatArray) -> Twist | None:
+    def step(self, state: Perceived, standoff: Standoff, ahead: FloatArray) -> Twist | None:
         """Return the velocity for this step; None while the robot does not give way.
 
         Args:
@@ -113,7 +113,7 @@ class GiveWay:
             standoff: who is in the way of the drive, and for how long.
             ahead: (n, 2) path of the drive from the robot on, map frame.
         """
-        self._directions.update(state.tracks)
+        self._directions.update(state.world.tracks)
         if self._drive is None:
             self._trail.add(state.estimate.pose)
             self._begin(state, standoff)
@@ -156,7 +156,7 @@ class GiveWay:
             self._back.stop(now)
             self._back = None
 
-    def _begin(self, state: NavigationState, standoff: Standoff) -> None:
+    def _begin(self, state: Perceived, standoff: Standoff) -> None:
         """Leave the way of a person whom the robot has faced for long enough."""
         p, person, now = self._tools.parameters, standoff.person, state.time
         waits = standoff.stood(now) >= STOOD
@@ -172,17 +172,17 @@ class GiveWay:
             self._given += 1
             self._leave(state, place, Meeting(person, front, 0.0), "giving way to a person")
 
-    def _wait_before(self, state: NavigationState, ahead: FloatArray) -> None:
+    def _wait_before(self, state: Perceived, ahead: FloatArray) -> None:
         """Leave the way of a person whom the robot would meet where two cannot pass."""
         p, now = self._tools.parameters, state.time
-        if not state.tracks or self._waited_before >= p.give_way_attempts:
+        if not state.world.tracks or self._waited_before >= p.give_way_attempts:
             return
         if now < self._looked_ahead_at + LOOK_AGAIN:
             return
-        speed = state.odometry.twist.linear
+        speed = state.motion.twist.linear
         costs = self._tools.global_costmap.view
         bodies = self._tools.bodies
-        meeting = find_narrow_meeting(costs, ahead, state.tracks, speed, bodies)
+        meeting = find_narrow_meeting(costs, ahead, state.world.tracks, speed, bodies)
         if meeting is None:
             return
         self._looked_ahead_at = now
@@ -195,7 +195,7 @@ class GiveWay:
             self._leave(state, place, meeting, "letting a person out of a narrow corridor")
 
     def _place_beside(
-        self, state: NavigationState, person: TrackedObject, front: FloatArray
+        self, state: Perceived, person: TrackedObject, front: FloatArray
     ) -> Pose2D | None:
         """Return a place beside the way of a person; `front`: from them to the robot."""
         pose = state.estimate.pose
@@ -203,11 +203,11 @@ class GiveWay:
         ahead = self._directions.way_of(person)
         if ahead is not None:
             ways.append(ahead)
-        near = [track for track in state.tracks if nearest([track], pose, REACH) is not None]
+        near = [track for track in state.world.tracks if nearest([track], pose, REACH) is not None]
         costs = self._tools.global_costmap.view
         return find_passing_place(costs, pose, ways, Avoided(near, self._tried), self._tools.bodies)
 
-    def _leave(self, state: NavigationState, place: Pose2D, meeting: Meeting, why: str) -> None:
+    def _leave(self, state: Perceived, place: Pose2D, meeting: Meeting, why: str) -> None:
         """Begin the drive to a passing place."""
         now = state.time
         self._place, self._arrived, self._front = place, False, _dense(meeting.way)
@@ -224,7 +224,7 @@ class GiveWay:
             if self._back is not None:
                 self._back.start(now)
 
-    def _aside(self, drive: Drive, state: NavigationState) -> Twist | None:
+    def _aside(self, drive: Drive, state: Perceived) -> Twist | None:
         """Drive to the passing place and wait there; None when it is over."""
         now = state.time
         if self._waits.elapsed(now) >= self._tools.parameters.give_way_time:
@@ -250,11 +250,11 @@ class GiveWay:
             self._idle.start(now)
         return STANDSTILL
 
-    def _does_not_help(self, state: NavigationState) -> bool:
+    def _does_not_help(self, state: Perceived) -> bool:
         """Whether the robot does not get to its place, or the person does not use the room."""
         now = state.time
         if self._arrived:
-            in_front = [track for track in state.tracks if self._is_in_front(track.position)]
+            in_front = [track for track in state.world.tracks if self._is_in_front(track.position)]
             if not in_front or max(track.speed for track in in_front) >= STANDS:
                 self._idle.start(now)
             return self._idle.elapsed(now) >= UNHELPFUL
@@ -264,10 +264,10 @@ class GiveWay:
             self._idle.start(now)
         return self._idle.elapsed(now) >= STUCK
 
-    def _go_elsewhere(self, state: NavigationState) -> None:
+    def _go_elsewhere(self, state: Perceived) -> None:
         """Leave for another place; if there is none, try longer."""
         self._idle.start(state.time)
-        person = next((t for t in state.tracks if t.id == self._person), None)
+        person = next((t for t in state.world.tracks if t.id == self._person), None)
         if person is None or self._given >= self._tools.parameters.give_way_attempts:
             return
         here = state.estimate.pose
@@ -281,14 +281,14 @@ class GiveWay:
         meeting = Meeting(person, self._front, self._expected - state.time)
         self._leave(state, place, meeting, "making more room for a person")
 
-    def _may_still_come(self, state: NavigationState) -> bool:
+    def _may_still_come(self, state: Perceived) -> bool:
         """Whether a person is in front, or who was expected cannot be seen and is not due yet."""
-        if any(self._is_in_front(track.position) for track in state.tracks):
+        if any(self._is_in_front(track.position) for track in state.world.tracks):
             return True
-        is_seen = any(track.id == self._person for track in state.tracks)
+        is_seen = any(track.id == self._person for track in state.world.tracks)
         return not is_seen and state.time < self._expected
 
-    def _can_turn(self, state: NavigationState) -> bool:
+    def _can_turn(self, state: Perceived) -> bool:
         """Whether nothing is within the circle in which the robot turns."""
         return can_turn(state.obstacles.points, self._tools.bodies.circumscribed)
 

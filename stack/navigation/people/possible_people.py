@@ -12,7 +12,7 @@ from dataclasses import replace
 from stack.lifecycle import Timer, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.standoff import nearest
-from stack.navigation.tasks import NavigationState
+from stack.types import Perceived
 
 LARGEST = 0.4
 """Radius in metres above which what stands is no person."""
@@ -33,7 +33,7 @@ class PossiblePeople:
         self._tools, self._timers, self._held = tools, timers, timers.new()
         self._seen: dict[int, Timer] = {}
 
-    def added(self, state: NavigationState, *, held: bool) -> NavigationState:
+    def added(self, state: Perceived, *, held: bool) -> Perceived:
         """Return the state with those who may be people among its tracks.
 
         Args:
@@ -43,15 +43,18 @@ class PossiblePeople:
         p, now = self._tools.parameters, state.time
         if held and p.give_way_attempts:
             self._held.start(now)
-        if not self._held.running or self._held.elapsed(now) > GAP or not state.standing:
+        if not self._held.running or self._held.elapsed(now) > GAP or not state.world.standing:
             return state
         near = [
-            thing for thing in state.standing
+            thing for thing in state.world.standing
             if thing.radius <= LARGEST
             and nearest([thing], state.estimate.pose, p.person_distance) is not None
             and self._may_be_person(thing.id, now)
         ]  # fmt: skip
-        return replace(state, tracks=(*state.tracks, *near), standing=()) if near else state
+        if not near:
+            return state
+        tracks = (*state.world.tracks, *near)
+        return replace(state, world=replace(state.world, tracks=tracks, standing=()))
 
     def _may_be_person(self, number: int, now: float) -> bool:
         timer = self._seen.setdefault(number, self._timers.new())

@@ -11,8 +11,7 @@ from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.lifecycle import Timers
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import NavigationState
-from stack.types import FailureCode, FloatArray, Pose2D, TrackedObject
+from stack.types import FailureCode, FloatArray, Perceived, Pose2D, TrackedObject
 
 BESIDE = 0.5
 """Metres between the surface of a person and the path within which they are in the way."""
@@ -58,7 +57,7 @@ class Standoff:
         self.person = None
 
     def update(
-        self, state: NavigationState, progress: PathProgress, parameters: NavigationParameters
+        self, state: Perceived, progress: PathProgress, parameters: NavigationParameters
     ) -> None:
         """Look who is in the way.
 
@@ -71,8 +70,8 @@ class Standoff:
             NavigationError: BLOCKED_BY_PERSON when the patience is over.
         """
         reach = parameters.person_distance
-        path = progress.ahead(reach + BESIDE) if state.tracks else np.empty((0, 2))
-        near_path = [track for track in state.tracks if _is_beside(path, track)]
+        path = progress.ahead(reach + BESIDE) if state.world.tracks else np.empty((0, 2))
+        near_path = [track for track in state.world.tracks if _is_beside(path, track)]
         now, person = state.time, nearest(near_path, state.estimate.pose, reach)
         self.face(person, now)
         if person is None:

@@ -6,8 +6,7 @@ from stack.errors import NavigationError
 from stack.lifecycle import Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.standoff import blocked_by, nearest
-from stack.navigation.tasks import NavigationState
-from stack.types import Failure, FailureCode, Pose2D, TrackedObject
+from stack.types import Failure, FailureCode, Perceived, Pose2D, TrackedObject
 
 CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
 """Failures of a plan that a person in the way can cause."""
@@ -41,7 +40,7 @@ class PlanPatience:
         """Start over: a plan was found."""
         self._failing.reset()
 
-    def failed(self, failure: Failure, state: NavigationState, *, follows_path: bool) -> None:
+    def failed(self, failure: Failure, state: Perceived, *, follows_path: bool) -> None:
         """Note that a plan failed.
 
         Args:
@@ -53,7 +52,7 @@ class PlanPatience:
             NavigationError: the failure, when the patience is over; BLOCKED_BY_PERSON if a person
                 is near the robot, the goal, or the place at which the way ends.
         """
-        p, here = self._tools.parameters, state.odometry.pose
+        p, here = self._tools.parameters, state.motion.pose
         moved = follows_path and self._failing_at.distance_to(here) > MOVED
         if moved or not self._failing.running:
             self._failing.start(state.time)
@@ -66,11 +65,11 @@ class PlanPatience:
                 raise blocked_by(person, p.person_patience)
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 
-    def _person_near(self, state: NavigationState, failure: Failure) -> TrackedObject | None:
+    def _person_near(self, state: Perceived, failure: Failure) -> TrackedObject | None:
         """Return a person who may be why there is no path: near the robot, the goal or its end."""
         distance = self._tools.parameters.person_distance
         places = [(state.estimate.pose, 2.0 * distance), (self._goal, 2.0 * distance)]
         if failure.place is not None:
             places.append((Pose2D(*failure.place), distance))
-        found = (nearest(state.tracks, place, reach) for place, reach in places)
+        found = (nearest(state.world.tracks, place, reach) for place, reach in places)
         return next((person for person in found if person is not None), None)

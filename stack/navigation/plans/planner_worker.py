@@ -96,7 +96,7 @@ class PlanFuture:
             return None
         try:
             if not (self._wait or self._future.done()):
-                if time > self._due + Patience.LONGEST:
+                if Patience.is_over(self._due, time):
                     raise self._worker.silence
                 return None
             return self._worker.result(self._future)

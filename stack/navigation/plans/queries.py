@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.zone_names import with_zones
-from stack.navigation.tasks import MotionTask, NavigationState
-from stack.types import Pose2D
+from stack.navigation.tasks import MotionTask
+from stack.types import Perceived, Pose2D
 
 
 @dataclass
@@ -36,14 +36,14 @@ class PlanQueries:
         for planning in self._under_way:
             planning.task.cancel(why)
 
-    def step(self, state: NavigationState) -> None:
+    def step(self, state: Perceived) -> None:
         """Request plans and deliver finished ones."""
         for planning in self._under_way:
             if planning.task.running:
                 self._step(planning, state)
         self._under_way = [item for item in self._under_way if item.task.running]
 
-    def _step(self, planning: _Planning, state: NavigationState) -> None:
+    def _step(self, planning: _Planning, state: Perceived) -> None:
         tools, p, task = self._tools, self._tools.parameters, planning.task
         if task.future is None:
             start = planning.start or state.estimate.pose

@@ -267,7 +267,7 @@ class ObjectDetection:
                     f"the object detector needs more than {now - search.due:.1f} s beyond its "
                     "latency for a picture; use a smaller model or `input_size`",
                 )
-            if now < search.due + Patience.LONGEST:
+            if not Patience.is_over(search.due, now):
                 return None
         self._search = None
         try:

@@ -109,7 +109,7 @@ class LiveRun:
 
     @property
     def speed(self) -> float:
-        twist = self.runtime.parts.state.motion.twist
+        twist = self.runtime.perceived.motion.twist
         return max(abs(twist.linear), abs(twist.angular))
 
     @property

@@ -46,7 +46,7 @@ class Driven:
         for _ in range(400):
             time = runtime.parts.body.time
             runtime.step()
-            twist = runtime.parts.state.commanded
+            twist = runtime.command.twist
             self.speeds[time] = hypot(twist.linear, twist.angular)
             if runtime.state.is_over:
                 break

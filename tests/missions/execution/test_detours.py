@@ -47,8 +47,8 @@ class Run:
         return self.runtime.parts.scorer.truth
 
     def stands_at(self, goal):
-        state = self.runtime.parts.state
-        still = state.motion.twist.linear < 0.02 and state.commanded == STANDSTILL
+        state = self.runtime.perceived
+        still = state.motion.twist.linear < 0.02 and self.runtime.command.twist == STANDSTILL
         turn = abs(wrap_angle(self.pose.heading - goal.heading))
         return still and turn < 0.15 and self.pose.distance_to(goal) < 0.15
 
@@ -94,7 +94,7 @@ def test_an_emergency_stop_during_a_detour_ends_it(run):
     where = run.pose
     run.order("release")
     run.step(3.0)
-    assert run.runtime.parts.state.commanded == STANDSTILL
+    assert run.runtime.command.twist == STANDSTILL
     assert run.pose.distance_to(where) < 0.01
     assert run.runtime.state is MissionState.PAUSED
     run.order("resume")

@@ -54,7 +54,7 @@ def test_a_release_during_a_detour_does_not_move_the_robot(live):
     distance = run.runtime.distance
     for _ in range(60):
         run.steps()
-        assert run.runtime.parts.state.commanded == STANDSTILL
+        assert run.runtime.command.twist == STANDSTILL
         assert run.speed < 0.02
     assert run.runtime.distance == pytest.approx(distance, abs=0.002)
     assert run.order("resume").done
@@ -71,8 +71,8 @@ def test_an_emergency_stop_is_accepted_while_the_robot_brakes_after_the_mission(
     assert not run.runtime.apply(Command("a", "pause", {})).done
     assert run.runtime.apply(Command("b", "estop", {"reason": "a hand"})).done
     run.runtime.step()
-    assert run.runtime.parts.state.commanded == STANDSTILL
-    assert run.runtime.parts.safety.reason == "emergency stop: a hand"
+    assert run.runtime.command.twist == STANDSTILL
+    assert run.runtime.command.reason == "emergency stop: a hand"
     assert run.runtime.state is MissionState.SUCCESS
     run.runtime.stand_still()
     assert run.speed < 0.02

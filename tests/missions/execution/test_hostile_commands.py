@@ -70,7 +70,7 @@ def condition(run: LiveRun) -> tuple:
     parts = runtime.parts
     return (
         runtime.state, runtime.reason, runtime.mission.emergency_stop, parts.body.pace,
-        parts.facade.parameters, parts.facade.pose, parts.debugger.view(), parts.state.commanded,
+        parts.facade.parameters, parts.facade.pose, parts.debugger.view(), runtime.command,
         parts.navigator.teleoperation, parts.tree.outcome, len(run.kept.events),
     )  # fmt: skip
 

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import pytest
 
+import robots
 from missions.execution.prepare import Diagnosis, RunOptions, diagnose
 from stack.components import BUILT_IN, accepted, component
 from stack.errors import InputError
@@ -102,3 +103,55 @@ def test_an_unknown_component_is_named(tmp_path: Path) -> None:
 def test_settings_have_no_other_component(tmp_path: Path, kind: str) -> None:
     with pytest.raises(InputError, match=f"--parameter {kind}.use: {kind} has settings only"):
         diagnosis(tmp_path, "", parameters={f"{kind}.use": "another"})
+
+
+def own_robot(tmp_path: Path, navigation: str) -> str:
+    """A robot like scout, with settings of its own."""
+    source = Path(robots.__file__).parent / "scout"
+    text = (source / "robot.yaml").read_text("utf-8")
+    (tmp_path / "robot.yaml").write_text(f"{text}navigation: {navigation}\n", "utf-8")
+    for file in source.glob("*.urdf"):
+        (tmp_path / file.name).write_text(file.read_text("utf-8"), "utf-8")
+    return str(tmp_path / "robot.yaml")
+
+
+@pytest.mark.parametrize("by", ["mission", "command line"])
+def test_parameters_of_the_robot_without_effect_are_named(tmp_path: Path, by: str) -> None:
+    robot = own_robot(tmp_path, "{planner: {use: astar, tolerance: 1.5, cost_weight: 6.0}}")
+    top = "navigation: {planner: theta_star}" if by == "mission" else ""
+    given = {} if by == "mission" else {"planner.use": "theta_star"}
+    found = diagnosis(tmp_path, top, robot=robot, parameters=given)
+    assert found.plan is not None
+    assert found.plan.choices["planner"].parameters.tolerance == 1.5
+    (warning,) = (item for item in found.findings if item.code == "W114")
+    assert warning.sentence == "planner: no effect on theta_star: cost_weight"
+    assert warning.mark.file == robot
+
+
+@pytest.mark.parametrize("kind", ["planner", "controller", "localisation", "odometry", "costmap"])
+def test_an_empty_name_on_the_command_line_is_refused(tmp_path: Path, kind: str) -> None:
+    with pytest.raises(InputError, match=f"--parameter {kind}.use: the name"):
+        diagnosis(tmp_path, "", parameters={f"{kind}.use": ""})
+
+
+@pytest.mark.parametrize("value", ['""', '{use: ""}', "{use: 3}"])
+@pytest.mark.parametrize("kind", ["planner", "costmap"])
+def test_an_empty_name_in_a_file_is_refused(tmp_path: Path, kind: str, value: str) -> None:
+    assert errors(tmp_path, f"navigation:\n  {kind}: {value}")
+    robot = own_robot(tmp_path, f"\n  {kind}: {value}")
+    (sentence,) = errors(tmp_path, "", robot=robot)
+    assert f"{kind} must be a name or" in sentence
+
+
+@pytest.mark.parametrize("layer", ['""', '{use: ""}'])
+def test_an_empty_name_of_a_layer_is_refused(tmp_path: Path, layer: str) -> None:
+    (sentence,) = errors(tmp_path, f"navigation: {{costmap: {{layers: [{layer}]}}}}")
+    assert "layer ''" in sentence
+
+
+def errors(tmp_path: Path, top: str, **options: Any) -> list[str]:
+    try:
+        found = diagnosis(tmp_path, top, **options).findings
+    except InputError as error:
+        found = error.findings
+    return [str(item) for item in found if item.severity == "error"]

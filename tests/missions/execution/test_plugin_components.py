@@ -85,10 +85,6 @@ def test_a_goal_checker_of_a_plugin_is_chosen_by_its_name(mission):
         ("{controller: old_way}", "it does not inherit stack.components.Controller; "
                                   "write `class OldWay(Controller):`"),
         ("{goal_checker: near}", "there is no goal checker 'near'"),
-        ("{navigator: {goal_position: 0.1}}", "write `goal_checker: {position: …}`"),
-        ("{controller: {goal_position: 0.1}}", "'goal_position' was renamed to 'stop_distance'"),
-        ("{controller: {patience: 0.1}}", "write `navigator: {replan_patience: …}`"),
-        ("{navigator: {progress_time: 3 s}}", "write `progress_checker: {time: …}`"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_says_what_to_write(mission, navigation, sentence):

@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
 import missions
+from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import mission_files
+from missions.execution.run import Run, RunWatch
+from missions.execution.running import execute
 from tests.benchmarks.missions import Trace
+from tests.missions.shipped import check_safe, check_success
 
 EXPECTED = {
     "01_drive_to_a_point",
@@ -50,6 +55,9 @@ EXPECTED = {
     "34_visual_kidnap",
     "36_glass_and_edges",
     "39_depth_camera_only",
+    "40_night_watch",
+    "41_plan_and_follow",
+    "42_fire_door",
 }
 
 
@@ -64,32 +72,31 @@ ELSEWHERE = ("04_wall_follow",)
 """Missions whose runs test_wall_runs.py shares."""
 
 
+FIRST_SECONDS = 30.0
+"""Simulated seconds; a third of the missions end within them. `make wheel-test` runs all to their
+ends, as a user installs them."""
+
+
+class FirstSeconds(RunWatch):
+    """Ends a run after its first seconds."""
+
+    are_over = False
+
+    def stepped(self, run: Run) -> None:
+        self.are_over = run.engine.body.time >= FIRST_SECONDS
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(EXPECTED - {*TOGETHER, *ELSEWHERE}))
-def test_every_shipped_mission_succeeds_without_a_collision(name):
-    check_success(name, missions.run(name, seed=1))
-
-
-def check_success(name, report):
-    """Check what holds for every shipped mission."""
-    assert (report.status, report.reason) == ("success", "")
-    if name == "27_map_a_log":  # there is no truth to compare a log with
-        assert (report.collisions, report.localisation_error) == (None, None)
-        return
-    assert report.collisions == 0
-    assert report.simulated_seconds < 240.0  # "in under 4 minutes of simulated time"
-    assert report.localisation_error is not None
-    # Off by metres until it notices, or until it knows where it started.
-    by = {  # In 07 a marker may or may not be in view when the scans first fit again.
-        "05_kidnapped": {"marker"}, "07_shelf_patrol": {"lidar", "marker"},
-        "21_hotel_corridor": {"lidar"}, "26_use_the_map": {"lidar"},
-        "34_visual_kidnap": {"appearance"},
-    }  # fmt: skip
-    if name not in by:
-        assert report.localisation_error["max"] < 0.3
-    if name == "03_blocked_corridor":
-        assert report.recoveries >= 1
-    assert report.relocalised_by in by.get(name, {""})
+def test_every_shipped_mission_succeeds_or_drives_its_first_seconds_without_a_collision(name):
+    options, watch = RunOptions(seed=1, serve=False), FirstSeconds()
+    ran = execute(prepare(name, options), options, (), lambda: watch.are_over, watch=watch)
+    report = asdict(ran)
+    if report["status"] == "interrupted":
+        check_safe(name, report)
+        assert report["distance_m"] > 0.5
+    else:
+        check_success(name, report)
 
 
 @pytest.mark.slow

@@ -181,7 +181,7 @@ def test_the_other_robot_is_tracked_as_something_that_moves(together):
     _, runs = together(east=tracking)
     rounds(runs, 60)
     truth = runs[1].engine.body.truth
-    tracks = runs[0].engine.runtime.parts.state.tracks
+    tracks = runs[0].engine.runtime.perceived.world.tracks
     moving = [track for track in tracks if track.speed > 0.2]
     assert len(moving) == 1
     assert moving[0].position == pytest.approx((truth.pose.x, truth.pose.y), abs=0.3)

@@ -41,7 +41,7 @@ def turning_error(run: LiveRun) -> float:
     errors = []
     while not run.runtime.state.is_over:
         run.steps()
-        if abs(run.runtime.parts.state.motion.twist.angular) > 0.5:
+        if abs(run.runtime.perceived.motion.twist.angular) > 0.5:
             # the estimate was made before the physics of this step
             estimate = run.runtime.parts.estimator.estimate.pose.heading
             errors.append(abs(wrap_angle(estimate - run.before)))
@@ -87,7 +87,7 @@ def test_a_robot_without_a_lidar_sees_by_its_sonars(live):
     assert run.runtime.parts.scorer.counters()["collisions"] == 0
     assert (costmap.grid.cells >= 253).any()
     # it stands before the wall that the sonars see
-    points = run.runtime.parts.state.obstacles.points
+    points = run.runtime.perceived.obstacles.points
     assert 0.2 < np.hypot(*points.T).min() < 0.6
 
 
@@ -131,7 +131,7 @@ def test_a_robot_that_cannot_see_says_so_before_it_drives(live):
     speeds = []
     while not run.runtime.state.is_over:
         run.steps()
-        speeds.append(run.runtime.parts.state.commanded.linear)
+        speeds.append(run.runtime.command.twist.linear)
     assert 0.149 < max(speeds) <= 0.15  # the outline enters unseen ground at 0.15 m/s
 
 
@@ -151,7 +151,7 @@ def test_holding_the_robot_does_not_stop_a_world_that_cannot_freeze(live):
     stamps = set()
     for _ in range(100):
         run.steps()
-        stamps.add(run.runtime.parts.state.newest("front", RangeReading).stamp)
+        stamps.add(run.runtime.perceived.newest("front", RangeReading).stamp)
     assert run.engine.body.time == pytest.approx(before + 5.0)
     assert len(stamps) == pytest.approx(50, abs=1)
     assert run.runtime.parts.estimator.estimate.corrected_at > before + 4.8

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import pytest
 
 from tests.benchmarks.missions import wall_error, wall_run
-from tests.missions.execution.test_runs import check_success
+from tests.missions.shipped import check_success
 
 pytestmark = pytest.mark.slow
 
@@ -17,7 +19,7 @@ def along_the_right():
 
 
 def test_the_shipped_mission_succeeds_without_a_collision(along_the_right):
-    check_success("04_wall_follow", along_the_right[0])
+    check_success("04_wall_follow", asdict(along_the_right[0]))
 
 
 @pytest.mark.parametrize("side", ["right", "left"])

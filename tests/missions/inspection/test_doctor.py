@@ -7,7 +7,7 @@ import pytest
 from missions.execution.resources import MISSIONS
 from missions.inspection.doctor import diagnose, show_world
 from missions.inspection.doctor_lidars import is_robot
-from missions.inspection.map_picture import FOOTER, TEXT
+from missions.inspection.map_picture import FOOTER, GRID, TEXT
 from robots.load import find_robot
 from stack.errors import InputError
 from tests.stack.sim.gazebo_text import collision_model, gazebo_world
@@ -138,6 +138,18 @@ def test_pictures_show_names_and_a_scale(tmp_path):
     assert (label.min(axis=2) > 120).sum() > 40
     with pytest.raises(InputError, match=r"must end in \.png"):
         show_world("small_room", tmp_path / "room.jpg")
+
+
+def test_pictures_show_coordinates(tmp_path):
+    """Lines every metre from the corner (-0.5, -0.5) m on, with their coordinates at the border."""
+    show_world("small_room", tmp_path / "room.png")
+    image = cv2.imread(str(tmp_path / "room.png"))[:-FOOTER]
+    lines = (image == GRID).all(axis=2)
+    columns, rows = (np.flatnonzero(lines.mean(axis=axis) > 0.5) for axis in (0, 1))
+    assert columns.tolist() == [60 + 120 * x for x in range(7)]
+    assert rows.tolist() == [60 + 120 * y for y in range(6)]
+    for column in columns:  # a number right of each line, at the lower border
+        assert (image[-20:-4, column + 4 : column + 14].min(axis=2) > 120).any()
 
 
 def test_a_door_askew_to_the_cells_is_open_to_whom_it_lets_through():

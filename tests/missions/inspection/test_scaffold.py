@@ -182,7 +182,7 @@ def test_a_new_robot_is_clean_and_named_by_its_urdf(tmp_path, monkeypatch, capsy
     assert "treepilot check ./mine/robot.yaml" in said
     robot = read_robot(tmp_path / "mine" / "robot.yaml")
     assert (robot.name, robot.warnings) == ("cart", ())
-    with pytest.raises(InputError, match="already exists"):
-        new_robot(Path("in/cart.urdf"), folder=Path("mine"))
+    with pytest.raises(InputError, match="delete it, or choose another folder: --in FOLDER"):
+        new_robot(Path("in/cart.urdf"), "other_cart", Path("mine"))  # the file's name is the same
     with pytest.raises(InputError, match="'scout' is the name of a shipped robot"):
         new_robot(Path("in/cart.urdf"), "scout", Path("other"))

@@ -504,12 +504,13 @@ def test_errors_of_resources_are_reported_at_their_key(tmp_path):
 
 def test_a_key_that_belongs_under_navigation_is_sent_there(tmp_path):
     resources = Resources(lambda name, beside: PLACES, navigation_kinds=("safety", "controller"))
-    text = "safety: {padding: 0.1}\ncontroler: mppi\nrun: {say: a}"
+    text = "safety: {padding: 0.1}\ncontroler: mppi\nnav2_params: nav2.yaml\nrun: {say: a}"
     with pytest.raises(InputError) as caught:
         read_text(tmp_path, text, resources)
-    safety, controller = sorted(caught.value.findings, key=lambda item: item.mark.line)
+    safety, controller, nav2 = sorted(caught.value.findings, key=lambda item: item.mark.line)
     assert safety.sentence == "`safety` does not belong to the top of a mission"
-    assert safety.hint == "write it under `navigation`"
+    assert nav2.sentence == "`nav2_params` does not belong to the top of a mission"
+    assert safety.hint == nav2.hint == "write it under `navigation`"
     assert controller.code == "E101" and controller.mark.line == 2
 
 

@@ -161,13 +161,16 @@ def test_switch_chooses_once(run):
     assert it.robot.log == ["a starts", "a done"]
 
 
-def test_fail_has_a_code_and_a_reason(run):
-    it = run("""
+@pytest.mark.parametrize("code", ["SHELF_EMPTY", "FIRE_DOOR_CLOSED", "DOOR_LOCKED", "PATH_LOST"])
+def test_fail_has_a_code_and_a_reason_also_one_that_resembles_a_known_one(run, code):
+    it = run(
+        """
         arguments: {shelf: {type: text, default: A3}}
-        run: {fail: {code: SHELF_EMPTY, because: "nothing on ${shelf}"}}
-        """)
+        run: {fail: {code: CODE, because: "nothing on ${shelf}"}}
+        """.replace("CODE", code)
+    )
     it.ticks()
-    assert it.tree.failure == Failure("SHELF_EMPTY", "nothing on A3")
+    assert it.tree.failure == Failure(code, "nothing on A3")
 
 
 def test_unset_removes_values(run):

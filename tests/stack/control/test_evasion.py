@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.control.evasion import kernels
-from stack.control.evasion.evasion import Evasion, Situation
+from stack.control.evasion.evasion import Evaded, Evasion, Situation
 from stack.control.evasion.lanes import LOOKAHEAD, NO_LANES, NO_WAY, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
@@ -24,6 +24,10 @@ from tests.stack.navigation.toy_world import RECTANGLE, moving
 
 KINDS = ("differential", "omni", "ackermann")
 CORNERS = np.ascontiguousarray(RECTANGLE.points)
+
+
+def evade(evasion, wanted, situation):
+    return evasion.step(wanted, situation).twist
 
 
 def track(x, y, vx=0.0, vy=0.0, radius=0.2, number=1, stamp=0.0) -> TrackedObject:
@@ -60,7 +64,7 @@ def simulate(evasion, wanted, people, points=NOTHING, seconds=4.0, path=NOTHING,
         ahead = path[path[:, 0] >= pose.x - 0.05]
         if len(path):
             wanted = lanes.twist(lanes.way(ahead, pose, Twist(speed), 5.0), speed, 0.0)
-        asked = evasion.step(wanted, Situation(time, pose, twist, tracks, around, ahead))
+        asked = evade(evasion, wanted, Situation(time, pose, twist, tracks, around, ahead))
         twist = Twist(
             limits.limit_linear(twist.linear, asked.linear, period),
             limits.limit_angular(twist.angular, asked.angular, period),
@@ -81,8 +85,7 @@ def test_a_velocity_that_meets_nobody_is_not_changed():
     beside = [track(2.0, 1.9, -0.8, 0.0), track(-2.0, 0.0, -0.5, 0.0, number=2)]
     for tracks in ([], beside):
         now = Situation(0.0, Pose2D(0, 0), wanted, tracks, ObstaclePoints())
-        assert evasion.step(wanted, now) == wanted
-        assert not evasion.active
+        assert evasion.step(wanted, now) == Evaded(wanted)
 
 
 @pytest.mark.parametrize("kind", KINDS[:2])
@@ -149,7 +152,7 @@ def reversing(retreat: bool, gap: float, **changes) -> Twist:
     """The answer to a reverse at 0.15 m/s before somebody who comes at 0.3 m/s; 1 m is free."""
     evasion, wanted = made(**changes), Twist(-0.15, -0.5)
     front = float(RECTANGLE.points[:, 0].max())
-    return evasion.step(wanted, Situation(
+    return evade(evasion, wanted, Situation(
         0.0, Pose2D(0.0, 0.0), wanted, [track(front + 0.2 + gap, 0.0, -0.3)],
         ObstaclePoints(0.0, corridor(1.0)), -STRAIGHT, makes_way=retreat,
     ))  # fmt: skip
@@ -170,7 +173,7 @@ def test_a_robot_that_is_blind_behind_does_not_hurry_backwards():
     evasion, wanted = made(), Twist(-0.1)
     behind = np.array([[0.5 * pi, pi]])
     blind = replace(ObstaclePoints(0.0), blind_sectors=behind)
-    asked = evasion.step(wanted, Situation(
+    asked = evade(evasion, wanted, Situation(
         0.0, Pose2D(0.0, 0.0), wanted, [track(0.6, 0.0, -0.3)], blind, -STRAIGHT, makes_way=True,
     ))  # fmt: skip
     assert asked == wanted
@@ -186,7 +189,7 @@ def test_it_passes_people_the_more_slowly_the_closer(gap, ahead):
 
     def asked(x):
         at = Pose2D(x, 0.0)
-        return evasion.step(wanted, Situation(0.0, at, wanted, [beside], ObstaclePoints()))
+        return evade(evasion, wanted, Situation(0.0, at, wanted, [beside], ObstaclePoints()))
 
     share = min(1.0, (0.1 + gap / 0.5) / 0.8)
     assert asked(0.0).linear == pytest.approx(share * 0.8)
@@ -230,7 +233,7 @@ def test_it_backs_only_from_who_would_soon_hit_a_standing_robot(retreat_time, ba
         0.0, Pose2D(0.0, 0.0), wanted, [track(1.5, 0.0, -0.8)],
         ObstaclePoints(0.0, corridor(1.0)), STRAIGHT,
     )  # fmt: skip
-    asked = evasion.step(wanted, now)
+    asked = evade(evasion, wanted, now)
     assert (asked.linear < 0.0) == backs
     assert backs or asked == wanted
 
@@ -268,9 +271,9 @@ def test_a_bend_of_the_path_is_not_taken_for_a_circle():
     person, wanted = [track(0.3, 3.0, 0.2, -0.6)], Twist(0.8, 0.8 * 0.25 * pi)
     here = Pose2D(0.0, 0.0)
     situation = Situation(0.0, here, wanted, person, ObstaclePoints(), path)
-    assert made(horizon=3.0, time_to_meeting=3.0).step(wanted, situation) == wanted
+    assert evade(made(horizon=3.0, time_to_meeting=3.0), wanted, situation) == wanted
     without = Situation(0.0, here, wanted, person, ObstaclePoints())
-    assert made(horizon=3.0, time_to_meeting=3.0).step(wanted, without) != wanted
+    assert evade(made(horizon=3.0, time_to_meeting=3.0), wanted, without) != wanted
 
 
 @pytest.mark.parametrize("kind", ["differential", "ackermann"])
@@ -307,7 +310,7 @@ def test_somebody_walks_until_a_wall_and_not_through_it():
     evasion = made()
     around = ObstaclePoints(0.0, np.array([[1.0, y] for y in np.arange(-1.0, 1.0, 0.05)]))
     now = Situation(0.0, Pose2D(0, 0), STANDSTILL, [track(3.0, 0.0, -1.0)], around)
-    assert evasion.step(STANDSTILL, now) == STANDSTILL
+    assert evade(evasion, STANDSTILL, now) == STANDSTILL
 
 
 @given(
@@ -375,7 +378,7 @@ def test_the_blind_side_is_entered_slowly():
     evasion = made()
     blind = ObstaclePoints(blind_sectors=np.array([[pi - 0.7, 1.4]]))
     twist, now = STANDSTILL, [track(1.2, 0.0, -1.0)]
-    asked = evasion.step(STANDSTILL, Situation(0.0, Pose2D(0, 0), twist, now, blind))
+    asked = evade(evasion, STANDSTILL, Situation(0.0, Pose2D(0, 0), twist, now, blind))
     assert asked.linear >= -0.15
 
 
@@ -411,5 +414,5 @@ def test_a_decision_is_kept_while_others_are_about_as_good(aside):
         around = ObstaclePoints(time, corridor(2.4))
         way = path if drives else NOTHING
         now = Situation(time, Pose2D(0.0, 0.0), STANDSTILL, people, around, way)
-        asked.append(evasion.step(Twist(0.4) if drives else STANDSTILL, now))
+        asked.append(evade(evasion, Twist(0.4) if drives else STANDSTILL, now))
     assert sum(before != after for before, after in pairwise(asked)) <= 1

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 
 from stack.costmap.choosing import read_layers
 from stack.costmap.costmap import Costmap
-from stack.costmap.layers.zone_layers import KeepoutLayer
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.way_out import WayOut
-from stack.costmap.zones import Zone
+from stack.costmap.zones import MARGIN, Zone
 from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.types import (
     FREE,
@@ -27,7 +26,6 @@ from stack.types import (
 from tests.stack.costmap.marks import seen
 
 ROUND = Footprint.circle(0.22)
-MARGIN = KeepoutLayer.MARGIN
 
 
 def floor(side=6.0, resolution=0.05):
@@ -116,7 +114,7 @@ def test_the_way_out_leads_round_the_walls_of_the_map_and_out_of_all_zones():
     zones = (Zone(tuple(map(tuple, square(2.0, 4.0))), "a"), Zone(
         ((2.0, 3.9), (4.0, 3.9), (4.0, 4.6), (2.0, 4.6)), "b"))  # fmt: skip
     pose = Pose2D(2.5, 3.2)
-    end = WayOut(zones, None, MARGIN, ROUND, static, pose).lane(pose).end
+    end = WayOut(zones, None, ROUND, static, pose).lane(pose).end
     assert end.y < 2.0 - 0.22  # not through the wall, nor into the other zone: 1.4 m to its end
     assert end.distance_to(pose) < 1.8
 

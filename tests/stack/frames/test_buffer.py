@@ -42,20 +42,6 @@ def test_a_pose_between_two_steps_is_that_of_the_motion(stamp, rate):
     assert wrap_angle(pose.heading - expected.heading) == pytest.approx(0.0, abs=1e-9)
 
 
-@given(st.lists(st.floats(0.0, 4.0), max_size=40))
-def test_many_poses_are_those_of_single_requests(stamps):
-    frames = driven(4.0, rate=-2.0)
-    frames.correct(estimate(Pose2D(1.0, 2.0, 3.0), 0.0))
-    frames.correct(estimate(Pose2D(1.1, 2.0, -3.0), 2.0))
-    for frame in ("odom", "map"):
-        rows = frames.poses_at(frame, np.array(stamps))
-        assert rows.shape == (len(stamps), 3)
-        for stamp, (x, y, heading) in zip(stamps, rows, strict=True):
-            pose = frames.pose_at(frame, stamp)
-            assert (x, y) == pytest.approx((pose.x, pose.y), abs=1e-12)
-            assert wrap_angle(heading - pose.heading) == pytest.approx(0.0, abs=1e-12)
-
-
 def test_the_pose_at_a_step_is_exactly_the_one_added():
     frames = driven(2.0)
     assert frames.pose_at("odom", 20 * PERIOD) == circle(20 * PERIOD)
@@ -67,7 +53,6 @@ def test_headings_are_interpolated_across_half_a_turn():
     frames.add(Odometry(0.0, Pose2D(0.0, 0.0, pi - 0.1), STANDSTILL))
     frames.add(Odometry(1.0, Pose2D(0.0, 0.0, -pi + 0.1), STANDSTILL))
     assert abs(frames.pose_at("odom", 0.5).heading) == pytest.approx(pi)
-    assert abs(frames.poses_at("odom", np.array([0.5]))[0, 2]) == pytest.approx(pi)
 
 
 def test_a_correction_is_interpolated_and_a_jump_is_not():
@@ -100,8 +85,6 @@ def test_a_stamp_outside_the_buffer_is_an_error_with_both_numbers():
     for stamp in (1.5, 4.01):
         with pytest.raises(FrameError, match=rf"{stamp:.3f} s.*covers 2\.9[50]0 s to 4\.000 s"):
             frames.pose_at("odom", stamp)
-        with pytest.raises(FrameError, match="covers"):
-            frames.poses_at("map", np.array([3.5, stamp]))
 
 
 def test_an_empty_buffer_and_steps_back_in_time_are_errors():

@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 
 from stack.navigation.people.backing_out import FACED, LEFT_BEHIND, SHORT, backed_out, should_turn
-from stack.navigation.tasks import NavigationState
-from stack.types import ObstaclePoints, Path, Pose2D, PoseEstimate, TaskStatus, TrackedObject
+from stack.types import (
+    ObstaclePoints,
+    Path,
+    Perceived,
+    Pose2D,
+    PoseEstimate,
+    TaskStatus,
+    TrackedObject,
+    WorldView,
+)
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, moving, robot
 
@@ -34,10 +42,11 @@ def person(x: float, y: float, speed: float = 0.0) -> TrackedObject:
     return TrackedObject(7, 0.0, (x, y), (speed, 0.0), 0.25, 0.01 * np.eye(4))
 
 
-def state(*people: TrackedObject, obstacles: ObstaclePoints | None = None) -> NavigationState:
+def state(*people: TrackedObject, obstacles: ObstaclePoints | None = None) -> Perceived:
     toy = ToyWorld(ROOM_ASIDE, robot(), HERE)
     estimate = PoseEstimate(HERE, 1e-4 * np.eye(3), 0.9)
-    return NavigationState(0.0, estimate, toy.odometry, people, obstacles or ObstaclePoints())
+    world = WorldView(people)
+    return Perceived(0.0, estimate, toy.odometry, obstacles or ObstaclePoints(), world=world)
 
 
 def is_backward(path: Path) -> bool:

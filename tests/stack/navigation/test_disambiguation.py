@@ -7,8 +7,7 @@ import pytest
 
 from stack.components import Estimator
 from stack.navigation.disambiguation import Disambiguation
-from stack.navigation.tasks import NavigationState
-from stack.types import Pose2D, PoseEstimate, RivalPose, TaskStatus, View
+from stack.types import Perceived, Pose2D, PoseEstimate, RivalPose, TaskStatus, View
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
@@ -52,8 +51,8 @@ class Rig:
 
     def step(self):
         world = self.world
-        state = NavigationState(world.time, self.estimate, world.odometry, (), world.obstacles)
-        twist = self.navigator.step(state)
+        state = Perceived(world.time, self.estimate, world.odometry, world.obstacles)
+        twist = self.navigator.step(state).twist
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
 
     def begin(self, executor):

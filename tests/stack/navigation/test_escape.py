@@ -18,13 +18,13 @@ from stack.navigation.escape.search import Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.escape.views import View
 from stack.navigation.standstill import standing
-from stack.navigation.tasks import NavigationState
 from stack.types import (
     STANDSTILL,
     FailureCode,
     Footprint,
     ObstaclePoints,
     Odometry,
+    Perceived,
     Pose2D,
     PoseEstimate,
     RangeReading,
@@ -375,7 +375,7 @@ def look(surroundings, pose, **measured):
     """Measurements of some sensors, all taken at a pose."""
     estimate, odometry = PoseEstimate(pose, np.eye(3), 1.0), Odometry(0.0, pose, STANDSTILL)
     views = {name: RangeView(pose, measurement) for name, measurement in measured.items()}
-    surroundings.look(NavigationState(0.0, estimate, odometry, (), ObstaclePoints(views=views)))
+    surroundings.look(Perceived(0.0, estimate, odometry, ObstaclePoints(views=views)))
 
 
 def points(surroundings, pose=Pose2D(0.0, 0.0)):

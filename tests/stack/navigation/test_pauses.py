@@ -10,8 +10,8 @@ from stack.lifecycle import Timers
 from stack.navigation.activities import Activities
 from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, TaskStatus, Twist
+from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_world import ToyWorld, moving, robot, room
 
 GOAL = Pose2D(7.0, 3.0)
@@ -255,7 +255,7 @@ def test_an_exception_in_any_call_of_the_lifecycle_stays_in_the_task(where):
 
     activities = Activities(emit, LocalisationMonitor(emit, 0.05), log.append)
     task = MotionTask("test", lambda task: None)
-    state = NavigationState(0.0, world.estimate, world.odometry)
+    state = Perceived(0.0, world.estimate, world.odometry)
     activities.begin(Failing(task, where))
     activities.step(state, NavigationParameters())
     activities.pause(1.0)

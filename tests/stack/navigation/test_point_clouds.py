@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stack.errors import ParameterError
+from stack.types import Perceived
 from tests.stack.navigation.test_robot_facade import Rig
 from tests.stack.perception.cameras.pictures import SCOUT, floor_picture
 
@@ -21,11 +22,15 @@ def with_depth_camera(rig):
     return rig.facade
 
 
+def see(rig, picture):
+    rig.facade.see(Perceived(0.0, rig.world.estimate, measurements={"depth": picture}))
+
+
 def test_a_cloud_is_that_of_the_newest_picture_since_the_camera_is_on(rig):
     facade = with_depth_camera(rig)
-    rig.state.measurements["depth"] = floor_picture(-0.1)
+    see(rig, floor_picture(-0.1))
     assert facade.point_cloud() is None  # taken before anybody asked
-    rig.state.measurements["depth"] = floor_picture(0.0)
+    see(rig, floor_picture(0.0))
     cloud = facade.point_cloud("depth", voxel=0.1)
     assert cloud.stamp == 0.0 and np.abs(cloud.points[:, 2]).max() < 0.05
     assert len(facade.point_cloud("depth", voxel=0.1, above=0.06).points) == 0

@@ -9,9 +9,7 @@ from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
 from stack.navigation.facade.parts import FacadeParts
 from stack.navigation.facade.robot_facade import RobotFacade
-from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
-from stack.navigation.tasks import NavigationState
 from stack.navigation.tuning import Tunable
 from stack.perception.camera_lease import CameraLease
 from stack.robot import Robot, Task
@@ -24,6 +22,7 @@ from stack.types import (
     Marker,
     MarkerSighting,
     Odometry,
+    Perceived,
     Pose2D,
     PoseEstimate,
     RivalPose,
@@ -112,11 +111,11 @@ class Rig:
         self.toy, self.world = ToyDrive(world), world
         self.estimator, self.detector = ToyEstimator(world), ToyDetector()
         navigator, self.covered = self.toy.navigator, []
-        self.state, self.camera = LoopState(), CameraLease()
+        self.camera, self.measurements = CameraLease(), {}
         self.maps = ToyMapStore()
         self.facade = RobotFacade(
             FacadeParts(
-                world.robot, self.state, lambda: world.time, world.frames,
+                world.robot, lambda: world.time, world.frames,
                 self.camera, navigator,
                 self.estimator, self.toy.local, self.toy.globe, ToyStore(),
                 self.toy.emit,
@@ -134,13 +133,13 @@ class Rig:
     def step(self, image=None):
         world = self.world
         newest = {"lidar": world.scan, "battery": Battery(0.5), "camera": image}
-        self.state.measurements |= {name: item for name, item in newest.items() if item}
-        self.state.motion = world.odometry
-        self.state.obstacles = world.obstacles
+        self.measurements |= {name: item for name, item in newest.items() if item}
         estimate = replace(world.estimate, rivals=self.estimator.rivals)
-        twist = self.toy.navigator.step(
-            NavigationState(world.time, estimate, world.odometry, (), world.obstacles)
+        perceived = Perceived(
+            world.time, estimate, world.odometry, world.obstacles, measurements=self.measurements
         )
+        self.facade.see(perceived)
+        twist = self.toy.navigator.step(perceived).twist
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
         return twist
 
@@ -186,7 +185,8 @@ def test_what_the_sensors_say_is_passed_on(rig):
 
 
 def test_odometry_and_speed_are_those_of_the_loop(rig):
-    rig.state.motion = Odometry(0.0, Pose2D(9.0, 9.0), Twist(0.4))
+    motion = Odometry(0.0, Pose2D(9.0, 9.0), Twist(0.4))
+    rig.facade.see(Perceived(0.0, rig.world.estimate, motion))
     assert (rig.facade.odometry, rig.facade.speed) == (Pose2D(9.0, 9.0), Twist(0.4))
 
 
@@ -284,22 +284,6 @@ def test_setting_the_pose_emits_an_event_with_source_and_jump(rig):
     _, text, fields = rig.last("relocalised")
     assert fields == {"by": "marker", "jump": 3.0, "turn": round(pi / 2, 4)}
     assert text == "now at (4.00, 3.00, 90 deg) by marker, 3.00 m and 90 deg from the previous pose"
-    assert (rig.toy.local.cleared, rig.toy.globe.cleared) == (1, 1)
-
-
-def test_a_small_correction_keeps_what_was_sensed(rig):
-    rig.facade.set_pose(
-        Pose2D(1.1, 3.0), position_deviation=0.1, heading_deviation=0.1, source="marker"
-    )
-    assert rig.toy.local.cleared == 0
-
-
-def test_the_jump_that_clears_the_costmaps_is_a_parameter(rig):
-    rig.toy.navigator.configure(replace(rig.toy.navigator.parameters, jump_distance=0.05))
-    rig.facade.set_pose(
-        Pose2D(1.1, 3.0), position_deviation=0.1, heading_deviation=0.1, source="marker"
-    )
-    assert rig.toy.local.cleared == 1
 
 
 def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
@@ -359,15 +343,6 @@ def test_a_goal_begins_with_disambiguation_while_there_are_rivals(rig):
     assert min(map(len, evaded)) > 1  # evasion knows the way ahead
     assert rig.finish(task) is TaskStatus.SUCCEEDED
     assert rig.world.pose.distance_to(Pose2D(3.0, 3.0)) < 0.3
-
-
-def test_large_jumps_of_the_estimator_clear_what_was_sensed(rig):
-    cleared = rig.toy.local.cleared
-    rig.facade.estimate_jumped(Pose2D(1.0, 1.0), Pose2D(1.1, 1.0))
-    assert rig.toy.local.cleared == cleared
-    rig.facade.estimate_jumped(Pose2D(1.0, 1.0), Pose2D(4.0, 1.0))
-    assert rig.toy.local.cleared == cleared + 1
-    assert rig.last("relocalised")[2]["jump"] == 3.0
 
 
 def test_relocalising_without_scans_ends(rig):

@@ -56,7 +56,7 @@ class Robot:
         self.costmap, self.frames = RecordingCostmap(), TransformBuffer()
         self.model = WorldModel(
             self.costmap, self.costmap, Tracker(TrackerParameters(**tracking)),
-            SpeedLimits(SpeedLimitParameters()), lidar="lidar", deceleration=1.0, evades=True,
+            SpeedLimits(SpeedLimitParameters()), lidar="lidar", deceleration=1.0,
             cover=lambda _: None,
         )  # fmt: skip
 
@@ -64,7 +64,7 @@ class Robot:
         """Process measurements by sensor name; return the view of the world."""
         self.frames.add(Odometry(time, pose, STANDSTILL))
         self.frames.correct(PoseEstimate(pose, np.zeros((3, 3)), 1.0, corrected_at=time))
-        return self.model.update(Observation(time, measurements), self.frames)
+        return self.model.update(Observation(time, measurements), self.frames, evades=True)
 
 
 def test_who_has_stood_for_long_is_still_an_obstacle_when_the_robot_looks_again():

@@ -17,10 +17,10 @@ from stack.control.pure_pursuit.controller import PurePursuit
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import NavigationState
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
+from stack.types import Perceived, WorldView
 from tests.stack.navigation.toy_world import ToyCostmap, ToyPlanner, ToyWorld
+from tests.stack.safety.obstacles import SafetyStage
 
 
 class ToyDrive:
@@ -57,7 +57,7 @@ class ToyDrive:
             Evasion(world.robot, EvasionParameters()), self.local, self.globe, self.emit,
             world.period,
         )  # fmt: skip
-        self.safety = Safety(world.robot, SafetyParameters(), world.period)
+        self.safety = SafetyStage(world.robot, SafetyParameters(), world.period)
         self.commands = []
 
     def emit(self, kind, text, level="info", **fields):
@@ -74,11 +74,11 @@ class ToyDrive:
         estimate = replace(
             world.estimate, health=self.health, obscured=self.obscured, rivals=self.rivals
         )
-        state = NavigationState(
-            world.time, estimate, world.odometry, tuple(self.tracks()), world.obstacles,
-            tuple(self.evaded()), tuple(self.standing()),
-        )  # fmt: skip
-        twist = self.navigator.step(state)
+        around = WorldView(
+            tuple(self.tracks()), standing=tuple(self.standing()), evaded=tuple(self.evaded())
+        )
+        state = Perceived(world.time, estimate, world.odometry, world.obstacles, world=around)
+        twist = self.navigator.step(state).twist
         self.commands.append(twist)
         world.drive(self.safety.limit(twist, world.odometry, world.obstacles))
 

@@ -1,6 +1,7 @@
 """Beams that see the robot itself are invalid, and nothing else is."""
 
 from dataclasses import replace
+from itertools import pairwise
 from math import pi, radians
 
 import numpy as np
@@ -59,3 +60,27 @@ def test_a_narrow_mask_leaves_no_blind_sector_and_a_wide_one_does():
     assert len(blind(10.0)) == 0
     ((_, width),) = blind(90.0)
     assert abs(width - pi / 2) < 0.02
+
+
+def cut(first, width, at):
+    """A mask in pieces, each beginning where another ends; (from, to) in -pi to pi."""
+    ends = [first, *(first + share * width for share in sorted(at)), first + width]
+    return [tuple((end + pi) % (2 * pi) - pi for end in pair) for pair in pairwise(ends)]
+
+
+@given(
+    first=st.floats(-pi, pi), width=st.floats(0.4, 4.0),
+    at=st.lists(st.floats(0.1, 0.9), max_size=4), order=st.randoms(),
+)  # fmt: skip
+def test_masks_that_touch_are_as_wide_as_they_are_together(first, width, at, order):
+    pieces = cut(first, width, at)
+    order.shuffle(pieces)
+    lidar = replace(LIDAR, mask=tuple(pieces))
+    middle = np.array([first + 0.5 * width])
+    assert lidar.masks(middle, width - 1e-3).all()
+    assert not lidar.masks(middle, width + 1e-3).any()
+
+
+def test_narrow_masks_apart_from_each_other_stay_narrow():
+    mask = tuple((radians(start), radians(start + 10.0)) for start in (0.0, 10.5, -10.5))
+    assert not replace(LIDAR, mask=mask).masks(np.radians([5.0, 15.0, -5.0]), radians(20.0)).any()

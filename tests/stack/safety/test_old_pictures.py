@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from robots.load import find_robot, read_robot
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.types import STANDSTILL, ObstaclePoints, Odometry, Pose2D, Twist
+from tests.stack.safety.obstacles import SafetyStage
 
 SCOUT = read_robot(find_robot("scout", Path()))
 RIM = SCOUT.footprint.circumscribed_radius
@@ -18,7 +18,7 @@ RIM = SCOUT.footprint.circumscribed_radius
 
 def limited(wanted, steps=60, **ages):
     """The twist after some steps with these ages, and why it is limited."""
-    safety = Safety(SCOUT, SafetyParameters(), 0.05)
+    safety = SafetyStage(SCOUT, SafetyParameters(), 0.05)
     for _ in range(steps):
         motion = Odometry(0.0, Pose2D(0.0, 0.0), safety._smoother.last)
         twist = safety.limit(wanted, motion, ObstaclePoints(ages={"lidar": 0.05, **ages}))

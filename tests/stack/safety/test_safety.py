@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from stack.safety.monitor import CollisionMonitor
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.types import (
     STANDSTILL,
     ContactZone,
@@ -20,7 +19,7 @@ from stack.types import (
     Twist,
 )
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, moving, robot, room
-from tests.stack.safety.obstacles import drive_until_still, seen, standing
+from tests.stack.safety.obstacles import SafetyStage, drive_until_still, seen, standing
 
 PERIOD = 0.05
 LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
@@ -31,7 +30,7 @@ L_SHAPE = Footprint(
 
 def run(world, wanted, seconds, safety=None, **more):
     """Drive with one wish for some seconds; the twists that were let through."""
-    safety = safety or Safety(world.robot, SafetyParameters(), world.period)
+    safety = safety or SafetyStage(world.robot, SafetyParameters(), world.period)
     driven = []
     for _ in range(round(seconds / world.period)):
         twist = safety.limit(wanted, world.odometry, world.obstacles, **more)
@@ -53,7 +52,7 @@ def test_no_command_causes_a_contact(footprint, x, y, heading, linear, angular, 
     """In a room as small as this, two of three robots come within 10 cm of something."""
     world = ToyWorld(room(4, 4), robot(footprint), Pose2D(x, y, heading), circles, beams=720)
     assume(world.clearance() > 0.05)
-    safety = Safety(world.robot, SafetyParameters(), world.period)
+    safety = SafetyStage(world.robot, SafetyParameters(), world.period)
     drive_until_still(world, safety, Twist(linear, angular), 5.0)
     assert world.nearest > 0.0
 
@@ -66,7 +65,7 @@ def test_no_command_causes_a_contact(footprint, x, y, heading, linear, angular, 
 def test_changing_commands_cause_no_contact(x, y, heading, wishes):
     """Every fourth robot comes within 10 cm of a wall."""
     world = ToyWorld(room(4, 4), robot(LONG), Pose2D(x, y, heading), beams=720)
-    safety = Safety(world.robot, SafetyParameters(), world.period)
+    safety = SafetyStage(world.robot, SafetyParameters(), world.period)
     for linear, angular in wishes:
         drive_until_still(world, safety, Twist(linear, angular), 1.0)
     assert world.nearest > 0.0
@@ -74,7 +73,7 @@ def test_changing_commands_cause_no_contact(x, y, heading, wishes):
 
 def test_it_slows_in_proportion_and_stops_short_of_a_wall():
     world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
-    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD)
     driven = run(world, Twist(0.8), 4.5, safety)
     assert max(twist.linear for twist in driven) == pytest.approx(0.8)
     assert safety.reason.startswith("slower: obstacle ")
@@ -87,7 +86,7 @@ def test_it_slows_in_proportion_and_stops_short_of_a_wall():
 
 def test_a_clear_twist_is_not_limited():
     world = ToyWorld(room(8, 1.0), robot(), Pose2D(1.0, 0.5))
-    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD)
     driven = run(world, Twist(0.5), 3.0, safety)
     assert driven[-1] == Twist(0.5)
     assert safety.reason == ""
@@ -149,7 +148,7 @@ def test_a_point_in_the_notch_of_an_l_shape_is_outside():
 @pytest.mark.pain("s720", "s543", "s465")
 def test_an_old_or_missing_scan_stops_the_robot_and_says_so():
     world = ToyWorld(room(8, 8), robot(), Pose2D(2.0, 4.0))
-    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD)
     run(world, Twist(0.5), 1.0, safety)
     world.frozen_scan = True
     driven = run(world, Twist(0.5), 1.0, safety)
@@ -162,7 +161,7 @@ def test_an_old_or_missing_scan_stops_the_robot_and_says_so():
 
 def test_a_robot_that_cannot_see_drives_at_most_at_the_blind_speed():
     blind = robot(lidar=False)
-    safety = Safety(blind, SafetyParameters(), PERIOD)
+    safety = SafetyStage(blind, SafetyParameters(), PERIOD)
     for _ in range(20):
         twist = safety.limit(Twist(0.5, 0.2), standing(9.0), seen(blind, 9.0))
     # its fastest point is the front right corner: hypot(0.5 + 0.2 · 0.2, 0.2 · 0.25) = 0.5423 m/s
@@ -181,7 +180,7 @@ def test_the_speed_is_limited_towards_a_blind_sector(course, speed):
     kind = moving("omni", reverse_speed=0.8)
     described = replace(kind, lidar=replace(kind.lidar, field_of_view=1.5 * pi))
     scan = Scan(0.0, np.full(270, np.inf, np.float32), -0.75 * pi, pi / 180, 0.05, 12.0)
-    safety = Safety(described, SafetyParameters(), PERIOD)
+    safety = SafetyStage(described, SafetyParameters(), PERIOD)
     for _ in range(30):
         twist = safety.limit(
             Twist(0.5 * np.cos(course), 0.0, 0.5 * np.sin(course)),
@@ -192,7 +191,7 @@ def test_the_speed_is_limited_towards_a_blind_sector(course, speed):
 
 def test_speeds_rise_and_fall_no_faster_than_the_robot_can():
     world = ToyWorld(room(30, 30), robot(), Pose2D(5.0, 15.0))
-    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD)
     up = [t.linear for t in run(world, Twist(0.8, 1.0), 1.0, safety)]
     down = [t.linear for t in run(world, Twist(-0.3), 1.0, safety)]
     assert up[0] == pytest.approx(0.05)  # 1.0 m/s² · 0.05 s
@@ -203,14 +202,14 @@ def test_speeds_rise_and_fall_no_faster_than_the_robot_can():
 
 def test_the_speed_limit_keeps_the_arc():
     world = ToyWorld(room(30, 30), robot(), Pose2D(15.0, 15.0))
-    safety = Safety(world.robot, replace(SafetyParameters(), top_speed=0.4), PERIOD)
+    safety = SafetyStage(world.robot, replace(SafetyParameters(), top_speed=0.4), PERIOD)
     last = run(world, Twist(0.8, 0.6), 3.0, safety)[-1]
     assert (last.linear, last.angular) == (pytest.approx(0.4), pytest.approx(0.3))
 
 
 def test_after_an_emergency_stop_the_speed_rises_from_zero():
     world = ToyWorld(room(8, 8), robot(), Pose2D(2.0, 4.0))
-    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD)
     run(world, Twist(0.5), 1.0, safety)
     stopped = run(world, Twist(0.5), 2.0, safety, emergency_stop="operator")
     assert stopped == [STANDSTILL] * 40
@@ -230,7 +229,7 @@ def test_it_brakes_for_the_arc_that_the_robot_still_drives():
     monitor = CollisionMonitor(robot())
     assert monitor.contact(wanted, point, 1.0, 0.03).time == inf
     assert monitor.contact(arc, point, 1.0, 0.0).time == pytest.approx(0.48, abs=0.02)
-    safety = Safety(robot(), SafetyParameters(), PERIOD)
+    safety = SafetyStage(robot(), SafetyParameters(), PERIOD)
 
     def step(measured, points):
         motion = Odometry(0.0, Pose2D(0.0, 0.0), measured)
@@ -250,7 +249,7 @@ def test_a_robot_that_starts_beside_a_post_starts_on_the_wanted_arc():
     monitor = CollisionMonitor(robot())
     assert monitor.contact(wanted, post, 1.0, 0.015).time == inf
     assert monitor.contact(Twist(0.05, -0.16), post, 1.0, 0.015).time < 1.0
-    safety = Safety(robot(), SafetyParameters(), PERIOD)
+    safety = SafetyStage(robot(), SafetyParameters(), PERIOD)
     driven = [safety.limit(wanted, standing(), ObstaclePoints(0.0, post)) for _ in range(6)]
     assert [twist.linear for twist in driven] == pytest.approx([0.05 * n for n in range(1, 7)])
     assert [twist.angular for twist in driven] == pytest.approx([-0.05 * n for n in range(1, 7)])
@@ -258,7 +257,7 @@ def test_a_robot_that_starts_beside_a_post_starts_on_the_wanted_arc():
 
 def test_something_that_is_no_velocity_stops_the_robot():
     world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
-    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD)
     assert run(world, Twist(nan, 0.1), 0.1, safety)[-1] == STANDSTILL
     assert "not a finite velocity" in safety.reason
 
@@ -270,7 +269,7 @@ def test_something_that_is_no_velocity_stops_the_robot():
 def test_it_says_on_which_side_something_is(bearing, side):
     ranges = np.full(1, 0.3, np.float32)
     scan = Scan(0.0, ranges, bearing, 0.1, 0.05, 12.0)
-    safety = Safety(moving("omni", Footprint.circle(0.25)), SafetyParameters(), PERIOD)
+    safety = SafetyStage(moving("omni", Footprint.circle(0.25)), SafetyParameters(), PERIOD)
     towards = Twist(0.5 * np.cos(bearing), 0.0, 0.5 * np.sin(bearing))
     safety.limit(towards, standing(), seen(robot(), lidar=scan))
     assert f"0.3 m {side}" in safety.reason
@@ -280,7 +279,7 @@ def test_beams_without_return_stand_for_nothing():
     ranges = np.full(360, np.inf, np.float32)
     ranges[::2] = np.nan
     scan = Scan(0.0, ranges, 0.0, 2 * pi / 360, 0.05, 12.0)
-    safety = Safety(robot(), SafetyParameters(), PERIOD)
+    safety = SafetyStage(robot(), SafetyParameters(), PERIOD)
     assert safety.limit(Twist(0.5), standing(), seen(robot(), lidar=scan)).linear > 0.0
 
 
@@ -290,7 +289,7 @@ def test_the_corner_of_a_box_is_not_smoothed_away(beams):
     apex, far = (1.5, 0.196), 0.5
     walls = [(*apex, apex[0] + side * far, apex[1] + far) for side in (-1, 1)]
     world = ToyWorld(walls, robot(), Pose2D(0.0, 0.0), beams=beams)
-    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD)
     for _ in range(200):
         world.drive(safety.limit(Twist(0.3), world.odometry, world.obstacles))
     assert world.nearest > 0.015
@@ -299,7 +298,7 @@ def test_the_corner_of_a_box_is_not_smoothed_away(beams):
 
 def test_a_robot_whose_lidars_are_all_further_ones_is_guarded_by_them():
     described = replace(robot(), lidar=None, lidars={"rear": robot().lidar})
-    safety = Safety(described, SafetyParameters(), PERIOD)
+    safety = SafetyStage(described, SafetyParameters(), PERIOD)
     assert safety.limit(Twist(0.3), standing(1.0), seen(described, 1.0)) == STANDSTILL
     assert safety.reason == "stopped: no rear scan yet"
     world = ToyWorld(room(4, 4), described, Pose2D(1.0, 2.0), lidar="rear")

@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 
 from stack.drivetrain.kinematics import share_within_limits, speed_towards
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.safety.smoother import VelocitySmoother, within_limits
 from stack.types import STANDSTILL, ObstaclePoints, Pose2D, Twist
 from tests.stack.navigation.toy_world import ToyWorld, moving, room
-from tests.stack.safety.obstacles import standing
+from tests.stack.safety.obstacles import SafetyStage, standing
 
 RADIUS, WHEELBASE, STEERING_SPEED = 0.5, 0.3, 4.0
 """Of the toy car: metres, metres, rad/s."""
@@ -93,12 +92,12 @@ def test_a_cars_wheels_steer_no_faster_than_they_can_and_stay_while_it_brakes():
 
 def test_a_dead_band_keeps_a_cars_arc():
     robot, parameters = moving("ackermann", lidar=False), SafetyParameters(dead_band=0.1)
-    safety = Safety(robot, parameters, 0.05)
+    safety = SafetyStage(robot, parameters, 0.05)
     for _ in range(8):
         twist = safety.limit(Twist(0.4, 0.4), standing(), ObstaclePoints())
         assert abs(twist.linear) >= 0.1
         assert abs(twist.angular) <= abs(twist.linear) + 1e-9  # radius 1 m or wider
-    slow = Safety(robot, parameters, 0.05)
+    slow = SafetyStage(robot, parameters, 0.05)
     for _ in range(8):
         twist = slow.limit(Twist(0.05, 0.1), standing(), ObstaclePoints())
     assert twist == STANDSTILL
@@ -116,7 +115,7 @@ def test_no_command_causes_a_contact(kind, x, y, heading, wishes, circles):
     robot = moving(kind, linear_acceleration=2.0)
     world = ToyWorld(room(4, 4), robot, Pose2D(x, y, heading), circles, beams=720)
     assume(world.clearance() > 0.05)
-    safety = Safety(robot, SafetyParameters(), world.period)
+    safety = SafetyStage(robot, SafetyParameters(), world.period)
     for wish in wishes:
         for _ in range(40):
             twist = safety.limit(

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from stack.drivetrain.description import LidarDescription
 from stack.geometry.polygons import outline_points
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.safety.unseen import UnseenGroundLimit
 from stack.types import STANDSTILL, Pose2D, SeenGround, Twist
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
+from tests.stack.safety.obstacles import SafetyStage
 
 BLIND_BEHIND = replace(robot(), lidar=LidarDescription(Pose2D(0.0, 0.0), field_of_view=1.5 * pi))
 BLIND_SPEED = SafetyParameters().blind_speed
@@ -40,7 +40,7 @@ def test_the_first_turn_in_place_is_slow_and_the_second_is_not():
     """The rear corner is 0.32 m from the middle: 0.15 / 0.32 = 0.47 rad/s. It starts at a bearing
     of 141 degrees, the lidar has seen the ground from 225 degrees on: 1.46 rad, 3.1 s."""
     world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(2.0, 2.0))
-    safety = Safety(world.robot, SafetyParameters(), world.period)
+    safety = SafetyStage(world.robot, SafetyParameters(), world.period)
     driven = [twist.angular for twist in drive(world, safety, Twist(angular=1.5), 2.5)]
     assert driven[10:] == pytest.approx([BLIND_SPEED / RADIUS] * 40, rel=0.01)
     assert safety.reason == "slower: no sensor has seen this ground"
@@ -52,7 +52,7 @@ def test_the_first_turn_in_place_is_slow_and_the_second_is_not():
 def test_after_driving_forwards_a_turn_in_place_is_not_limited():
     """Its rear corners then sweep ground that the lidar has seen or that it stood on."""
     world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(1.0, 2.0))
-    safety = Safety(world.robot, SafetyParameters(), world.period)
+    safety = SafetyStage(world.robot, SafetyParameters(), world.period)
     list(drive(world, safety, Twist(0.5), 1.5))
     list(drive(world, safety, STANDSTILL, 0.5))
     driven = list(drive(world, safety, Twist(angular=1.5), 0.8))
@@ -61,7 +61,7 @@ def test_after_driving_forwards_a_turn_in_place_is_not_limited():
 
 def test_a_blind_speed_of_zero_refuses_unseen_ground_but_not_driving_off():
     world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(1.0, 2.0))
-    safety = Safety(world.robot, SafetyParameters(blind_speed=0.0), world.period)
+    safety = SafetyStage(world.robot, SafetyParameters(blind_speed=0.0), world.period)
     assert sum(twist.angular for twist in drive(world, safety, Twist(0.0, 1.0), 1.0)) < 1.0
     assert safety.reason == "stopped: no sensor has seen this ground"
     assert list(drive(world, safety, Twist(0.5), 1.0))[-1] == Twist(0.5)
@@ -112,7 +112,7 @@ def test_no_point_of_the_outline_enters_unseen_ground_fast(heading, wishes, thin
     """
     world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(2.0, 2.0, heading), things, beams=360)
     assume(world.clearance() > 0.05)
-    safety, witness = Safety(world.robot, SafetyParameters(), world.period), Witness(world)
+    safety, witness = SafetyStage(world.robot, SafetyParameters(), world.period), Witness(world)
     for wish in wishes:
         for _ in drive(world, safety, Twist(*wish), 0.6):
             witness.note()
@@ -125,7 +125,7 @@ def test_it_goes_on_into_unseen_ground(heading, linear, angular):
     """Slowly, but it never stays where it is: its outline moves at the blind speed."""
     assume(hypot(linear, angular * RADIUS) > 0.1)
     world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(2.0, 2.0, heading), beams=360)
-    safety = Safety(world.robot, SafetyParameters(), world.period)
+    safety = SafetyStage(world.robot, SafetyParameters(), world.period)
     twists = list(drive(world, safety, Twist(linear, angular), 1.5))
     slowest = min(abs(twist.linear) + RADIUS * abs(twist.angular) for twist in twists[6:])
     assert slowest > 0.5 * min(BLIND_SPEED, hypot(linear, angular * RADIUS))
@@ -139,7 +139,7 @@ def test_nothing_on_ground_once_seen_is_touched(heading, wishes, things):
     assume(all(hypot(x - 2.0, y - 2.0) - radius > RADIUS + 0.05 for x, y, radius in things))
     for _ in range(45):
         world.drive(Twist(angular=3.0))
-    safety = Safety(world.robot, SafetyParameters(), world.period)
+    safety = SafetyStage(world.robot, SafetyParameters(), world.period)
     for wish in wishes:
         list(drive(world, safety, Twist(*wish), 0.6))
     assert world.nearest > 0.0

@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 
 from stack.errors import ParameterError
 from stack.safety.parameters import SafetyParameters
-from stack.safety.safety import Safety
 from stack.safety.smoother import beyond_dead_band
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone, read_zones
 from stack.types import STANDSTILL, Footprint, Pose2D, Twist
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
-from tests.stack.safety.obstacles import standing
+from tests.stack.safety.obstacles import SafetyStage, standing
 
 PERIOD = 0.05
 FRONT = [[0.2, -0.4], [1.2, -0.4], [1.2, 0.4], [0.2, 0.4]]
@@ -124,7 +123,8 @@ def test_a_zone_that_will_not_do_is_named(entry, words):
 
 def test_a_stop_zone_stops_the_robot_at_its_edge_and_lets_it_back_off():
     world = ToyWorld(room(8, 8), robot(ROUND), Pose2D(4.0, 4.0), beams=720)
-    safety = Safety(world.robot, SafetyParameters(), PERIOD, [SafetyZone(corners=tuple(FRONT))])
+    zones = [SafetyZone(corners=tuple(FRONT))]
+    safety = SafetyStage(world.robot, SafetyParameters(), PERIOD, zones)
     for _ in range(200):
         world.drive(safety.limit(Twist(0.6), world.odometry, world.obstacles))
     # the zone reaches 1.2 m; from 0.6 m/s at 1.5 m/s² it needs 0.12 m more, and the scan's age
@@ -162,7 +162,7 @@ def driven(safety, wanted, steps, **more):
 
 
 def test_the_speed_limit_of_a_place_holds_and_says_so():
-    safety = Safety(robot(), SafetyParameters(), PERIOD)
+    safety = SafetyStage(robot(), SafetyParameters(), PERIOD)
     last = driven(safety, Twist(0.8, 0.6), 40, speed_limit=0.2)[-1]
     assert (last.linear, last.angular) == (pytest.approx(0.2), pytest.approx(0.15))
     assert safety.reason == "slower: the speed limit here is 0.20 m/s"
@@ -173,7 +173,7 @@ def test_the_speed_limit_of_a_place_holds_and_says_so():
 
 
 def test_a_closed_loop_counts_from_what_is_measured():
-    safety = Safety(robot(), replace(SafetyParameters(), closed_loop=True), PERIOD)
+    safety = SafetyStage(robot(), replace(SafetyParameters(), closed_loop=True), PERIOD)
     world = ToyWorld(room(60, 60), robot(), Pose2D(30.0, 30.0))
     for _ in range(5):  # the wheels do not turn
         twist = safety.limit(Twist(0.8), standing(), world.obstacles)
@@ -184,7 +184,7 @@ def test_a_closed_loop_counts_from_what_is_measured():
 
 def test_a_drive_with_a_dead_band_gets_going_and_stops_clean():
     parameters = replace(SafetyParameters(), dead_band=0.12, turning_dead_band=0.3)
-    safety = Safety(robot(), parameters, PERIOD)
+    safety = SafetyStage(robot(), parameters, PERIOD)
     up = [twist.linear for twist in driven(safety, Twist(0.5), 12)]
     assert up[:4] == pytest.approx([0.12, 0.12, 0.15, 0.2])
     assert driven(safety, Twist(0.1, 0.2), 12)[-1] == STANDSTILL

@@ -1,4 +1,5 @@
 import hashlib
+import json
 import os
 import signal
 import subprocess
@@ -27,7 +28,7 @@ def test_a_run_leaves_its_folder(tmp_path, info):
         "events.jsonl", "log.txt", "mission.yaml", "report.json",
     ]  # fmt: skip
     assert list(read_events(folder.events)) == events
-    assert folder.read_report() == {"result": "success", "worst": "inf"}
+    assert json.loads(folder.report.read_text("utf-8")) == {"result": "success", "worst": "inf"}
     assert hashlib.sha256(folder.events.read_bytes()).hexdigest() == telemetry.log_sha256
 
 
