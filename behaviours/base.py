@@ -115,6 +115,14 @@ class RobotBehaviour(Behaviour):
     """Whether it moves the robot. Two such behaviours cannot run at the same time."""
     takes_time: typing.ClassVar[bool] = False
     """Whether it never succeeds in its first tick. Not needed when `uses_wheels` is set."""
+    is_instant: typing.ClassVar[bool] = False
+    """Whether it always ends in its first tick."""
+    duration_port: typing.ClassVar[str] = ""
+    """Port with the time that it runs at least, seconds."""
+    is_condition: typing.ClassVar[bool] = False
+    """Whether it succeeds when its condition is true and only then."""
+    can_succeed: typing.ClassVar[bool] = True
+    """Whether it can succeed."""
     can_fail: typing.ClassVar[bool] = True
     """Whether it can fail. `check` warns about retries of a behaviour that cannot."""
     fails_with: typing.ClassVar[tuple[str, ...] | None] = None
@@ -125,9 +133,17 @@ class RobotBehaviour(Behaviour):
     needs: typing.ClassVar[tuple[str, ...]] = ()
     """What the robot must have: names of `stack.drivetrain.needs`, such as `camera`, or several of
     which one is enough: `lidar or sonar`. `check` refuses a mission on a robot without it."""
+    failure_ports: typing.ClassVar[tuple[str, ...]] = ()
+    """Ports with the code and the reason of its failure."""
     goal_ports: typing.ClassVar[tuple[str, ...]] = ()
     """Ports with poses that the robot must be able to stand at; `check` compares them with the
     world."""
+    arrival_port: typing.ClassVar[str] = ""
+    """Port with the pose at which the robot stands after its success."""
+    runs_in_tests: typing.ClassVar[bool] = False
+    """Whether tests of missions run it unless they mock it: it needs only clock and values."""
+    also_known_as: typing.ClassVar[tuple[str, ...]] = ()
+    """Its names elsewhere, for example in Nav2; hints for unknown words use them."""
 
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)

@@ -19,6 +19,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from py_trees import behaviours
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
@@ -45,6 +46,12 @@ MISSION_WORDS = frozenset({
 """Words of the mission language; no behaviour can have one of these names."""
 
 
+_PLAIN: dict[type, tuple[bool, bool]] = {
+    behaviours.Success: (True, False), behaviours.Failure: (False, True),
+    behaviours.Running: (False, False),
+}  # fmt: skip
+"""Whether leaves of py_trees can succeed and fail; any other one can."""
+
 OWN_MODULES = ("py_trees", "behaviours")
 """Modules of which missions can use leaves by dotted names without listing them."""
 
@@ -62,10 +69,17 @@ class BehaviourKind:
         source: file that defines it.
         uses_wheels: whether it moves the robot.
         takes_time: whether it never succeeds in its first tick.
-        can_fail: whether it can fail.
+        is_instant: whether it always ends in its first tick.
+        duration_port: port with the time that it runs at least; "" without one.
+        is_condition: whether it succeeds when its condition is true and only then.
+        can_succeed, can_fail: whether it can.
         fails_with: the codes that it can fail with; None if they are not known.
         ends_by: ports of which one must be set, or it never succeeds.
+        failure_ports: ports with the code and the reason of its failure; may be empty.
         goal_ports: ports with poses that the robot must be able to stand at.
+        arrival_port: port with the pose at which it leaves the robot; "" without one.
+        runs_in_tests: whether tests of missions run it unless they mock it.
+        also_known_as: its names elsewhere, for example in Nav2.
         needs: what the robot must have, such as `camera` or `lidar or sonar`.
     """
 
@@ -78,10 +92,18 @@ class BehaviourKind:
     source: str
     uses_wheels: bool
     takes_time: bool
+    is_instant: bool
+    duration_port: str
+    is_condition: bool
+    can_succeed: bool
     can_fail: bool
     fails_with: tuple[str, ...] | None = None
     ends_by: tuple[str, ...] = ()
+    failure_ports: tuple[str, ...] = ()
     goal_ports: tuple[str, ...] = ()
+    arrival_port: str = ""
+    runs_in_tests: bool = False
+    also_known_as: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
 
     @property
@@ -350,6 +372,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         raise _Unusable(str(error)) from error
     doc = inspect.cleandoc(cls.__doc__ or "")
     declared = cls if issubclass(cls, RobotBehaviour) else RobotBehaviour
+    succeeds, fails = _PLAIN.get(cls, (declared.can_succeed, declared.can_fail))
     problem = needs_problem(declared.needs)
     if problem:
         raise _Unusable(problem)
@@ -363,10 +386,18 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         source=inspect.getfile(cls),
         uses_wheels=declared.uses_wheels,
         takes_time=declared.uses_wheels or declared.takes_time,
-        can_fail=declared.can_fail,
+        is_instant=declared.is_instant,
+        duration_port=declared.duration_port,
+        is_condition=declared.is_condition,
+        can_succeed=succeeds,
+        can_fail=fails,
         fails_with=declared.fails_with,
         ends_by=declared.ends_by,
+        failure_ports=declared.failure_ports,
         goal_ports=declared.goal_ports,
+        arrival_port=declared.arrival_port,
+        runs_in_tests=declared.runs_in_tests,
+        also_known_as=declared.also_known_as,
         needs=declared.needs,
     )
 

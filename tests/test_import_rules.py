@@ -84,7 +84,9 @@ MAY_IMPORT = {
     },
     "missions.shadowing": set(),
     "missions.run_options": {"stack.telemetry"},
-    "missions.language": {"behaviours", "stack.documents", *PLUGIN_API},
+    "missions.language": {  # the file of a node kind holds its node of the tree
+        "missions.trees", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,
+    },
     "missions.trees": {
         "missions.language", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,
     },

@@ -70,6 +70,8 @@ class Dock(DrivingBehaviour):
     NOT_CHARGING if the battery does not charge after the last attempt.
     """
 
+    also_known_as = ("charge", "recharge", "DockRobot")
+
     dock: Pose2D = port("middle of the dock's face and direction out of it, map frame")
     staging: float = port(
         "distance of the robot's front from the dock before the approach",

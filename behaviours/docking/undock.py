@@ -16,6 +16,8 @@ class Undock(RobotBehaviour):
     Fails before touching an obstacle behind it that a sensor sees.
     """
 
+    also_known_as = ("UndockRobot",)
+
     distance: float = port("distance to drive", unit="m", default=0.6, above=0.0, at_most=3.0)
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
     turn: bool = port("turn round at the end, away from the dock", default=False)

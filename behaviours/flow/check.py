@@ -11,6 +11,12 @@ from stack.types import Expression, FailureCode
 class Check(RobotBehaviour):
     """Succeed if a condition is true now; otherwise fail with CHECK_FAILED and its values."""
 
+    also_known_as = (
+        "ScriptCondition", "condition", "CheckBlackboardVariableExists",
+        "CheckBlackboardVariableValue", "CheckBlackboardVariableValues",
+        "CompareBlackboardVariables",
+    )  # fmt: skip
+    is_instant = is_condition = runs_in_tests = True
     fails_with = (FailureCode.CHECK_FAILED,)
 
     condition: Expression = port("condition that must be true")

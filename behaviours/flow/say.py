@@ -10,6 +10,8 @@ from behaviours.base import RobotBehaviour, port
 class Say(RobotBehaviour):
     """Write a message to the event log."""
 
+    also_known_as = ("log", "print", "speak")
+    is_instant = runs_in_tests = True
     can_fail = False
     fails_with = ()
 

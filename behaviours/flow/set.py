@@ -15,6 +15,8 @@ SHOWN_ITEMS, SHOWN_TEXT = 10, 500
 class Set(RobotBehaviour):
     """Write blackboard keys; all expressions are evaluated before the first key is written."""
 
+    also_known_as = ("Script", "SetBlackboard", "SetBlackboardVariable")
+    is_instant = runs_in_tests = True
     fails_with = ()
 
     assignments: Assignments = port("keys and expressions for their new values")

@@ -10,7 +10,9 @@ from behaviours.base import RobotBehaviour, port
 class Wait(RobotBehaviour):
     """Succeed after a time on the robot's clock."""
 
-    takes_time = True
+    also_known_as = ("Delay", "Sleep", "pause", "Timer")
+    takes_time = runs_in_tests = True
+    duration_port = "time"
     fails_with = ()
     can_fail = False
 

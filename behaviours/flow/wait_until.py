@@ -11,6 +11,8 @@ from stack.types import Expression
 class WaitUntil(RobotBehaviour):
     """Succeed as soon as a condition is true; add the modifier `timeout` to limit the wait."""
 
+    also_known_as = ("WaitForBlackboardVariable", "WaitForBlackboardVariableValue")
+    is_condition = runs_in_tests = True
     can_fail = False
     fails_with = ()
 

@@ -83,6 +83,8 @@ class FollowPerson(RobotBehaviour):
     cannot follow.
     """
 
+    also_known_as = ("FollowObject",)
+
     near: Pose2D | None = port(
         "follow who is nearest to this place, map frame; default: the nearest one ahead",
         default=None,

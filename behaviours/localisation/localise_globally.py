@@ -15,6 +15,8 @@ class LocaliseGlobally(RobotBehaviour):
     rivals of the estimate, which `disambiguate` tells apart.
     """
 
+    also_known_as = ("ReinitializeGlobalLocalization",)
+
     unique: bool = port("fail if other poses explain the scans as well", default=True)
     rivals: int = output("number of other poses that explain the scans as well")
 

@@ -10,6 +10,8 @@ from behaviours.base import DRIVE_FAILURES, RobotBehaviour, port
 class BackUp(RobotBehaviour):
     """Drive straight backward; fails before touching an obstacle seen by the lidar."""
 
+    also_known_as = ("backward", "reverse")
+
     distance: float = port("distance to drive", unit="m", default=0.3, above=0.0)
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
 

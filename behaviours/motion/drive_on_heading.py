@@ -13,6 +13,8 @@ class DriveOnHeading(RobotBehaviour):
     Needs no map and no pose. Fails with COLLISION_AHEAD, NO_PROGRESS or TIMED_OUT.
     """
 
+    also_known_as = ("forward", "move_forward", "drive_forward")
+
     distance: float = port("distance to drive; negative: backward", unit="m")
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
     direction: float = port(

@@ -10,6 +10,7 @@ from behaviours.base import RobotBehaviour, port
 class ClearCostmap(RobotBehaviour):
     """Remove sensed obstacles from the costmaps; obstacles of the map remain."""
 
+    also_known_as = ("ClearEntireCostmap", "ClearCostmapExceptRegion")
     can_fail = False
     fails_with = ()
 

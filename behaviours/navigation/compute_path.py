@@ -14,6 +14,7 @@ class ComputePath(RobotBehaviour):
     Fails with the code of the planner: NO_VALID_PATH, GOAL_OCCUPIED, START_OCCUPIED and others.
     """
 
+    also_known_as = ("ComputePathToPose", "ComputePathThroughPoses", "ComputeRoute")
     takes_time = True
 
     goal: Pose2D = port("goal pose, map frame")

@@ -16,6 +16,8 @@ class NavigateThrough(RobotBehaviour):
     the robot passes it with the heading of the path.
     """
 
+    also_known_as = ("NavigateThroughPoses",)
+
     goals: list[Pose2D] = port("poses to drive through, map frame; the robot stops at the last")
     tolerance: float | None = port(
         "goal tolerance at the last pose; default: the robot's",

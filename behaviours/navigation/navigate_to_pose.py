@@ -31,6 +31,8 @@ class NavigateToPose(RobotBehaviour):
     goal's heading.
     """
 
+    also_known_as = ("go_to", "move", "move_to", "drive", "drive_to")
+
     goal: Pose2D = port("goal pose, map frame")
     tolerance: float | None = port(
         "goal tolerance; default: the robot's",
@@ -55,6 +57,7 @@ class NavigateToPose(RobotBehaviour):
     uses_wheels = True
     fails_with = DRIVE_FAILURES
     goal_ports = ("goal",)
+    arrival_port = "goal"
 
     def initialise(self) -> None:
         """Start the drive."""

@@ -12,6 +12,7 @@ from stack.types import FailureCode
 class TakePhoto(RobotBehaviour):
     """Save a new picture of the camera; fails with NO_IMAGE if none arrives in time."""
 
+    also_known_as = ("photo", "picture", "snapshot")
     needs = ("camera",)
     takes_time = True
     fails_with = (FailureCode.NO_IMAGE,)

@@ -25,10 +25,11 @@ from missions.language.expressions.value_types import (
     TEXT,
     type_of,
 )
-from missions.language.keys import ANY_KEY, MISSION, SECTIONS, Keys
+from missions.language.keys import ANY_KEY, MISSION, Keys
 from missions.language.kinds import NODES
 from missions.language.reading.cases import FIXED_VALUES
 from missions.language.reading.words import Word, WordRole
+from missions.language.sections import SECTIONS
 from robots.load import robot_names
 from stack.components import DEFAULTS, available
 from stack.parameters import Declaration

@@ -17,10 +17,10 @@ from missions.language.expressions.shown import shown
 from missions.language.expressions.terms import POSE_FIELDS
 from missions.language.expressions.texts import formatter, has_placeholders
 from missions.language.expressions.value_types import LENGTH, NAMED, ValueType
-from missions.language.keys import SECTIONS
 from missions.language.kinds import NODES
-from missions.language.model import Tree
 from missions.language.reading.words import Word, WordRole
+from missions.language.sections import SECTIONS
+from missions.language.step import Tree
 from stack.components import DEFAULTS, available, component
 from stack.documents import Mark
 from stack.drivetrain.needs import needs_text

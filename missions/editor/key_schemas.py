@@ -19,8 +19,9 @@ from missions.editor.value_schemas import (
     words,
 )
 from missions.language.expressions.value_types import NAMED
-from missions.language.keys import ANY_KEY, SECTIONS, Form, Key, Keys, required
+from missions.language.keys import ANY_KEY, Form, Key, Keys, required
 from missions.language.reading.header import FORMAT
+from missions.language.sections import SECTIONS
 
 NODE: Schema = {"$ref": "#/$defs/node"}
 CHILDREN: Schema = {"type": "array", "minItems": 1, "items": NODE}

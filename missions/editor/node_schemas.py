@@ -16,9 +16,11 @@ from missions.editor.value_schemas import (
     of_declaration,
     section,
 )
-from missions.language.keys import MODIFIERS, ONLY_FOR, PARALLEL, SECTIONS
-from missions.language.kinds import NODES, Shape
+from missions.language.keys import MODIFIERS
+from missions.language.kinds import NODES
+from missions.language.kinds.kind import Shape
 from missions.language.reading.ports import bare_port
+from missions.language.sections import ONLY_FOR, SECTIONS
 from stack.parameters import Declaration
 from stack.types import Assignments
 
@@ -89,7 +91,7 @@ def _other_keys(word: str, kind: BehaviourKind | None) -> Schema:
     if outputs:
         targets = {name: documented(TARGET, declared.help) for name, declared in outputs.items()}
         schema["properties"] = {"out": section(targets)}
-    if word == "for_each":
+    if word in NODES and NODES[word].is_loop and not NODES[word].ports:
         schema["required"] = ["do"]
     return schema
 
@@ -109,8 +111,8 @@ def _bodies() -> dict[str, Schema]:
         elif kind.shape is Shape.NOTHING:
             found[word] = {"type": ["array", "string"]}
         else:
-            found[word] = CHILDREN
-    found["parallel"] = {**of_section(PARALLEL), **CHILDREN, "type": ["array", "object"]}
+            keys = of_section(kind.keys) | {"type": ["array", "object"]} if kind.keys else {}
+            found[word] = {**CHILDREN, **keys}
     return found
 
 

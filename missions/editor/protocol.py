@@ -16,7 +16,7 @@ from missions.editor.rename import renamed_uses, users_of
 from missions.editor.symbols import Entry
 from missions.editor.words import end_of_value
 from missions.language.expressions.scope import Symbol
-from missions.language.model import Tree
+from missions.language.step import Tree
 from stack.documents import Finding, Mark
 
 _COMPLETION_KINDS = {

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from missions.editor.document import Reading
 from missions.language.keys import MISSION, Form
 from missions.language.kinds import NODES
+from missions.language.kinds.kind import Shape
 from missions.language.reading.words import WordRole
 from stack.documents import Node
 
@@ -90,8 +91,8 @@ def _nodes(node: Node | None, heads: set[int]) -> Iterator[Entry]:
     key, value = head
     name, word = node.get("name"), str(key.value)
     title = str(name.value) if name else word
-    if word == "use" and not name:
-        title = f"use {value.value}"
+    if word in NODES and NODES[word].shape is Shape.TREE and not name:
+        title = f"{word} {value.value}"
     below: list[Entry] = []
     if word in NODES:
         for part in (value, node.get("do")):

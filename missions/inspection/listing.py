@@ -31,8 +31,9 @@ from missions.inspection.parameter_descriptions import (
     parameter_description,
 )
 from missions.inspection.tables import aligned, parameter_table, table
-from missions.language.keys import MODIFIERS, ONLY_FOR, SECTIONS
+from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES
+from missions.language.sections import ONLY_FOR, SECTIONS
 from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file

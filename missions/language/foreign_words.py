@@ -3,66 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from stack.parameters import likely, nearest, suggestion
-
-NODES = {
-    "selector": "fallback",
-    "try": "fallback",
-    "reactivesequence": "reactive",
-    "pipelinesequence": "reactive",
-    "sequencewithmemory": "sequence",
-    "spawn": "parallel",
-    "race": "parallel",
-    "loopint": "for_each",
-    "loopdouble": "for_each",
-    "loopstring": "for_each",
-    "delay": "wait",
-    "sleep": "wait",
-    "pause": "wait",
-    "goto": "navigate_to_pose",
-    "move": "navigate_to_pose",
-    "moveto": "navigate_to_pose",
-    "drive": "navigate_to_pose",
-    "driveto": "navigate_to_pose",
-    "forward": "drive_on_heading",
-    "moveforward": "drive_on_heading",
-    "driveforward": "drive_on_heading",
-    "backward": "back_up",
-    "reverse": "back_up",
-    "rotate": "spin",
-    "turn": "spin",
-    "log": "say",
-    "print": "say",
-    "speak": "say",
-    "photo": "take_photo",
-    "picture": "take_photo",
-    "snapshot": "take_photo",
-    "charge": "dock",
-    "recharge": "dock",
-    "abort": "fail",
-    "raise": "fail",
-    "alwaysfailure": "fail",
-    "script": "set",
-    "setblackboard": "set",
-    "unsetblackboard": "unset",
-    "scriptcondition": "check",
-    "condition": "check",
-    "subtree": "use",
-    "subtreeplus": "use",
-    "clearentirecostmap": "clear_costmap",
-    "clearcostmapexceptregion": "clear_costmap",
-    "computepathtopose": "compute_path",
-    "computepaththroughposes": "compute_path",
-    "computeroute": "compute_path",
-    "navigatethroughposes": "navigate_through",
-    "reinitializegloballocalization": "localise_globally",
-    "dockrobot": "dock",
-    "undockrobot": "undock",
-    "followobject": "follow_person",
-}
-"""Words for nodes, as `plain` writes them -> the node here. Words that resemble it are left out."""
 
 _BY_ITSELF = "leave it out: navigate_to_pose plans, smooths and replans by itself"
 _COMPONENTS = "write `navigation: {planner: …, controller: …}` at the top of the mission"
@@ -76,6 +19,12 @@ MODIFIERS = {
     "repeat": "write `repeat: 3` or `repeat: forever` beside the node",
     "loop": "write `repeat: 3` or `repeat: forever` beside the node",
     "keeprunninguntilfailure": "write `repeat: forever` beside the node",
+    "failureissuccess": "write `on_failure: continue` beside the node",
+    "successisfailure": "write `invert: true` beside the node, or `fail` behind it",
+    "eternalguard": "write `while: …` beside the node",
+    "passthrough": "leave it out, or write `name: …` beside the node",
+    "oneshot": _ONCE,
+    "retry": "write `retry: 3` beside the node",
     "inverter": "write `invert: true` beside the node",
     "not": "write `invert: true` beside the node",
     "forcesuccess": "write `on_failure: continue` beside the node",
@@ -203,18 +152,21 @@ def snake_case(word: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", word).lower()
 
 
-def node_meaning(word: str, known: Iterable[str]) -> str:
+def node_meaning(word: str, known: Mapping[str, Sequence[str]]) -> str:
     """Return the hint for an unknown type of node with a meaning; "" for any other word.
 
     It resembles a known one, or is a word of another tool or of everyday language.
+
+    Args:
+        word: as written.
+        known: type of a node -> its names elsewhere.
     """
-    names, key = list(known), plain(word)
-    same = next((name for name in names if plain(name) == key), None)
-    if same is not None:
-        return f"did you mean {same!r}?"
-    if NODES.get(key) in names:
-        return f"did you mean {NODES[key]!r}?"
-    return MODIFIERS.get(key) or likely(snake_case(word), names)
+    key = plain(word)
+    elsewhere = {plain(other): name for name, others in known.items() for other in others}
+    meant = {**elsewhere, **{plain(name): name for name in known}}.get(key)
+    if meant is not None:
+        return f"did you mean {meant!r}?"
+    return MODIFIERS.get(key) or likely(snake_case(word), known)
 
 
 def modifier_hint(word: str, known: Iterable[str]) -> str:

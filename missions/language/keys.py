@@ -1,7 +1,7 @@
 """Table of the keys of mission files: word, meaning, how the value is written, where it stands.
 
 Readers, JSON Schemas, hover, completion and the tables of docs/language.md are made from it. A
-section is a mapping with known keys; SECTIONS holds them all by name.
+section is a mapping with known keys; missions.language.sections holds them all by name.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum, auto
 
-from missions.language.kinds import LOOPS, NODES
 from stack.parameters import Declaration
 
 
@@ -118,24 +117,23 @@ LIMIT = Declaration("timeout", float, unit="s", above=0.0)
 PERIOD = Declaration("every", float, unit="s", above=0.0)
 HOLD = Declaration("hold", float, unit="s", default=0.0, at_least=0.0)
 AGAIN = Declaration("again", float, unit="s", above=0.0)
-SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
 TAKES = Declaration("takes", float, unit="s", at_least=0.0)
 WITHIN = Declaration("within", float, unit="s", above=0.0)
 AFTER = Declaration("after", float, unit="s", default=10.0, at_least=0.0)
 INVERT = Declaration("invert", bool, default=False)
 OPTIONAL = Declaration("optional", bool, default=False)
 KEEP = Declaration("keep", bool, default=False)
-SUCCEED_WORDS = ("all", "one")
 ON_FAILURE_WORDS = ("fail", "continue")
 THEN_WORDS = ("resume", "restart", "abort")
 STATUS_WORDS: tuple[str, ...] = ("success", "failure", "running")
 
 
-def _section(*keys: Key) -> Keys:
+def section(*keys: Key) -> Keys:
+    """Return a section: its keys by word."""
     return {key.word: key for key in keys}
 
 
-MISSION = _section(
+MISSION = section(
     Key("mission", "Name of the mission.", Form.NAME, required=True),
     Key("format", "Version of the mission language: `1`.", Form.NUMBER),
     Key("doc", "One-sentence description of the mission.", Form.TEXT),
@@ -179,14 +177,14 @@ MISSION = _section(
 RESERVED = ("mapping", "sensors", "perception", "faults")
 """Words at the top of a mission file that later versions will support."""
 
-TREE_FILE = _section(*(MISSION[word] for word in ("include", "format", "doc", "places", "trees")))
+TREE_FILE = section(*(MISSION[word] for word in ("include", "format", "doc", "places", "trees")))
 """Keys at the top of an included file."""
 
 _TYPE = Key("type", "The type of its values.", Form.TYPE, required=True)
 _UNIT = Key("unit", "SI unit, for `type: float`.", Form.TEXT)
 _DOC = Key("doc", "Description.", Form.TEXT)
 
-REPLAYED_ROBOT = _section(
+REPLAYED_ROBOT = section(
     Key("use", "`replayed`: play a log instead of driving.", Form.WORD, required=True,
         words=("replayed",)),
     Key("log", "CARMEN log (.log, .clf, .gz), ROS bag or `sensors.mcap`; a file or a `$name`.",
@@ -201,7 +199,7 @@ REPLAYED_ROBOT = _section(
 )  # fmt: skip
 """Keys of `robot` when a log is replayed."""
 
-ARGUMENT = _section(
+ARGUMENT = section(
     _TYPE,
     Key("default", "Value without `--set`.", Form.ANY),
     Key("range", "`[minimum, maximum]` of a number.", Form.RANGE),
@@ -209,7 +207,7 @@ ARGUMENT = _section(
     _UNIT, _DOC,
 )  # fmt: skip
 
-BLACKBOARD_KEY = _section(
+BLACKBOARD_KEY = section(
     _TYPE,
     Key("initial", "Value at the start of the mission.", Form.ANY),
     Key("optional", "Whether it can be unset; test with `$key is set`.", Form.LITERAL,
@@ -219,13 +217,13 @@ BLACKBOARD_KEY = _section(
     _UNIT, _DOC,
 )  # fmt: skip
 
-INPUT = _section(
+INPUT = section(
     Key("type", "Type of the input.", Form.TYPE, required=True),
     Key("default", "Value if `with` does not set the input.", Form.ANY),
     _UNIT, _DOC,
 )  # fmt: skip
 
-TREE = _section(
+TREE = section(
     Key("in", "Inputs: `{target: Pose, dwell: {type: duration, default: 3 s}}`.", Form.INPUTS,
         section="input"),
     Key("out", "Outputs: `{photo: path}`.", Form.TYPES),
@@ -235,7 +233,7 @@ TREE = _section(
     Key("do", "Root node of the tree.", Form.NODE, required=True),
 )  # fmt: skip
 
-EVENT = _section(
+EVENT = section(
     Key("when", "the condition; evaluated on every tick. The event fires when it becomes true",
         Form.EXPRESSION, required=True),
     Key("hold", "how long the condition must be true; default: 0 s", Form.VALUE, declared=HOLD),
@@ -246,13 +244,13 @@ EVENT = _section(
         "again, `abort` ends the mission as failed", Form.WORD, words=THEN_WORDS),
 )  # fmt: skip
 
-RETRY = _section(
+RETRY = section(
     Key("attempts", "number of attempts, the first one included", Form.VALUE, required=True,
         declared=ATTEMPTS),
     Key("delay", "pause before the next attempt; default: 0 s", Form.VALUE, declared=DELAY),
 )  # fmt: skip
 
-RECOVER = _section(
+RECOVER = section(
     Key("attempts", "number of attempts, the first one included", Form.VALUE, required=True,
         declared=ATTEMPTS),
     Key("unless", "condition under which the failure is final: no recovery, no further attempt",
@@ -261,25 +259,12 @@ RECOVER = _section(
         Form.NODES, required=True),
 )  # fmt: skip
 
-REPEAT = _section(
+REPEAT = section(
     Key("until", "condition evaluated after each run; if true, the node succeeds", Form.EXPRESSION,
         required=True),
 )  # fmt: skip
 
-SWITCH = _section(
-    Key("value", "the text that chooses: an expression, for example `$mode` or `error`",
-        Form.EXPRESSION, required=True),
-    Key("cases", "text -> node", Form.CASES, required=True),
-    Key("default", "the node for all other texts", Form.NODE),
-)  # fmt: skip
-
-PARALLEL = _section(
-    Key("succeed_on", "number of children that must succeed, `all` (default) or `one`",
-        Form.VALUE, declared=SUCCEED_ON, words=SUCCEED_WORDS),
-    Key("do", "the children", Form.NODES, required=True),
-)  # fmt: skip
-
-MODIFIERS = _section(
+MODIFIERS = section(
     Key("name", "label in the dashboard and the report", Form.NAME),
     Key("when", "condition evaluated when the node starts; if false, the node is skipped",
         Form.EXPRESSION),
@@ -308,13 +293,7 @@ MODIFIERS = _section(
 )  # fmt: skip
 """Keys beside the type of a node; those that add a node to the tree stand outermost first."""
 
-ONLY_FOR: Mapping[str, tuple[str, ...]] = {
-    "with": tuple(word for word, kind in NODES.items() if kind.takes_inputs),
-    "do": LOOPS,
-}
-"""Modifiers of some kinds only; `out` is for all that have outputs."""
-
-CASE = _section(
+CASE = section(
     Key("name", "a sentence about what is tested", Form.NAME),
     Key("arguments", "values for the mission's arguments", Form.ARGUMENTS),
     Key("mock", "name of a behaviour, tree or node -> its mock: `{returns, takes, sets}`, or "
@@ -324,7 +303,7 @@ CASE = _section(
     Key("expect", "expected results", Form.SECTION, section="expectation"),
 )  # fmt: skip
 
-MOCK = _section(
+MOCK = section(
     Key("returns", "outcome of each run: success, failure, running or a failure code",
         Form.OUTCOMES, words=STATUS_WORDS),
     Key("takes", "duration of each run; default: 0 s", Form.DURATIONS, declared=TAKES),
@@ -334,7 +313,7 @@ MOCK = _section(
 ANY_KEY = "$key"
 """Stands in EXPECTATION for the name of any blackboard key."""
 
-EXPECTATION = _section(
+EXPECTATION = section(
     Key("status", "success (default), failure, or running (at the time limit)", Form.WORD,
         words=STATUS_WORDS),
     Key("failure", "code of the first cause", Form.CODE),
@@ -345,27 +324,6 @@ EXPECTATION = _section(
         Form.DURATION_OF, declared=WITHIN),
     Key(ANY_KEY, "value of a blackboard key at the end; the $ is optional", Form.ANY),
 )  # fmt: skip
-
-SECTIONS: Mapping[str, Keys] = {
-    "mission": MISSION, "tree file": TREE_FILE, "replayed robot": REPLAYED_ROBOT,
-    "argument": ARGUMENT,
-    "blackboard key": BLACKBOARD_KEY, "input": INPUT, "tree": TREE, "event": EVENT,
-    "node": MODIFIERS, "retry": RETRY, "recover": RECOVER, "repeat": REPEAT,
-    "switch": SWITCH, "parallel": PARALLEL, "case": CASE,
-    "mock": MOCK, "expectation": EXPECTATION,
-}  # fmt: skip
-
-
-PLACES: Mapping[str, str] = {
-    "mission": "top of a mission", "tree file": "top of an included file",
-    "replayed robot": "`robot`, for a log",
-    "argument": "entry of `arguments`", "blackboard key": "entry of `blackboard`",
-    "tree": "entry of `trees`", "input": "entry of `in`", "event": "entry of `events`",
-    "node": "node", "retry": "`retry`", "recover": "`recover`", "parallel": "`parallel`",
-    "repeat": "`repeat`", "switch": "`switch`",
-    "case": "entry of `tests`", "mock": "entry of `mock`", "expectation": "`expect`",
-}  # fmt: skip
-"""Where each section stands."""
 
 _SHOWN = {
     Form.TEXT: "text", Form.NAME: "one line of text", Form.TEXTS: "list of texts",
@@ -402,8 +360,3 @@ def value_words(key: Key) -> str:
 def required(keys: Keys) -> list[str]:
     """Return the keys that a section needs."""
     return [word for word, key in keys.items() if key.required]
-
-
-def mission_words() -> frozenset[str]:
-    """Return the words that no behaviour can have as its name."""
-    return frozenset([*NODES, *MODIFIERS, *RECOVER, *EVENT, *TREE])

@@ -9,18 +9,9 @@ from missions.language.codes import CODES
 from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.value_types import NAMED
-from missions.language.keys import (
-    CASE,
-    EVENT,
-    EXPECTATION,
-    MODIFIERS,
-    PLACES,
-    SECTIONS,
-    TREE_FILE,
-    Keys,
-    value_words,
-)
+from missions.language.keys import CASE, EVENT, EXPECTATION, MODIFIERS, TREE_FILE, Keys, value_words
 from missions.language.kinds import NODES
+from missions.language.sections import PLACES, SECTIONS
 from stack.parameters import units
 from stack.types import FailureCode
 

@@ -9,11 +9,8 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from missions.language.case_model import FAILURE, RUNNING, SUCCESS, Mock
-from missions.language.model import Leaf, Use
+from missions.language.step import Step
 from stack.types import FailureCode
-
-REAL = ("check", "fail", "set", "say", "wait", "wait_until")
-"""Behaviours that need only clock and values of the robot; they run unless mocked explicitly."""
 
 
 class MockedRuns:
@@ -68,19 +65,17 @@ class StandIns:
         self.runs = {name: MockedRuns(mock) for name, mock in mocks.items()}
         self.default = MockedRuns(Mock())
 
-    def __call__(self, step: Leaf | Use) -> RobotBehaviour | None:
+    def __call__(self, step: Step) -> RobotBehaviour | None:
         """Return the mock of a step; None to run the step itself."""
-        kind = step.tree if isinstance(step, Use) else step.kind
-        runs = self.runs.get(step.name) or self.runs.get(kind)
+        runs = self.runs.get(step.name) or self.runs.get(step.own_name)
         if runs is None:
-            if isinstance(step, Use) or kind in REAL or not step.behaviour.bindable:
+            if step.runs_in_tests:
                 return None
             runs = self.default
         if runs.mock.is_real:
             return None
-        moves = isinstance(step, Leaf) and step.behaviour.uses_wheels
-        cls = MovingStandIn if moves else StandIn
-        return cls(step.name or kind.rpartition(".")[2], runs)
+        cls = MovingStandIn if step.moves_robot else StandIn
+        return cls(step.name or step.own_name.rpartition(".")[2], runs)
 
 
 def shown(value: Any) -> str:

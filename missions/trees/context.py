@@ -10,7 +10,6 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.expressions.shown import shown
-from missions.language.kinds import glyph_of
 from stack.documents import Mark
 from stack.robot import Robot
 from stack.telemetry.records import TreeRow
@@ -70,10 +69,7 @@ class Record:
     shown: bool = True
     names: tuple[str, ...] = ()
     gate: Gate | None = None
-    glyph: str = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.glyph = glyph_of(self.kind)
+    glyph: str = ""
 
     def as_row(self) -> TreeRow:
         """Return the row with the current state of the node."""

@@ -1,47 +1,18 @@
-"""Decorators for conditions, time limits, repetition and loops; they use the robot's clock."""
+"""Nodes of modifiers: conditions, time limits, repetition; they use the robot's clock."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from collections.abc import Sequence as Items
 from typing import Any
 
+from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.timer import Timer
-from missions.trees.context import Execution, halt
-from missions.trees.node import Decorator, run
+from missions.trees.context import WORDS, Execution, halt
+from missions.trees.node import Decorator, InnerNode, run
 from stack.types import Expression, Failure, FailureCode
-
-Write = Callable[[Any], None]
-
-
-class Subtree(Decorator):
-    """`use`: a named subtree; its outcome is that of its root.
-
-    Args:
-        unbound: writers of outputs without a target, which are unset at the start of a run.
-        optional: writers of targets without an initial value, which are unset after a failure.
-    """
-
-    def __init__(
-        self, name: str, child: Behaviour, execution: Execution,
-        unbound: Items[Write] = (), optional: Items[Write] = (),
-    ) -> None:  # fmt: skip
-        super().__init__(name, child, execution)
-        self.unbound, self.optional = unbound, optional
-
-    def advance(self, fresh: bool) -> Status:
-        if fresh:
-            for write in self.unbound:
-                write(None)
-        run(self.child)
-        status = self.outcome_of_child()
-        if status is Status.FAILURE:
-            for write in self.optional:
-                write(None)
-        return status
 
 
 class When(Decorator):
@@ -196,65 +167,75 @@ class Every(Decorator):
         return status if status is Status.RUNNING else self.outcome_of_child()
 
 
-class ForEach(Decorator):
-    """Runs the child once per item, with the item in the loop variable.
+class Finally(InnerNode, composites.Composite):
+    """Runs the second child however the first one ends; the outcome is that of the first.
 
-    Succeeds at once if the list is empty; is skipped if all items are. After an item ends, the next
-    one starts in the same tick, as in a sequence, unless the loops of the tree have started
-    ITEMS_PER_TICK items in this tick; a loop always starts at least one.
+    After a success or failure the second child runs to its end. If it fails after a success, the
+    node fails with it; after a failure the first failure stays. When the node is halted, the first
+    child is halted and the second one gets one tick; if it still runs then, it is halted too and
+    the log says so. It does not run if the first child was skipped or has not started.
     """
 
-    def __init__(self, name: str, child: Behaviour, execution: Execution, loop: Loop) -> None:
-        super().__init__(name, child, execution)
-        self.loop, self.items, self.index, self.left_out = loop, list[Any](), 0, 0
+    def __init__(self, node: Behaviour, last: Behaviour, execution: Execution) -> None:
+        super().__init__("finally", [node, last])
+        self.execution = execution
+        self.first, self.last = node, last
+        self.has_begun = self.has_ended = False
 
     def advance(self, fresh: bool) -> Status:
+        first: Any = self.first
         if fresh:
-            self.items, self.index, self.left_out = list(self.loop.items()), 0, 0
-        child: Any = self.child
-        first = self.index
-        while self.index < len(self.items):
-            if child.status is not Status.RUNNING:
-                if self.execution.items_left <= 0 and self.index > first:
-                    return Status.RUNNING
-                self.execution.items_left -= 1
-                self._start_item()
-            run(child)
-            if child.status is Status.RUNNING:
+            self.reset()
+            self.has_begun, self.has_ended = True, False
+        if not self.has_ended:
+            self.current_child = first
+            run(first)
+            if first.status is Status.RUNNING:
                 return Status.RUNNING
-            failed = child.status is Status.FAILURE
-            self.left_out += child.skipped and not failed
-            self._item_ended(self.execution.trace(self.child).failure if failed else None)
-            if failed and not self.loop.skip_failures:
-                return self.execution.propagate_failure(self, self.child, self._item())
-            if failed:
-                self._ignore_failure()
-            self.index += 1
-        if self.items and self.left_out == len(self.items):
-            return self.skip()
+            if first.skipped and first.status is Status.SUCCESS:
+                self.has_begun = False
+                return self.skip()
+            self.has_ended = True
+            self.feedback_message = f"after {WORDS[first.status]}"
+        self.current_child = self.last
+        if run(self.last) is Status.RUNNING:
+            return Status.RUNNING
+        self.has_begun = False
+        return self._outcome()
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """Set the status; when halted, run the second child for one tick."""
+        if new_status is not Status.FAILURE and new_status is not Status.SUCCESS:
+            self._halt_children()
+        elif self.has_begun:  # a value of the first child is missing
+            self._halt_children()
+        self.terminate(new_status)
+        self.status = new_status
+
+    def _halt_children(self) -> None:
+        halt(self.first)
+        if self.has_begun and not self.has_ended:
+            self.has_begun, ticked = False, self.execution.ticked[0]
+            if run(self.last) is Status.RUNNING:
+                self._emit("is halted after one tick, because its node was halted")
+            elif self.last.status is Status.FAILURE:
+                self._emit(self.execution.trace(self.last).failure.sentence)
+            self.execution.ticked[0] = ticked
+        self.has_begun = False
+        halt(self.last)
+
+    def _outcome(self) -> Status:
+        if self.first.status is Status.FAILURE:
+            if self.last.status is Status.FAILURE:
+                self._emit(self.execution.trace(self.last).failure.sentence)
+            return self.execution.propagate_failure(self, self.first)
+        if self.last.status is Status.FAILURE:
+            return self.execution.propagate_failure(self, self.last)
         return Status.SUCCESS
 
-    def _item_ended(self, failure: Failure | None) -> None:
-        """Called when an item has ended, with its failure if it failed."""
-
-    def _ignore_failure(self) -> None:
-        self.execution.ignore_failure(self, self.child, self._item())
-
-    def _start_item(self) -> None:
-        halt(self.child)
-        self.loop.write(self.items[self.index])
-        self.feedback_message = f"{self._item()}, {self.index + 1} of {len(self.items)}"
-
-    def _item(self) -> str:
-        return f"{self.loop.variable} = {self.execution.describe(self.items[self.index])}"
-
-
-class Loop:
-    """The loop of a ForEach: source of the items and writer of the loop variable."""
-
-    def __init__(
-        self, variable: str, items: Callable[[], list[Any]], write: Callable[[Any], None],
-        skip_failures: bool,
-    ) -> None:  # fmt: skip
-        self.variable, self.items, self.write = variable, items, write
-        self.skip_failures = skip_failures
+    def _emit(self, what: str) -> None:
+        record = self.execution.record(self)
+        self.execution.emit(
+            level="warning", kind="finally", text=f"finally: {self.last.name}: {what}",
+            fields={"node": record.id, "name": self.last.name},
+        )  # fmt: skip

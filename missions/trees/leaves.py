@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from traceback import format_exc
 from typing import Any
 
@@ -23,25 +23,6 @@ STOP_TIME = 0.3
 _RUNNING, _SUCCESS, _FAILURE, _INVALID = (
     Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID,
 )  # fmt: skip
-
-
-class UnsetKeys(Behaviour):
-    """`unset`: removes the values of keys.
-
-    Args:
-        name: label.
-        writers: writers of the keys.
-    """
-
-    def __init__(self, name: str, writers: Iterable[Callable[[Any], None]]) -> None:
-        super().__init__(name)
-        self.writers = tuple(writers)
-
-    def update(self) -> Status:
-        """Remove the values."""
-        for write in self.writers:
-            write(None)
-        return Status.SUCCESS
 
 
 class LeafNode(Node):

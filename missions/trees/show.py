@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from textwrap import wrap
 
-from missions.language.kinds import Outline, outline_of
+from missions.language.kinds import outline_of
+from missions.language.kinds.kind import Outline
 from missions.trees.mission_tree import MissionTree
 from stack.telemetry.records import TreeRow
 

@@ -19,7 +19,7 @@ from missions.language.expressions.arithmetic import (
 from missions.language.expressions.robot_values import EvaluationContext
 from missions.language.expressions.scope import UNSET, NotSet, Symbol
 from missions.language.expressions.texts import formatter
-from missions.language.model import Computed, Constant, ListValue, Reference, Template, Value
+from missions.language.values import Computed, Constant, ListValue, Reference, Template, Value
 from missions.trees.attempts import Attempts
 from missions.trees.context import Execution, HandledFailure
 from missions.trees.latch import Latch, Read, latches
@@ -118,6 +118,10 @@ class Frame:
     def can_be_unset(self, symbol: Symbol) -> bool:
         """Return whether a key or `out` may be without a value."""
         return symbol.value is UNSET and symbol not in self.always_set
+
+    def handling(self, handled: HandledFailure) -> Frame:
+        """Return this frame inside a node that deals with a failure."""
+        return replace(self, handled=handled)
 
     def reader(self, symbol: Symbol) -> Read:
         """Return a function that reads a symbol."""

@@ -11,7 +11,9 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
-from missions.trees import composites
+from missions.language.kinds.fallback import Fallback
+from missions.language.kinds.parallel import Parallel
+from missions.language.kinds.sequence import ReactiveSequence, Sequence
 from missions.trees.context import Execution, Record
 from missions.trees.leaves import LeafNode
 from missions.trees.mission_tree import MissionTree
@@ -84,11 +86,11 @@ def _ours(shape: Shape, execution: Execution) -> Behaviour:
     else:
         children = [_ours(child, execution) for child in shape[1]]
         if kind == "parallel":
-            node = composites.Parallel(kind, children, execution, len(children))
+            node = Parallel(kind, children, execution, len(children))
         else:
             cls = {
-                "sequence": composites.Sequence, "fallback": composites.Fallback,
-                "reactive": composites.ReactiveSequence,
+                "sequence": Sequence, "fallback": Fallback,
+                "reactive": ReactiveSequence,
             }[kind]  # fmt: skip
             node = cls(kind, children, execution)
     execution.records[id(node)] = Record(node, kind, kind, "", Mark("benchmark"))

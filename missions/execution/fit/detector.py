@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from missions.execution.fit.steps import every_leaf
 from missions.language.analysis.claims import mark_of, warning
-from missions.language.model import Constant, Mission
+from missions.language.model import Mission
+from missions.language.values import Constant
 from stack.components import Choice
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription

@@ -12,15 +12,8 @@ from missions.execution.fit.reachability import ReachableFloor
 from missions.execution.fit.steps import every_leaf, every_step
 from missions.language.analysis.claims import number_of
 from missions.language.expressions.scope import UNSET, Role, Symbol
-from missions.language.model import (
-    Constant,
-    ForEach,
-    ListValue,
-    Mission,
-    Reference,
-    Use,
-    Value,
-)
+from missions.language.model import Mission
+from missions.language.values import Constant, ListValue, Reference, Value
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.polygons import outline_points
@@ -109,12 +102,9 @@ class Goals:
         self.mission = mission
         self.sources: dict[Symbol, list[tuple[Value, Mark]]] = {}
         for step in every_step(mission):
-            if isinstance(step, Use):
-                inputs = mission.trees[step.tree].inputs
-                for name, value in step.inputs.items():
-                    self.sources.setdefault(inputs[name], []).append((value, step.mark))
-            elif isinstance(step, ForEach):
-                self.sources.setdefault(step.variable, []).append((step.items, step.mark))
+            inputs = mission.trees[step.uses].inputs if step.uses else {}
+            for symbol, value in step.binds(inputs):
+                self.sources.setdefault(symbol, []).append((value, step.mark))
 
     def all(self) -> list[Goal]:
         """Return every goal that is known before the mission runs, each position once."""

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from missions.execution.fit.steps import every_leaf
 from missions.execution.fit.zones import KeepoutArea
-from missions.language.model import Constant, Leaf, Mission
+from missions.language.kinds.leaf import LeafStep
+from missions.language.model import Mission
+from missions.language.values import Constant
 from stack.components import Choice, Planner
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
@@ -125,7 +127,7 @@ def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
             yield Finding(step.mark, "E432", sentence, suggestion(str(edge.value), graph.edges))
 
 
-def _edge_setters(mission: Mission) -> Iterator[Leaf]:
+def _edge_setters(mission: Mission) -> Iterator[LeafStep]:
     """Yield every set_edge of a mission once."""
     return (leaf for leaf in every_leaf(mission) if leaf.kind == "set_edge")
 

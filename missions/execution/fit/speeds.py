@@ -12,7 +12,10 @@ from missions.language.analysis.ranges import comparisons, text_of_comparison
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.terms import Named
-from missions.language.model import Constant, Leaf, Mission, Step, Value
+from missions.language.kinds.leaf import LeafStep
+from missions.language.model import Mission
+from missions.language.step import Step
+from missions.language.values import Constant, Value
 from stack.components import Choice
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
@@ -90,7 +93,7 @@ def _compared(
 
 def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
     """Report speeds that the robot cannot reach."""
-    if not isinstance(step, Leaf) or not step.behaviour.uses_wheels:
+    if not isinstance(step, LeafStep) or not step.behaviour.uses_wheels:
         return
     limits = robot.limits
     for name, value in step.ports.items():

@@ -6,7 +6,9 @@ from collections.abc import Iterator
 
 from missions.language.analysis.claims import steps_of
 from missions.language.expressions.expression import CheckedExpression
-from missions.language.model import ExpressionValue, Leaf, Mission, Step
+from missions.language.kinds.leaf import LeafStep
+from missions.language.model import Mission
+from missions.language.step import Step
 from stack.documents import Mark
 
 
@@ -18,9 +20,9 @@ def every_step(mission: Mission) -> Iterator[Step]:
         yield from steps_of(root)
 
 
-def every_leaf(mission: Mission) -> Iterator[Leaf]:
+def every_leaf(mission: Mission) -> Iterator[LeafStep]:
     """Yield the behaviours of a mission, each once."""
-    return (step for step in every_step(mission) if isinstance(step, Leaf))
+    return (step for step in every_step(mission) if isinstance(step, LeafStep))
 
 
 def every_condition(mission: Mission) -> Iterator[tuple[CheckedExpression, Mark]]:
@@ -29,11 +31,5 @@ def every_condition(mission: Mission) -> Iterator[tuple[CheckedExpression, Mark]
     for event in (*mission.events, *(event for tree in trees for event in tree.events)):
         yield event.when, event.when.mark or event.mark
     for step in every_step(mission):
-        by, recover = step.modifiers, step.modifiers.recover
-        found = [by.when, by.while_, by.until, recover.unless if recover else None]
-        if isinstance(step, Leaf):
-            ports = step.ports.values()
-            found += [item.expression for item in ports if isinstance(item, ExpressionValue)]
-        for condition in found:
-            if condition is not None:
-                yield condition, condition.mark or step.mark
+        for condition in (*step.modifiers.conditions(), *step.conditions()):
+            yield condition, condition.mark or step.mark

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from missions.language.analysis.data_flow import children_of
-from missions.language.model import Constant, Step, Value
+from missions.language.step import Step
+from missions.language.values import Constant, Value
 from stack.documents import Finding, Findings, Mark
 
 

@@ -19,11 +19,14 @@ from missions.language.analysis.intervals import (
 from missions.language.analysis.ranges import constant_comparisons, range_hint, text_of_comparison
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, NotSet, Role, Symbol
-from missions.language.model import Constant, Reference, Value
+from missions.language.values import Constant, Reference, Value
 from stack.documents import Findings, Mark
 from stack.errors import EvaluationError
 
 Evaluate = Callable[[], Any]
+
+CHECK, WAIT, LIMITED_WAIT = "check", "wait", "limited wait"
+"""Words of the conditions of behaviours: evaluated once, or until they are true."""
 
 
 class _Unknown(Exception):
@@ -161,9 +164,7 @@ class Verdicts:
         return {
             key
             for key, item in self.found.items()
-            if item.word in ("wait_until", "limited wait")
-            and item.truth == {False}
-            and not item.of_argument
+            if item.word in (WAIT, LIMITED_WAIT) and item.truth == {False} and not item.of_argument
         }
 
     def report(self) -> None:
@@ -189,8 +190,8 @@ class Verdicts:
         source, mark, word = item.condition.source, item.mark, item.word
         symbols = {**item.condition.read, **item.condition.tested}
         names = [f"${name}" for name, symbol in symbols.items() if not symbol.is_constant]
-        if word in ("wait_until", "event") and not value:
-            what = "this waits for ever" if word == "wait_until" else f"{item.owner} never fires"
+        if word in (WAIT, "event") and not value:
+            what = "this waits for ever" if word == WAIT else f"{item.owner} never fires"
             if item.of_argument:
                 sentence = f"{what}: {source} is false, and arguments do not change"
                 hint = "wait for something that changes, or use `check`"
@@ -204,7 +205,7 @@ class Verdicts:
                     why = f"{source} is false: line {item.unset_in} unsets it, and nothing writes "
                 why += " or ".join(names)
                 hint = f"write {names[0]} with `set` or `out`, or wait for another value"
-            code = "E163" if word == "wait_until" else "E161"
+            code = "E163" if word == WAIT else "E161"
             self.findings.error(code, mark, f"{what}: {why}", hint)
             return True
         if item.of_argument:
@@ -231,12 +232,12 @@ class Verdicts:
 
 _EFFECTS = {
     ("when", False): ": the node never runs",
-    ("check", False): ": the check always fails",
+    (CHECK, False): ": the check always fails",
     ("unless", False): ": it never ends the recovery",
     ("unless", True): ": no recovery runs",
     ("until", False): ": the repetition never ends",
     ("until", True): ": it runs once",
-    ("limited wait", False): ": only the time limit or `while` around it ends the wait",
-    ("limited wait", True): ": it does not wait",
+    (LIMITED_WAIT, False): ": only the time limit or `while` around it ends the wait",
+    (LIMITED_WAIT, True): ": it does not wait",
     ("event", True): ": the event fires once, at the start",
 }

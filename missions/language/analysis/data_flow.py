@@ -8,16 +8,8 @@ from functools import wraps
 from typing import Any, Protocol, TypeVar
 
 from missions.language.expressions.scope import Scope, Symbol
-from missions.language.model import (
-    Composite,
-    Constant,
-    ForEach,
-    Reference,
-    Step,
-    Switch,
-    Tree,
-    Use,
-)
+from missions.language.step import Step, Tree
+from missions.language.values import Constant, Reference
 from stack.documents import Findings
 from stack.parameters import values_of
 
@@ -57,22 +49,17 @@ def once_per_step(method: Callable[[A, Step], R]) -> Callable[[A, Step], R]:
     return remembered
 
 
-def body_of(step: Step) -> tuple[Step, ...]:
-    """Return the children of a step, without recoveries, `finally` and a used tree."""
-    if isinstance(step, Composite | Switch):
-        return step.children
-    return (step.child,) if isinstance(step, ForEach) else ()
-
-
 def children_of(step: Step) -> tuple[Step, ...]:
     """Return the children of a step, with recoveries and `finally`, but not a used tree."""
     recover, last = step.modifiers.recover, step.modifiers.finally_
-    return body_of(step) + (recover.recoveries if recover else ()) + ((last,) if last else ())
+    return (
+        *step.children(), *(recover.recoveries if recover else ()), *((last,) if last else ())
+    )  # fmt: skip
 
 
-def uses_of(step: Step) -> Iterator[Use]:
+def uses_of(step: Step) -> Iterator[Step]:
     """Yield every `use` in a step, in order."""
-    if isinstance(step, Use):
+    if step.uses:
         yield step
     for child in children_of(step):
         yield from uses_of(child)
@@ -122,15 +109,15 @@ class _Sizes:
         if self._is_deep(step, above + own):
             return _Size(1, own)
         below = [self.of(child, path, above + own) for child in children_of(step)]
-        if isinstance(step, Use):
+        if step.uses:
             below.append(self._tree(step, path, above + own))
         return _Size(
             1 + sum(size.nodes for size in below),
             own + max((size.levels for size in below), default=0),
         )
 
-    def _tree(self, use: Use, path: tuple[str, ...], above: int) -> _Size:
-        name = use.tree
+    def _tree(self, use: Step, path: tuple[str, ...], above: int) -> _Size:
+        name = use.uses
         if name in path:
             chain = " > ".join((*path[path.index(name) :], name))
             self.findings.error("E125", use.mark, f"the tree uses itself: {chain}")
@@ -161,15 +148,16 @@ def _levels(step: Step) -> int:
     return 1 + sum(values[item.name] not in (None, item.default) for item in fields(step.modifiers))
 
 
-def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:
+def warn_of_other_meaning(use: Step, tree: Tree, scope: Scope, findings: Findings) -> None:
     """Report `in` and `out` names that hide another name of the mission.
 
     `dwell: $dwell` passes a name on. Both names then mean the same, which is not reported.
     """
+    bound, results = dict(use.binds(tree.inputs)), use.results()
     for symbol in (*tree.inputs.values(), *tree.outputs.values()):
         hidden = scope.lookup(symbol.name)
-        value = use.inputs.get(symbol.name)
-        same = use.outputs.get(symbol.name) is hidden
+        value = bound.get(symbol)
+        same = results.get(symbol.name) is hidden
         if isinstance(value, Reference):
             same = value.symbol is hidden
         elif isinstance(value, Constant):

@@ -7,31 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from missions.language.analysis.claims import Claims, warning
-from missions.language.analysis.data_flow import body_of, once_per_step
+from missions.language.analysis.data_flow import once_per_step
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.terms import Binary, Literal, Named, Term, Unary
-from missions.language.kinds import NODES
-from missions.language.model import (
-    AssignmentList,
-    Composite,
-    Computed,
-    Event,
-    ExpressionValue,
-    Leaf,
-    Step,
-    Switch,
-    Template,
-    Tree,
-    Use,
-)
+from missions.language.step import Codes, Event, Step, Tree
 from stack.documents import Finding, Findings, Mark
 from stack.parameters import nearest
 from stack.types import FailureCode
 
-Codes = frozenset[str] | None
-"""Codes that a node can fail with; None if they are not known."""
-
-_ALWAYS = frozenset((FailureCode.EXCEPTION, FailureCode.FAILED, FailureCode.CANCELLED))
 _OF_VALUES = frozenset(
     (FailureCode.NOT_SET, FailureCode.DIVISION_BY_ZERO, FailureCode.OVERFLOW,
      FailureCode.OUT_OF_RANGE)
@@ -53,7 +36,7 @@ class _Place:
     handled: bool = False
     codes: Codes = None
     counts: bool = False
-    tree: Use | None = None
+    tree: Step | None = None
 
 
 class FailureCheck:
@@ -75,7 +58,7 @@ class FailureCheck:
         for condition in (modifiers.when, modifiers.while_, modifiers.until):
             self._expression(condition, place)
         inside = replace(place, counts=place.counts or counted)
-        for expression in _expressions_of(step):
+        for expression in (item for value in step.reads() for item in value.expressions()):
             self._expression(expression, inside)
         recoveries = modifiers.recover.recoveries if modifiers.recover else ()
         if modifiers.recover:
@@ -86,22 +69,22 @@ class FailureCheck:
         if modifiers.finally_ is not None:
             self._visit(modifiers.finally_, place)
         self._visit_children(step, inside)
-        if isinstance(step, Use):
+        if step.uses:
             self._visit_tree(step, replace(inside, tree=step))
 
     def _visit_children(self, step: Step, inside: _Place) -> None:
         codes: Codes = frozenset()
-        for number, child in enumerate(body_of(step)):
+        for number, child in enumerate(step.children()):
             here = inside
-            if isinstance(step, Composite) and NODES[step.kind].handles_failure and number:
+            if step.order.handles_failure and number:
                 here = replace(inside, handled=True, codes=codes or None)
             self._visit(child, here)
             codes = _union(codes, self.codes(child))
             if child.modifiers.when is not None and codes is not None:
                 codes |= inside.codes or frozenset()
 
-    def _visit_tree(self, use: Use, inside: _Place) -> None:
-        tree = self.trees[use.tree]
+    def _visit_tree(self, use: Step, inside: _Place) -> None:
+        tree = self.trees[use.uses]
         if tree.root is not None:
             self._visit(tree.root, inside)
         for event in tree.events:
@@ -130,21 +113,15 @@ class FailureCheck:
         return found
 
     def _codes_of_body(self, step: Step) -> Codes:
-        if isinstance(step, Leaf):
-            known = step.behaviour.fails_with
-            return _ALWAYS | frozenset(known) if known is not None else None
-        if isinstance(step, Use):
-            tree = self.trees[step.tree]
-            ends: Codes = frozenset()
-            for root in tree.roots:
-                ends = _union(ends, self.codes(root))
-            aborts = any(event.then == "abort" for event in tree.events)
-            return ends | {FailureCode.CANCELLED} if aborts and ends is not None else ends
-        found: Codes = frozenset()
-        if isinstance(step, Switch) and step.default is None:
-            found = frozenset((FailureCode.CHECK_FAILED,))
-        for child in body_of(step):
+        found = step.fails_with()
+        for child in step.children():
             found = _union(found, self.codes(child))
+        if step.uses:
+            tree = self.trees[step.uses]
+            for root in tree.roots:
+                found = _union(found, self.codes(root))
+            if any(event.then == "abort" for event in tree.events):
+                found = _union(found, frozenset((FailureCode.CANCELLED,)))
         return found
 
     # Expressions
@@ -169,7 +146,7 @@ class FailureCheck:
         """Report `error` or `attempt` in a tree that is used where it has no meaning."""
         if known or place.tree is None or expression.mark is None:
             return
-        where = f"{place.tree.tree} is used in line {place.tree.mark.line}"
+        where = f"{place.tree.uses} is used in line {place.tree.mark.line}"
         sentence = f"`error` is not defined here: {where}, where no failure is handled"
         hint = "use it in `unless`, in recoveries or in later children of a fallback"
         if name == "attempt":
@@ -213,18 +190,3 @@ def _terms(term: Term) -> Iterator[Term]:
         yield from _terms(term.right)
     elif isinstance(term, Unary):
         yield from _terms(term.operand)
-
-
-def _expressions_of(step: Step) -> Iterator[CheckedExpression]:
-    """Yield the expressions in the ports of a step and the value of a `switch`."""
-    if isinstance(step, Switch):
-        yield step.value
-    ports = step.ports.values() if isinstance(step, Leaf) else ()
-    values = [*ports, *(step.inputs.values() if isinstance(step, Use) else ())]
-    for value in values:
-        if isinstance(value, ExpressionValue | Computed):
-            yield value.expression
-        elif isinstance(value, Template):
-            yield from value.expressions
-        elif isinstance(value, AssignmentList):
-            yield from (expression for _, expression in value.assignments)

@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from missions.language.analysis.claims import steps_of
-from missions.language.analysis.order import OrderCheck, name_of
+from missions.language.analysis.order import OrderCheck
 from missions.language.case_model import Case
-from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
-from missions.language.expressions.terms import Reference as Named
-from missions.language.model import (
-    AssignmentList,
-    Composite,
-    Computed,
-    Event,
-    ExpressionValue,
-    FollowWaypoints,
-    ForEach,
-    Leaf,
-    ListValue,
-    Reference,
-    Step,
-    Switch,
-    Template,
-    Use,
-    Value,
-)
+from missions.language.step import Event, Order, Step
+from missions.language.values import symbols_in
 from stack.documents import Findings
 
 
@@ -43,8 +26,9 @@ class KeyFlowCheck:
     def mission(self, roots: Sequence[Step], events: Sequence[Event]) -> None:
         """Check the nodes of run, events and trees."""
         for event in events:
-            self.read.update(event.when.read.values(), event.when.tested.values())
-            self.read.update((*read_by(event.hold), *read_by(event.again)))
+            self.read.update(symbols_in(event.when))
+            durations = [value for value in (event.hold, event.again) if value is not None]
+            self.read.update(symbol for value in durations for symbol in value.symbols())
         for root in roots:
             for step in steps_of(root):
                 self._step(step)
@@ -78,19 +62,13 @@ class KeyFlowCheck:
 
     def _step(self, step: Step) -> None:
         self.read.update(_read_for_others(step))
-        if isinstance(step, ForEach) and not isinstance(step, FollowWaypoints):
-            self.variables.append(step.variable)
-        if isinstance(step, Leaf | Use | FollowWaypoints):
-            self._outputs(step, step.outputs)
-        if isinstance(step, Leaf | Use | FollowWaypoints):
-            self.results.update(step.outputs.values())
-        for symbol in own_writes(step):
+        self.variables += step.variables()
+        self._outputs(step, step.results())
+        self.results.update(step.results().values())
+        for symbol in step.writes():
             self.written.setdefault(symbol, step)
-        if isinstance(step, Composite) and step.kind == "sequence":
-            self._overwritten(step)
-        elif isinstance(step, Composite) and step.kind == "parallel":
+        if step.order is Order.TOGETHER:
             self._at_once(step)
-        self._to_itself(step)
 
     def _variable(self, variable: Symbol) -> None:
         if variable not in self.read:
@@ -103,45 +81,22 @@ class KeyFlowCheck:
         for name, symbol in outputs.items():
             if symbol in names:
                 first = names[symbol]
-                sentence = f"{first} and {name} of {name_of(step)} both go to ${symbol.name}"
+                sentence = f"{first} and {name} of {step.title} both go to ${symbol.name}"
                 hint = "use a key for each output"
                 self.findings.error("E168", step.mark, sentence, hint)
             names[symbol] = name
 
-    def _overwritten(self, step: Composite) -> None:
-        """Report a key that the next child overwrites before anything can have read it."""
-        for first, second in zip(step.children, step.children[1:], strict=False):
-            if not isinstance(second, Leaf | FollowWaypoints) or second.modifiers.when is not None:
-                continue
-            if not isinstance(first, Leaf | FollowWaypoints) or first.modifiers.when is not None:
-                continue
-            lost = own_writes(first) & own_writes(second) - set(reads_of(second))
-            for symbol in sorted(lost, key=lambda item: item.name):
-                sentence = f"${symbol.name} of line {first.mark.line} is overwritten here "
-                sentence += "before anything reads it"
-                hint = "use another key, or remove one of them"
-                self.findings.warning("W130", second.mark, sentence, hint)
-
-    def _at_once(self, step: Composite) -> None:
+    def _at_once(self, step: Step) -> None:
         """Report children of a parallel that write the same key."""
         first: dict[Symbol, Step] = {}
-        for child in step.children:
+        for child in step.children():
             for symbol in self.order.writes(child):
                 other = first.setdefault(symbol, child)
                 if other is not child:
-                    sentence = f"{name_of(child)} and {name_of(other)} (line {other.mark.line}) "
+                    sentence = f"{child.title} and {other.title} (line {other.mark.line}) "
                     sentence += f"both write ${symbol.name}: the later one wins"
                     hint = "use a key for each child"
                     self.findings.warning("W130", child.mark, sentence, hint)
-
-    def _to_itself(self, step: Step) -> None:
-        for value in step.ports.values() if isinstance(step, Leaf) else ():
-            for symbol, expression in assignments_of(value):
-                term = expression.term
-                if isinstance(term, Named) and expression.read.get(term.name) is symbol:
-                    sentence = f"${symbol.name} is set to itself"
-                    mark = expression.mark or step.mark
-                    self.findings.warning("W130", mark, sentence, "write the new value")
 
 
 def keys_changed_by(cases: Sequence[Case]) -> set[str]:
@@ -149,78 +104,11 @@ def keys_changed_by(cases: Sequence[Case]) -> set[str]:
     return {item.name for case in cases for item in case.changes if item.kind == "key"}
 
 
-def assignments_of(value: Value) -> tuple[tuple[Symbol, CheckedExpression], ...]:
-    """Return the assignments of a port value."""
-    return value.assignments if isinstance(value, AssignmentList) else ()
-
-
-def own_writes(step: Step) -> set[Symbol]:
-    """Return the symbols that a node itself writes, without its children and tree."""
-    found: set[Symbol] = set()
-    if isinstance(step, Leaf | Use | FollowWaypoints):
-        found.update(step.outputs.values())
-    for value in step.ports.values() if isinstance(step, Leaf) else ():
-        found.update(symbol for symbol, _ in assignments_of(value))
-    return found
-
-
-def _conditions_of(step: Step) -> Iterator[Symbol]:
-    """Yield the symbols in the conditions of a node and in the value of a `switch`."""
-    modifiers = step.modifiers
-    unless = modifiers.recover.unless if modifiers.recover else None
-    choice = step.value if isinstance(step, Switch) else None
-    for condition in (modifiers.when, modifiers.while_, modifiers.until, unless, choice):
-        if condition is not None:
-            yield from (*condition.read.values(), *condition.tested.values())
-
-
-def reads_of(step: Step) -> Iterator[Symbol]:
-    """Yield the symbols that a node itself reads."""
-    yield from _conditions_of(step)
-    modifiers = step.modifiers
-    values: list[Value | None] = [modifiers.repeat, modifiers.timeout, modifiers.every]
-    if modifiers.retry:
-        values += (modifiers.retry.attempts, modifiers.retry.delay)
-    if modifiers.recover:
-        values.append(modifiers.recover.attempts)
-    if isinstance(step, Leaf):
-        values += step.ports.values()
-    elif isinstance(step, Use):
-        values += step.inputs.values()
-    elif isinstance(step, ForEach):
-        values.append(step.items)
-    for value in values:
-        yield from read_by(value)
-
-
 def _read_for_others(step: Step) -> set[Symbol]:
     """Return the symbols that a node reads; `n: $n + 1` alone does not count as reading n."""
-    found = set(reads_of(step))
-    for value in step.ports.values() if isinstance(step, Leaf) else ():
-        if isinstance(value, AssignmentList):
-            pairs = value.assignments
-            own = {symbol for symbol, expression in pairs if symbol in expression.read.values()}
-            others = {
-                item for symbol, expression in pairs for item in expression.read.values()
-                if item is not symbol
-            }  # fmt: skip
-            found -= own - others
-    return found.union(_conditions_of(step))
-
-
-def read_by(value: Value | None) -> Iterator[Symbol]:
-    """Yield the symbols that a port value reads."""
-    if isinstance(value, Reference):
-        yield value.symbol
-    elif isinstance(value, ListValue):
-        for item in value.items:
-            yield from read_by(item)
-    expressions: tuple[CheckedExpression, ...] = ()
-    if isinstance(value, ExpressionValue | Computed):
-        expressions = (value.expression,)
-    elif isinstance(value, Template):
-        expressions = value.expressions
-    elif isinstance(value, AssignmentList):
-        expressions = tuple(expression for _, expression in value.assignments)
-    for expression in expressions:
-        yield from (*expression.read.values(), *expression.tested.values())
+    found = {
+        symbol for condition in step.modifiers.conditions() for symbol in symbols_in(condition)
+    }
+    for value in (*step.modifiers.values(), *step.reads()):
+        found |= {*value.symbols()} - {*value.reads_for_itself()}
+    return found

@@ -7,37 +7,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from missions.language.analysis.conditions import KnownValues, Verdicts
+from missions.language.analysis.conditions import (
+    CHECK,
+    LIMITED_WAIT,
+    WAIT,
+    KnownValues,
+    Verdicts,
+)
 from missions.language.analysis.data_flow import Written, children_of, once_per_step
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Role, Symbol
-from missions.language.expressions.value_types import BOOL
-from missions.language.kinds import NODES
-from missions.language.model import (
-    AssignmentList,
-    Composite,
-    Computed,
-    Constant,
-    Event,
-    ExpressionValue,
-    FollowWaypoints,
-    ForEach,
-    Leaf,
-    ListValue,
-    Reference,
-    Step,
-    Switch,
-    Template,
-    Tree,
-    Unset,
-    Use,
-    Value,
-)
+from missions.language.step import Event, Order, Step, Tree
+from missions.language.values import Constant, Value
 from stack.documents import Findings, Mark
-
-_AGAIN = ("reactive", "reactive_fallback")
-_IN_ORDER = ("sequence", "reactive")
-"""Composites whose next child runs only if the child before succeeded or was skipped."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +93,7 @@ class OrderCheck:
     def step(self, step: Step, written: Written) -> None:
         """Check a step with its modifiers."""
         before, modifiers = dict(written), step.modifiers
-        name = name_of(step)
+        name = step.title
         for word, condition in (("when", modifiers.when), ("while", modifiers.while_)):
             if condition is not None:
                 self.note(word, condition, name, step.mark, written)
@@ -154,7 +136,7 @@ class OrderCheck:
         """Check what is evaluated after the node itself: `until`, the delay, the recoveries."""
         modifiers = step.modifiers
         if modifiers.until:
-            self.note("until", modifiers.until, name_of(step), step.mark, written)
+            self.note("until", modifiers.until, step.title, step.mark, written)
             self.expression(modifiers.until, step.mark, written)
         if modifiers.retry:
             with self._at(is_certain=False):
@@ -171,7 +153,7 @@ class OrderCheck:
         with self._at(attempts=failed, is_certain=False):
             if recover.unless:
                 seen = {**before, **written}
-                self.note("unless", recover.unless, name_of(step), step.mark, seen)
+                self.note("unless", recover.unless, step.title, step.mark, seen)
                 self.expression(recover.unless, step.mark, seen)
                 written.update(dict.fromkeys(recover.unless.tested.values()))
             for recovery in recover.recoveries:
@@ -179,36 +161,19 @@ class OrderCheck:
 
     def body(self, step: Step, written: Written) -> None:
         """Check a step without its modifiers."""
-        if isinstance(step, Leaf):
-            self._leaf(step, written)
-        elif isinstance(step, Unset):
-            self._unset(step, written)
-        elif isinstance(step, Use):
-            self.use(step, written)
-        elif isinstance(step, ForEach):
-            self.value(step.items, step.mark, written)
-            if isinstance(step, FollowWaypoints):
-                written.update(dict.fromkeys(step.outputs.values()))
-            with self._at(is_certain=self.place.is_certain and not step.skip_failures):
-                self._possible(step.child, written)
-        elif isinstance(step, Composite):
-            self.composite(step, written)
-        elif isinstance(step, Switch):
-            self.expression(step.value, step.mark, written)
-            with self._at(is_certain=False):
-                for child in step.children:
-                    self._possible(child, written)
-
-    def _leaf(self, step: Leaf, written: Written) -> None:
-        for value in step.ports.values():
-            if isinstance(value, ExpressionValue) and value.expression.type == BOOL:
-                condition = value.expression
-                self.note(step.kind, condition, name_of(step), step.mark, written)
+        for condition in step.conditions():
+            self.note(_word_of(step), condition, step.title, step.mark, written)
+        for value in step.reads():
             self.value(value, step.mark, written)
-        written.update(dict.fromkeys(step.outputs.values()))
+        if step.uses:
+            self.use(step, written)
+            return
+        written.update(dict.fromkeys(step.writes()))
+        self._unset(step, written)
+        self._children(step, written)
 
-    def _unset(self, step: Unset, written: Written) -> None:
-        for symbol in step.targets:
+    def _unset(self, step: Step, written: Written) -> None:
+        for symbol in step.unsets():
             if symbol not in self.place.meanwhile:
                 written.pop(symbol, None)
                 self.unset_at[symbol] = step.mark
@@ -219,38 +184,35 @@ class OrderCheck:
         self.step(step, written)
         written.update(before)
 
-    def composite(self, step: Composite, written: Written) -> None:
-        """Check the children in order; in a parallel each may read what any other writes."""
-        goes_on = NODES[step.kind].handles_failure
+    def _children(self, step: Step, written: Written) -> None:
+        """Check the children in order; of several at once each may read what any other writes."""
         meanwhile = self.place.meanwhile
-        if step.kind == "parallel":
-            goes_on = step.needed < len(step.children)
-            for child in step.children:
+        if step.order is Order.TOGETHER:
+            for child in step.children():
                 written.update(self.writes(child))
             meanwhile = {**meanwhile, **written}
-        check = self.step if step.kind in _IN_ORDER else self._possible
-        with self._at(is_certain=self.place.is_certain and not goes_on, meanwhile=meanwhile):
-            for child in step.children:
+        check = self.step if step.order is Order.AFTER_SUCCESS else self._possible
+        certain = self.place.is_certain and not step.survives_failure
+        with self._at(is_certain=certain, meanwhile=meanwhile):
+            for child in step.children():
                 check(child, written)
 
-    def use(self, step: Use, written: Written) -> None:
+    def use(self, step: Step, written: Written) -> None:
         """Check a used tree in place of the `use`; its outputs are the keys they are bound to."""
-        for value in step.inputs.values():
-            self.value(value, step.mark, written)
-        tree = self.trees[step.tree]
+        tree, targets = self.trees[step.uses], step.results()
         inside = dict(written)
         for name, symbol in tree.outputs.items():
-            target = step.outputs.get(name)
+            target = targets.get(name)
             inside.pop(symbol, None)
             if target is not None and has_value(target, written):
                 inside[symbol] = None
-        bound = {tree.inputs[name]: value for name, value in step.inputs.items()}
+        bound = dict(step.binds(tree.inputs))
         if tree.root:
             with self._at(inputs={**self.place.inputs, **bound}):
                 self._below_events(tree.root, tree.events, inside)
         for name, symbol in tree.outputs.items():
-            if inside.pop(symbol, symbol) is None and name in step.outputs:
-                inside[step.outputs[name]] = None
+            if inside.pop(symbol, symbol) is None and name in targets:
+                inside[targets[name]] = None
         for symbol in [symbol for symbol in written if symbol not in inside]:
             del written[symbol]  # the tree unsets it
         written.update(inside)
@@ -258,14 +220,8 @@ class OrderCheck:
     @once_per_step
     def writes(self, step: Step) -> Written:
         """Return every key that a step may write."""
-        found: Written = {}
-        if isinstance(step, Leaf | Use | FollowWaypoints):
-            found.update(dict.fromkeys(step.outputs.values()))
-        if isinstance(step, Leaf):
-            for value in step.ports.values():
-                if isinstance(value, AssignmentList):
-                    found.update((symbol, None) for symbol, _ in value.assignments)
-        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
+        found: Written = dict.fromkeys(step.writes())
+        used = self.trees[step.uses].roots if step.uses else ()
         for child in (*children_of(step), *used):
             found.update(self.writes(child))
         return found
@@ -277,27 +233,21 @@ class OrderCheck:
         recover, last = step.modifiers.recover, step.modifiers.finally_
         for after_failure in (*(recover.recoveries if recover else ()), *((last,) if last else ())):
             found.update(self.writes(after_failure))
-        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
+        used = self.trees[step.uses].roots if step.uses else ()
         for child in (*children_of(step), *used):
             found.update(self.repairs(child))
         return found
 
     def value(self, value: Value | None, mark: Mark, written: Written) -> None:
         """Check the reads of a port value, and record the writes of `set`."""
-        if isinstance(value, Reference):
-            self.read(value.symbol, mark, written)
-        elif isinstance(value, ListValue):
-            for item in value.items:
-                self.value(item, mark, written)
-        elif isinstance(value, ExpressionValue | Computed):
-            self.expression(value.expression, mark, written)
-        elif isinstance(value, Template):
-            for expression in value.expressions:
-                self.expression(expression, mark, written)
-        elif isinstance(value, AssignmentList):
-            for symbol, expression in value.assignments:
-                self.expression(expression, mark, written)
-                written[symbol] = None
+        if value is None:
+            return
+        for item in value.reads():
+            if isinstance(item, Symbol):
+                self.read(item, mark, written)
+            else:
+                self.expression(item, mark, written)
+        written.update(dict.fromkeys(value.writes()))
 
     def expression(self, expression: CheckedExpression, mark: Mark, written: Written) -> None:
         """Check the reads of an expression; a key tested with `is set` needs no value."""
@@ -327,8 +277,8 @@ class OrderCheck:
         place = self.place
         later = {**place.later, **self.changed}
         known = KnownValues(written, later, place.inputs, place.attempts, self.unset_at)
-        if word == "wait_until" and place.is_limited:
-            word = "limited wait"
+        if word == WAIT and place.is_limited:
+            word = LIMITED_WAIT
         self.verdicts.note(word, condition, owner, mark, known)
 
     @contextmanager
@@ -340,10 +290,12 @@ class OrderCheck:
 
 def _runs_again(step: Step) -> bool:
     modifiers = step.modifiers
-    return bool(
-        modifiers.repeat or modifiers.retry or modifiers.recover
-        or isinstance(step, ForEach) or step.kind in _AGAIN
-    )  # fmt: skip
+    return bool(modifiers.repeat or modifiers.retry or modifiers.recover or step.starts_again)
+
+
+def _word_of(step: Step) -> str:
+    """Return how a node evaluates its conditions: once, or until they are true."""
+    return CHECK if step.ends_at_once else WAIT if step.waits else step.kind
 
 
 def _most(attempts: Value | None) -> int | None:
@@ -357,8 +309,3 @@ def has_value(symbol: Symbol, written: Written) -> bool:
     if symbol.role is Role.KEY:
         return symbol.value is not UNSET or symbol.keep or symbol in written
     return symbol.role is not Role.OUTPUT or symbol in written
-
-
-def name_of(step: Step) -> str:
-    """Return the name of a step for sentences."""
-    return step.name or (step.tree if isinstance(step, Use) else step.kind)

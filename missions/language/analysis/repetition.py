@@ -12,24 +12,11 @@ from missions.language.analysis.claims import (
     steps_of,
     warning,
 )
-from missions.language.analysis.data_flow import body_of, children_of
-from missions.language.analysis.key_flow import own_writes
-from missions.language.analysis.order import name_of
-from missions.language.analysis.outcomes import OutcomeCheck, has_end, is_endless
-from missions.language.analysis.time_limits import INSTANT
-from missions.language.model import (
-    Composite,
-    Event,
-    ForEach,
-    Leaf,
-    Modifiers,
-    Step,
-    Tree,
-    Use,
-)
+from missions.language.analysis.data_flow import children_of
+from missions.language.analysis.outcomes import OutcomeCheck, is_endless
+from missions.language.step import Event, Modifiers, Order, Step, Tree
+from missions.language.values import symbols_in
 from stack.documents import Findings
-
-_AGAIN = ("reactive", "reactive_fallback")
 
 
 class RepetitionCheck:
@@ -69,7 +56,7 @@ class RepetitionCheck:
             ("repeat", modifiers.repeat, "`repeat: 2` runs it twice"),
         ):
             if is_literal(value) and number_of(value) == 1:
-                sentence = f"`{word}: 1` has no effect: {name_of(step)} runs once"
+                sentence = f"`{word}: 1` has no effect: {step.title} runs once"
                 self.findings.warning("W124", mark_of(value, step.mark), sentence, more)
 
     def _recoveries(self, step: Step) -> None:
@@ -79,7 +66,7 @@ class RepetitionCheck:
             return
         most, count = number_of(recover.attempts), len(recover.recoveries)
         for recovery in recover.recoveries:
-            self._ends(recovery, f"the recovery {name_of(recovery)}")
+            self._ends(recovery, f"the recovery {recovery.title}")
         if most is None or not is_literal(recover.attempts) or most > count:
             return
         mark = mark_of(recover.attempts, step.mark)
@@ -88,7 +75,7 @@ class RepetitionCheck:
             sentence = "no recovery ever runs: there is a single attempt"
             self.findings.error("E166", mark, sentence, hint)
             return
-        unused = ", ".join(name_of(item) for item in recover.recoveries[int(most) - 1 :])
+        unused = ", ".join(item.title for item in recover.recoveries[int(most) - 1 :])
         sentence = f"with {most:g} attempts {unused} never runs: {count} recoveries"
         self.findings.warning("W125", mark, sentence, hint)
 
@@ -99,10 +86,10 @@ class RepetitionCheck:
         endless = next(_endless_below(step), None)
         if endless is not None:
             why = "repeats forever" if is_endless(endless) else "has no end"
-            sentence = f"{what} never ends: {name_of(endless)} {why}"
+            sentence = f"{what} never ends: {endless.title} {why}"
             hint = "repeat it a number of times, or put a `timeout` around it"
-            if isinstance(endless, Leaf) and not is_endless(endless):
-                hint = f"set {' or '.join(endless.behaviour.ends_by)}, or a `timeout`"
+            if not is_endless(endless):
+                hint = f"set {' or '.join(endless.missing_ends())}, or a `timeout`"
             self.findings.error("E167", endless.mark, sentence, hint)
         elif not ends.failure:
             sentence = f"{what} never ends, so the mission never continues"
@@ -112,19 +99,19 @@ class RepetitionCheck:
         """Check a step and everything below it; `again`: it can run again after its end."""
         modifiers = step.modifiers
         repeated = bool(modifiers.repeat or modifiers.retry or modifiers.recover)
-        inside = again or repeated or isinstance(step, ForEach) or step.kind in _AGAIN
+        inside = again or repeated or step.starts_again
         self._every(step, again=again or repeated)
         self._too_often(step)
-        if isinstance(step, Composite) and step.kind == "round_robin":
+        if step.order is Order.IN_TURN:
             self._rotation(step, again=again or repeated)
         if modifiers.finally_ is not None:
             self._visit(modifiers.finally_, again)
-        for child in body_of(step):
+        for child in step.children():
             self._visit(child, inside)
         for recovery in modifiers.recover.recoveries if modifiers.recover else ():
             self._visit(recovery, True)
-        if isinstance(step, Use):
-            tree = self.trees[step.tree]
+        if step.uses:
+            tree = self.trees[step.uses]
             if tree.root is not None:
                 self._visit(tree.root, inside)
             for event in tree.events:
@@ -136,7 +123,7 @@ class RepetitionCheck:
         mark = mark_of(step.modifiers.every, step.mark)
         finding = None
         if not again:
-            sentence = f"`every` has no effect: {name_of(step)} runs once"
+            sentence = f"`every` has no effect: {step.title} runs once"
             hint = "put it below a `reactive` or a `repeat`, or remove it"
             finding = warning("W126", mark, sentence, hint)
         self.claims.claim(finding, "W126", step)
@@ -146,21 +133,21 @@ class RepetitionCheck:
         until = step.modifiers.until
         endless = is_endless(step)
         if until is not None and not endless:
-            written = {symbol for node in steps_of(step) for symbol in own_writes(node)}
-            endless = not written & {*until.read.values(), *until.tested.values()}
+            written = {symbol for node in steps_of(step) for symbol in node.changes()}
+            endless = not written & {*symbols_in(until)}
         if endless and step.modifiers.every is None and _is_instant(step):
-            sentence = f"{name_of(step)} repeats on every tick of the tree"
+            sentence = f"{step.title} repeats on every tick of the tree"
             hint = "add `every: 5 s`, or a `wait` in a sequence"
             self.claims.claim(warning("W127", step.mark, sentence, hint), "W127", step)
 
-    def _rotation(self, step: Composite, *, again: bool) -> None:
+    def _rotation(self, step: Step, *, again: bool) -> None:
         finding = None
         certain = next(
-            (child for child in step.children[:-1] if not self.outcomes.outcomes(child).failure),
+            (child for child in step.children()[:-1] if not self.outcomes.outcomes(child).failure),
             None,
         )
         if not again and certain is not None:
-            sentence = f"the round_robin runs once, and {name_of(certain)} cannot fail: "
+            sentence = f"the round_robin runs once, and {certain.title} cannot fail: "
             sentence += "the children after it never run"
             hint = "put it below a `repeat`, or use a sequence"
             finding = warning("W128", step.mark, sentence, hint)
@@ -171,12 +158,10 @@ def _is_instant(step: Step) -> bool:
     """Return whether a step only says and sets: it always ends in the tick in which it starts."""
     if step.modifiers.recover is not None or step.modifiers.finally_ is not None:
         return False
-    if isinstance(step, Leaf):
-        return step.kind in INSTANT and step.kind != "check"
-    if not isinstance(step, Composite) or step.kind not in ("sequence", "parallel"):
-        return False
-    plain = all(child.modifiers == Modifiers() for child in step.children)
-    return plain and all(map(_is_instant, step.children))
+    if step.uses or step.order is Order.NONE:
+        return step.ends_at_once and not any(step.conditions())
+    plain = all(child.modifiers == Modifiers() for child in step.children())
+    return plain and all(map(_is_instant, step.children()))
 
 
 def _endless_below(step: Step) -> Iterator[Step]:
@@ -185,7 +170,7 @@ def _endless_below(step: Step) -> Iterator[Step]:
         yield step
     if step.modifiers.timeout is not None:
         return
-    if isinstance(step, Leaf) and not has_end(step):
+    if step.missing_ends():
         yield step
     for child in children_of(step):
         yield from _endless_below(child)

@@ -3,38 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 
 from missions.language.analysis.claims import Claims, steps_of, warning
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
-from missions.language.analysis.key_flow import own_writes
-from missions.language.analysis.order import name_of
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import Role
 from missions.language.expressions.terms import Binary, Literal, Named, Term
-from missions.language.model import (
-    Composite,
-    Constant,
-    Event,
-    ExpressionValue,
-    FollowWaypoints,
-    ForEach,
-    Leaf,
-    Modifiers,
-    Step,
-    Switch,
-    Tree,
-    Use,
-)
+from missions.language.step import Event, Modifiers, Order, Step, Tree
+from missions.language.values import symbols_in
 from stack.documents import Findings
 
-_NEEDS_TWO = {
-    "fallback": "there is no alternative to {child}",
-    "reactive_fallback": "there is no alternative to {child}",
-    "parallel": "nothing runs beside {child}",
-    "round_robin": "there is nothing to rotate",
-    "reactive": "there is no condition that {child} depends on",
-}
 _MEASURED = ("battery.charge", "robot.speed", "robot.turning", "localisation.health",
              "localisation.deviation", "pose.x", "pose.y", "pose.heading", "time")  # fmt: skip
 
@@ -52,9 +30,9 @@ class StructureCheck:
         for start in roots:
             for step in steps_of(start):
                 self._one_child(step)
-                self._nothing(step)
-                self._same_drive(step)
-                for condition in _conditions(step):
+                self.findings.items += step.problems()
+                self._same_goal(step)
+                for condition in (*step.modifiers.conditions(), *step.conditions()):
                     self._equality(condition)
         for event in events:
             self._equality(event.when)
@@ -68,46 +46,19 @@ class StructureCheck:
         self.claims.report()
 
     def _one_child(self, step: Step) -> None:
-        if isinstance(step, Composite) and step.kind in _NEEDS_TWO and len(step.children) == 1:
-            child = name_of(step.children[0])
-            why = _NEEDS_TWO[step.kind].format(child=child)
+        children = step.children()
+        if step.without_sibling and len(children) == 1:
+            why = step.without_sibling.format(child=children[0].title)
             sentence = f"a {step.kind} of one child has no effect: {why}"
             self.findings.warning(
                 "W132", step.mark, sentence, "add a child, or write the child alone"
             )
 
-    def _nothing(self, step: Step) -> None:
-        if isinstance(step, ForEach) and isinstance(step.items, Constant):
-            if not step.items.value and step.items.is_written:
-                sentence = f"the list of {step.kind} is empty: nothing runs"
-                mark = step.items.mark or step.mark
-                self.findings.warning("W133", mark, sentence, "add items, or remove the node")
-        if isinstance(step, Leaf) and step.kind == "wait":
-            time = step.ports.get("time")
-            if isinstance(time, Constant) and time.value == 0.0 and time.is_written:
-                mark = time.mark or step.mark
-                self.findings.warning("W133", mark, "a wait of 0 s has no effect", "remove it")
-
-    def _same_drive(self, step: Step) -> None:
-        """Report a drive to the goal that the node before has just reached."""
-        if isinstance(step, Composite) and step.kind == "sequence":
-            for first, second in zip(step.children, step.children[1:], strict=False):
-                if _arrives(first) and _goal(first) == _goal(second):
-                    sentence = f"the robot is already there: line {first.mark.line} drives to the "
-                    sentence += "same goal"
-                    self.findings.warning(
-                        "W134", second.mark, sentence, "use another goal, or remove it"
-                    )
-        if isinstance(step, FollowWaypoints) and isinstance(step.items, Constant):
-            poses = step.items.value
-            for number, (one, other) in enumerate(pairwise(poses), 2):
-                if one == other and step.items.is_written:
-                    mark = step.items.items[number - 1] if step.items.items else step.mark
-                    sentence = f"waypoint {number} is the same as waypoint {number - 1}"
-                    self.findings.warning("W134", mark, sentence, "remove one of them")
+    def _same_goal(self, step: Step) -> None:
+        """Report a recovery that drives to the goal of its node."""
         recover = step.modifiers.recover
         for recovery in recover.recoveries if recover else ():
-            if _goal(step) is not None and _goal(recovery) == _goal(step):
+            if step.goal is not None and recovery.goal == step.goal:
                 sentence = "the recovery drives to the goal that has just failed"
                 hint = "clear the costmap, turn, or back up; it tries again by itself"
                 self.findings.warning("W134", recovery.mark, sentence, hint)
@@ -133,9 +84,9 @@ class StructureCheck:
         if event.then != "restart":
             return
         names = {item.name for _, item in event.when.term.named() if isinstance(item, Named)}
-        written = {symbol for step in steps_of(event.step) for symbol in own_writes(step)}
-        used = {*event.when.read.values(), *event.when.tested.values()}
-        if any(isinstance(step, Use) for step in steps_of(event.step)) or used & written:
+        written = {symbol for step in steps_of(event.step) for symbol in step.changes()}
+        used = {*symbols_in(event.when)}
+        if any(step.uses for step in steps_of(event.step)) or used & written:
             return
         if what != "mission" and not all(symbol.role is Role.ARGUMENT for symbol in used):
             return
@@ -170,24 +121,19 @@ class StructureCheck:
 
     def _below(self, step: Step, lasting: Around, starting: Around) -> None:
         """Check the children of a node and its tree."""
-        if isinstance(step, Composite | Switch):
-            self._children(step, lasting, starting)
-        elif isinstance(step, ForEach):
-            self._exclusive(step.child, lasting, ())
-        elif isinstance(step, Use):
-            tree = self.trees[step.tree]
+        for child in step.children():
+            begins_with = starting if step.order is not Order.REPEATED else ()
+            self._exclusive(child, lasting, begins_with)
+            if step.order is Order.AFTER_SUCCESS and _is_plain_check(child):
+                starting = (*starting, *_checks(child))
+            elif step.order not in (Order.TOGETHER, Order.ONE):
+                starting = ()
+        if step.uses:
+            tree = self.trees[step.uses]
             if tree.root is not None:
                 self._exclusive(tree.root, lasting, starting)
             for event in tree.events:
                 self._exclusive(event.step, lasting, ())
-
-    def _children(self, step: Composite | Switch, lasting: Around, starting: Around) -> None:
-        for child in step.children:
-            self._exclusive(child, lasting, starting)
-            if step.kind in ("sequence", "reactive") and _is_plain_check(child):
-                starting = (*starting, *_checks(child))
-            elif step.kind not in ("parallel", "switch"):
-                starting = ()
 
     def _against(self, step: Step, condition: CheckedExpression, around: Around) -> None:
         own = list(conjuncts(condition.term))
@@ -213,39 +159,12 @@ def _reads_keys(condition: CheckedExpression) -> bool:
 
 
 def _is_plain_check(step: Step) -> bool:
-    return step.kind == "check" and step.modifiers == Modifiers()
+    return bool(_checks(step)) and step.modifiers == Modifiers()
 
 
 def _checks(step: Step) -> tuple[CheckedExpression, ...]:
     """Return the condition of a `check`."""
-    if not isinstance(step, Leaf) or step.kind != "check":
-        return ()
-    ports = step.ports.values()
-    return tuple(value.expression for value in ports if isinstance(value, ExpressionValue))
-
-
-def _conditions(step: Step) -> list[CheckedExpression]:
-    modifiers = step.modifiers
-    unless = modifiers.recover.unless if modifiers.recover else None
-    every = (modifiers.when, modifiers.while_, modifiers.until, unless)
-    found = [item for item in every if item is not None]
-    ports = step.ports.values() if isinstance(step, Leaf) else ()
-    return found + [value.expression for value in ports if isinstance(value, ExpressionValue)]
-
-
-def _goal(step: Step) -> object:
-    """Return the constant goal of a drive."""
-    if isinstance(step, Leaf) and step.kind == "navigate_to_pose" and not step.modifiers.when:
-        value = step.ports.get("goal")
-        return value.value if isinstance(value, Constant) else None
-    return None
-
-
-def _arrives(step: Step) -> bool:
-    """Return whether the robot stands at a constant goal after the success of a step."""
-    modifiers = step.modifiers
-    elsewhere = modifiers.keep_going or modifiers.invert or modifiers.finally_ is not None
-    return _goal(step) is not None and not elsewhere
+    return tuple(step.conditions()) if step.ends_at_once else ()
 
 
 def _only_grows(term: Term) -> bool:

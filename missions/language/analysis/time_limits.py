@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,24 +14,10 @@ from missions.language.analysis.claims import (
     seconds,
     warning,
 )
-from missions.language.analysis.data_flow import body_of, once_per_step
-from missions.language.analysis.order import name_of
-from missions.language.model import (
-    Composite,
-    Constant,
-    Event,
-    ForEach,
-    Leaf,
-    Step,
-    Switch,
-    Tree,
-    Use,
-    Value,
-)
+from missions.language.analysis.data_flow import once_per_step
+from missions.language.step import Event, Step, Tree
+from missions.language.values import Value
 from stack.documents import Finding, Findings
-
-INSTANT = ("say", "set", "check")
-"""Behaviours that always end in their first tick."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +50,7 @@ class TimeLimitCheck:
         again = modifiers.retry or modifiers.recover or modifiers.repeat
         if own is not None and not again and modifiers.finally_ is None:
             if limit is None or own < limit.seconds:
-                limit = _Limit(own, name_of(root), root.mark.line)
+                limit = _Limit(own, root.title, root.mark.line)
         for event in events:
             hold, finding = number_of(event.hold), None
             if limit is not None and hold and hold >= limit.seconds and is_literal(event.hold):
@@ -86,19 +72,17 @@ class TimeLimitCheck:
         own = number_of(modifiers.timeout)
         inner = limit
         if own is not None and (limit is None or own < limit.seconds):
-            inner = _Limit(own, name_of(step), mark_of(modifiers.timeout, step.mark).line)
-        if isinstance(step, Leaf) and step.kind != "wait":
-            for name, declared in step.behaviour.ports.items():
-                if declared.unit == "s" and name in step.ports:
-                    self._applies(f"{name} of", step.ports[name], step, inner, name)
-        for child in body_of(step):
+            inner = _Limit(own, step.title, mark_of(modifiers.timeout, step.mark).line)
+        for name, value in step.limits().items():
+            self._applies(f"{name} of", value, step, inner, name)
+        for child in step.children():
             self.step(child, inner)
         for recovery in modifiers.recover.recoveries if modifiers.recover else ():
             self.step(recovery, limit)
         if modifiers.finally_ is not None:
             self.step(modifiers.finally_, limit)
-        if isinstance(step, Use):
-            self._tree(self.trees[step.tree], inner)
+        if step.uses:
+            self._tree(self.trees[step.uses], inner)
 
     def _tree(self, tree: Tree, limit: _Limit | None) -> None:
         if tree.root is not None:
@@ -130,13 +114,13 @@ class TimeLimitCheck:
         if limit is None:
             return
         mark = mark_of(timeout, step.mark)
-        if isinstance(step, Leaf) and step.kind in INSTANT:
+        if step.ends_at_once:
             sentence = f"the timeout has no effect: {step.kind} ends at once"
             self.claims.claim(warning("W123", mark, sentence, "remove it"), "W123", step)
         needed = self.least(step)
         if needed <= limit:
             return
-        name = name_of(step)
+        name = step.title
         sentence = f"{name} always times out: it takes at least {seconds(needed)}, "
         sentence += f"but its timeout is {seconds(limit)}"
         hint = f"use a timeout above {seconds(needed)}"
@@ -145,19 +129,9 @@ class TimeLimitCheck:
     @once_per_step
     def least(self, step: Step) -> float:
         """Return the shortest time in which one attempt of a step can succeed, seconds."""
-        if isinstance(step, Leaf):
-            return (number_of(step.ports.get("time")) or 0.0) if step.kind == "wait" else 0.0
-        if isinstance(step, Use):
-            root = self.trees[step.tree].root
-            return self.total(root) if root is not None else 0.0
-        if isinstance(step, ForEach):
-            items = step.items.value if isinstance(step.items, Constant) else ()
-            return 0.0 if step.skip_failures else len(items) * self.total(step.child)
-        if isinstance(step, Composite):
-            return self._of_children(step)
-        if isinstance(step, Switch):
-            return min((self.total(child) for child in step.children), default=0.0)
-        return 0.0
+        root = self.trees[step.uses].root if step.uses else None
+        below = step.children() if root is None else (root,)
+        return step.least_time([self.total(child) for child in below])
 
     def total(self, step: Step) -> float:
         """Return the shortest time in which a step with its modifiers can succeed, seconds."""
@@ -171,11 +145,3 @@ class TimeLimitCheck:
             times = number_of(modifiers.repeat) or 1.0
         last = self.total(modifiers.finally_) if modifiers.finally_ is not None else 0.0
         return times * self.least(step) + last
-
-    def _of_children(self, step: Composite) -> float:
-        times: Iterable[float] = [self.total(child) for child in step.children]
-        if step.kind in ("sequence", "reactive"):
-            return sum(times) if step.kind == "sequence" else max(times, default=0.0)
-        if step.kind == "parallel":
-            return sorted(times)[step.needed - 1] if step.needed else 0.0
-        return min(times, default=0.0)

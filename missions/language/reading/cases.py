@@ -8,7 +8,6 @@ from math import inf
 from typing import Any
 
 from missions.language.analysis.data_flow import children_of
-from missions.language.analysis.outcomes import leaf_outcomes
 from missions.language.case_model import (
     FAILURE,
     RUNNING,
@@ -24,11 +23,12 @@ from missions.language.expressions.scope import Scope
 from missions.language.expressions.value_types import type_of
 from missions.language.foreign_words import MOCK_WORDS, meant_or_near
 from missions.language.keys import CASE, EXPECTATION, MOCK, STATUS_WORDS, TAKES, WITHIN
-from missions.language.model import Constant, Event, Leaf, Step, Tree, Unset, Use
 from missions.language.reading.declarations import Layer
 from missions.language.reading.port_expressions import text_of
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole, Words
+from missions.language.step import Event, Step, Tree
+from missions.language.values import Constant
 from stack.documents import Findings, Mark, Node
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
@@ -371,29 +371,26 @@ def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
     """Return the outputs of everything that can be mocked, by each of its names."""
     found: dict[str, dict[str, Declaration]] = {}
     for step in _steps(known.roots):
-        outputs: dict[str, Declaration] = {}
-        if isinstance(step, Leaf):
-            outputs = dict(step.behaviour.outputs)
-        elif isinstance(step, Use):
-            tree = known.trees[step.tree]
-            outputs = {name: symbol.type.declaration(name) for name, symbol in tree.outputs.items()}
-        else:
-            continue
-        for name in (step.name, step.tree if isinstance(step, Use) else step.kind):
-            if name:
-                found.setdefault(name, {}).update(outputs)
+        outputs = step.mock_outputs(known.trees[step.uses].outputs if step.uses else {})
+        for name in step.names if outputs is not None else ():
+            found.setdefault(name, {}).update(outputs or {})
     return found
 
 
 def _names_that_never_fail(known: MissionNames) -> set[str]:
     """Return the names whose behaviours all succeed if they end: `wait`, `say`."""
-    leaves = [step for step in _steps(known.roots) if isinstance(step, Leaf)]
-    can_fail = [step for step in leaves if leaf_outcomes(step).failure]
-    fail = {name for step in can_fail for name in (step.name, step.kind)}
-    return {name for step in leaves for name in (step.name, step.kind)} - fail
+    leaves = [
+        step for step in _steps(known.roots)
+        if not step.uses and step.mock_outputs({}) is not None
+    ]  # fmt: skip
+    fail = {name for step in leaves if step.outcomes(()).failure for name in step.names}
+    return {name for step in leaves for name in step.names} - fail
 
 
 def _unmockable_names(known: MissionNames) -> list[str]:
     named = [step.name for step in _steps(known.roots) if step.name]
-    named += [step.kind for step in _steps(known.roots) if isinstance(step, Unset)]
+    unmocked = [
+        step for step in _steps(known.roots) if not step.uses and step.mock_outputs({}) is None
+    ]
+    named += [step.own_name for step in unmocked if step.own_name]
     return [*named, *(event.name for event in known.all_events)]

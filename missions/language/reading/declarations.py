@@ -20,10 +20,11 @@ from missions.language.expressions.value_types import (
 )
 from missions.language.foreign_words import ARGUMENT_WORDS, KEY_WORDS, TYPES
 from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, KEEP, OPTIONAL, TREE
-from missions.language.model import Constant, Tree
 from missions.language.reading.port_expressions import text_of
 from missions.language.reading.values import IDENTIFIER, ValueReader
 from missions.language.reading.words import WordRole
+from missions.language.step import Tree
+from missions.language.values import Constant
 from stack.documents import Findings, Mark, Node, Section, read_text
 from stack.errors import InputError, ParameterError
 from stack.parameters import Declaration, quantity_unit, suggestion, units

@@ -5,10 +5,11 @@ from __future__ import annotations
 from missions.language.expressions.expression import NameContext
 from missions.language.foreign_words import EVENT_WORDS, THEN_MEANINGS, meant_or_near
 from missions.language.keys import AGAIN, EVENT, HOLD, THEN_WORDS, required
-from missions.language.model import Constant, Event, Value
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import IDENTIFIER
 from missions.language.reading.words import WordRole
+from missions.language.step import Event
+from missions.language.values import Constant, Value
 from stack.documents import Node
 
 NO_HOLD = Constant(0.0)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from missions.language.expressions.scope import Scope
 from missions.language.keys import TREE_FILE
-from missions.language.model import Tree
 from missions.language.reading.declarations import DeclarationReader, Layer
+from missions.language.step import Tree
 from stack.documents import Finding, Mark, Node, Section, read_file
 from stack.errors import InputError
 
@@ -105,7 +105,7 @@ class IncludeReader:
         return self.files[key]
 
     def _read(self, top: Node, path: Path, above: tuple[Path, ...]) -> TreeFile:
-        self.declarations.words.top(top, "tree file")
+        self.declarations.words.top(top, "tree file", TREE_FILE)
         section = Section(top, self.findings, "an included file", "E101", [*TREE_FILE])
         for word in ("doc", "format"):
             section.node_of(word)

@@ -21,7 +21,7 @@ from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
 from missions.language.keys import MISSION, RESERVED
-from missions.language.model import Catalogue, Event, Mission, Resources, Step, Tree
+from missions.language.model import Catalogue, Mission, Resources
 from missions.language.reading.cases import CaseReader, MissionNames
 from missions.language.reading.declarations import DeclarationReader, Layer, Overrides
 from missions.language.reading.events import EventReader
@@ -32,6 +32,7 @@ from missions.language.reading.robot import HeaderValues
 from missions.language.reading.trees import read_bodies
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import Draft, Words
+from missions.language.step import Event, Step, Tree
 from stack.documents import Finding, Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.types import Pose2D
@@ -73,7 +74,7 @@ def read_mission(
     draft = draft or Draft()
     document = read_document(path, "mission", draft.text, keys)
     top = Section(document, Findings(), "the mission", "E101", keys)
-    draft.words.top(document, "mission")
+    draft.words.top(document, "mission", MISSION)
     reading = _Reading(top, path, resources or Resources(), draft.words)
     return reading.mission(catalogue_for, overrides or {})
 
@@ -221,8 +222,8 @@ class _Reading:
         order.mission(root, events)
         roots = [*starts, *_roots_of(trees)]
         for use in (use for step in roots for use in uses_of(step)):
-            if use.tree in own:
-                warn_of_other_meaning(use, own[use.tree], scope, self.findings)
+            if use.uses in own:
+                warn_of_other_meaning(use, own[use.uses], scope, self.findings)
         outcomes = OutcomeCheck(trees, self.findings, order.verdicts.dead_waits())
         for step in roots:
             outcomes.step(step)

@@ -19,15 +19,15 @@ from missions.language.keys import (
     TIMES,
     Keys,
 )
-from missions.language.kinds import LOOPS
-from missions.language.model import Constant, Modifiers, Recover, Retry, Step, Value
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
-from stack.documents import Mark, Node
+from missions.language.step import Head, Modifiers, Order, Recover, Retry, Step
+from missions.language.values import Constant, Value
+from stack.documents import Node
 from stack.parameters import Declaration, suggestion
 
 ReadNode = Callable[[Node, NameContext], Step | None]
-ReadChildren = Callable[[Node | None, str, Mark, NameContext], list[Step]]
+ReadChildren = Callable[[Node | None, Head, NameContext, Order], tuple[Step, ...]]
 RawModifiers = Mapping[str, tuple[Node, Node]]
 """Modifier -> nodes of its key and its value."""
 
@@ -50,8 +50,13 @@ class ModifierReader:
         self.values, self.findings = values, values.findings
         self.node, self.children = node, children
 
-    def read(self, kind: str, raw: RawModifiers, context: NameContext) -> Modifiers:
-        """Return the modifiers; report and skip invalid ones."""
+    def read(
+        self, kind: str, raw: RawModifiers, context: NameContext, *, is_loop: bool = False
+    ) -> Modifiers:
+        """Return the modifiers; report and skip invalid ones.
+
+        The `on_failure` of a loop is for each item, and not a modifier of the loop.
+        """
         for key, _ in raw.values():
             self.values.words.add(key, WordRole.MODIFIER, context.scope, kind)
         inside = replace(context, knows_attempt=True)
@@ -59,7 +64,7 @@ class ModifierReader:
             when=self._condition(raw, "when", context),
             finally_=self.node(raw["finally"][1], context) if "finally" in raw else None,
             while_=self._condition(raw, "while", context),
-            keep_going=self._keeps_going(raw) and kind not in LOOPS,
+            keep_going=self._keeps_going(raw) and not is_loop,
             invert=self._inverts(raw),
             repeat=self._repeat(raw, context),
             until=self._until(raw, context),
@@ -170,8 +175,9 @@ class ModifierReader:
         misnamed = any(("recover", str(key.value)) in _HINTS for key, _ in node.entries)
         if misnamed and node.get("round_robin") is None:
             return None  # one finding for one mistake
-        steps = self.children(node.get("round_robin"), "round_robin", key.mark, handling)
-        return Recover(attempts, condition, tuple(steps)) if attempts else None
+        head = Head("round_robin", key.mark, "", Modifiers())
+        steps = self.children(node.get("round_robin"), head, handling, Order.IN_TURN)
+        return Recover(attempts, condition, steps) if attempts else None
 
     def _needed(self, word: str, node: Node, context: NameContext) -> Value | None:
         given = node.get("attempts")

@@ -7,49 +7,23 @@ from dataclasses import replace
 
 from behaviours.catalogue import BehaviourKind
 from missions.language.expressions.expression import NameContext
-from missions.language.expressions.scope import UNSET, Role, Symbol
-from missions.language.expressions.shown import shown
-from missions.language.expressions.texts import formatter
-from missions.language.expressions.value_types import type_of
+from missions.language.expressions.scope import Symbol
 from missions.language.foreign_words import MODIFIERS as WORDS
 from missions.language.foreign_words import modifier_hint, node_meaning, plain
-from missions.language.keys import (
-    MODIFIERS,
-    ONLY_FOR,
-    PARALLEL,
-    SUCCEED_ON,
-    SUCCEED_WORDS,
-)
-from missions.language.kinds import FOLLOW_WAYPOINTS, NODES
-from missions.language.model import (
-    Catalogue,
-    Composite,
-    Constant,
-    ForEach,
-    Leaf,
-    Step,
-    Tree,
-    Use,
-)
-from missions.language.reading.branches import (
-    check_failure_code,
-    loop_hint,
-    read_switch,
-    read_unset,
-)
+from missions.language.keys import MODIFIERS
+from missions.language.kinds import NODES, node_types
+from missions.language.kinds.kind import Written
+from missions.language.kinds.leaf import read_leaf
+from missions.language.model import Catalogue
 from missions.language.reading.commas import report_cut_expression
-from missions.language.reading.modifiers import ModifierReader, RawModifiers, keeps_going, value_in
-from missions.language.reading.ports import Owner, PortReader
-from missions.language.reading.values import IDENTIFIER, ValueReader
-from missions.language.reading.waypoints import (
-    WAYPOINT_OUTPUTS,
-    WAYPOINTS,
-    waypoint_loop,
-    waypoint_symbols,
-)
+from missions.language.reading.modifiers import ModifierReader, RawModifiers, value_in
+from missions.language.reading.ports import PortReader
+from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
-from stack.documents import Findings, Mark, Node, is_one_line
-from stack.parameters import REQUIRED, suggestion
+from missions.language.sections import ONLY_FOR
+from missions.language.step import Head, Order, Step, Tree
+from stack.documents import Findings, Node, is_one_line
+from stack.parameters import suggestion
 
 
 class NodeReader:
@@ -67,7 +41,7 @@ class NodeReader:
         self.findings: Findings = values.findings
         self.ports = PortReader(values)
         self.modifiers = ModifierReader(values, self.read, self.children)
-        self.known = [*NODES, *catalogue.names()]
+        self.known = node_types(catalogue)
 
     def read(self, node: Node, context: NameContext) -> Step | None:
         """Read a node; None after a finding."""
@@ -146,25 +120,18 @@ class NodeReader:
             self._misplaced(kind, raw)
         if kind not in ONLY_FOR["do"]:
             self.skim(value_in(raw, "do"), context)
-        modifiers = self.modifiers.read(kind, raw, context)
+        is_loop = kind in NODES and NODES[kind].is_loop
+        modifiers = self.modifiers.read(kind, raw, context, is_loop=is_loop)
         name = self._label(raw)
         within = context
         if modifiers.retry or modifiers.recover:
             within = replace(context, knows_attempt=True)
-        start = Step(kind, head.mark, name, modifiers)
-        if kind == "use":
-            return self._use(start, body, raw, within)
-        if kind == "for_each":
-            return self._for_each(start, body, raw, within)
-        if kind == FOLLOW_WAYPOINTS:
-            return self._follow_waypoints(start, body, raw, within)
-        if kind == "switch":
-            return read_switch(self, start, body, within)
-        if kind == "unset":
-            return read_unset(self, start, body, within)
-        if kind in NODES:
-            return self._composite(start, body, within)
-        return self._leaf(start, head, body, raw, within)
+        written = Written(Head(kind, head.mark, name, modifiers), body, raw)
+        read = NODES[kind].read if kind in NODES else None
+        if read is not None:
+            return read(self, written, within)
+        behaviour = self._behaviour(head)
+        return read_leaf(self, behaviour, written, within) if behaviour else None
 
     def _misplaced(self, kind: str, raw: RawModifiers) -> None:
         for word, owners in ONLY_FOR.items():
@@ -191,17 +158,16 @@ class NodeReader:
             return ""
         return node.value
 
-    # Composites
-
     def children(
-        self, node: Node | None, kind: str, mark: Mark, context: NameContext
-    ) -> list[Step]:
-        """Read a list of children; report and skip invalid ones."""
+        self, node: Node | None, head: Head, context: NameContext, order: Order
+    ) -> tuple[Step, ...]:
+        """Read a list of nodes that run in this order; report and skip invalid ones."""
+        kind = head.kind
         if node is None or not node.is_sequence or not node.items:
             got = "nothing" if node is None else node.words()
             if node is not None and node.is_sequence:
                 got = "an empty list"
-            place = node.mark if node is not None and node.value is not None else mark
+            place = node.mark if node is not None and node.value is not None else head.mark
             is_mapping = node is not None and node.is_mapping
             hint = (
                 "write `- ` in front of each node" if is_mapping else f"write {kind}: [NODE, NODE]"
@@ -209,101 +175,18 @@ class NodeReader:
             self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}", hint)
             if node is not None and node.value is not None and not node.is_sequence:
                 self.skim(node, context)
-            return []
-        handles_failure = NODES[kind].handles_failure
-        steps: list[Step] = []
-        for number, item in enumerate(node.items):
-            later = number > 0 and handles_failure
-            step = self.read(item, replace(context, knows_error=context.knows_error or later))
-            steps += [step] if step else []
-        return steps
-
-    def _composite(self, start: Step, body: Node | None, context: NameContext) -> Composite:
-        succeed_on: Node | None = None
-        if body is not None and start.kind == "parallel" and body.is_mapping:
-            given, succeed_on = body.get("do"), body.get("succeed_on")
-            self.values.words.keys(body, "parallel", context.scope)
-            for key, _ in body.entries:
-                if key.value not in PARALLEL:
-                    hint = suggestion(str(key.value), PARALLEL)
-                    self.findings.error(
-                        "E130", key.mark, f"parallel has no key {key.value!r}", hint
-                    )
-            body = given
-        children = tuple(self.children(body, start.kind, start.mark, context))
-        needed = self._needed(succeed_on, len(children), context)
-        return Composite(start.kind, start.mark, start.name, start.modifiers, children, needed)
-
-    def _needed(self, node: Node | None, children: int, context: NameContext) -> int:
-        if node is None or node.value in SUCCEED_WORDS:
-            return children if node is None or node.value == SUCCEED_WORDS[0] else 1
-        if isinstance(node.value, str) and node.value.isalpha():
-            sentence = f"succeed_on: expected a whole number, got {node.words()}"
-            self.findings.error("E132", node.mark, sentence, "write all, one or a number")
-            return children
-        value = self.values.value(SUCCEED_ON, node, context, options=SUCCEED_WORDS)
-        if value is not None and not isinstance(value, Constant):
-            sentence = "succeed_on must be known before the mission runs"
-            self.findings.error("E132", node.mark, sentence, "write a number or an argument")
-        needed = value.value if isinstance(value, Constant) else children
-        if children and needed > children:
-            amount = "1 child" if children == 1 else f"{children} children"
-            sentence = f"succeed_on is {needed}, but the parallel has {amount}"
-            self.findings.error("E132", node.mark, sentence)
-        return int(needed)
-
-    def _for_each(
-        self, start: Step, body: Node | None, raw: RawModifiers,
-        context: NameContext,
-    ) -> ForEach | None:  # fmt: skip
-        entries = body.entries if body else []
-        if len(entries) != 1 or not IDENTIFIER.fullmatch(str(entries[0][0].value)):
-            mark = body.mark if body else start.mark
-            sentence = "for_each needs one variable and its list: {shelf: $shelves}"
-            self.findings.error("E124", mark, sentence, loop_hint(body))
-            self.skim(value_in(raw, "do"), context)
-            return None
-        key, node = entries[0]
-        self.values.words.add(key, WordRole.DECLARED, context.scope, "for_each")
-        items, kind = self.values.items(str(key.value), node, context)
-        symbol = Symbol(str(key.value), Role.VARIABLE, kind, key.mark)
-        self.warn_of_hiding(symbol, context)
-        inside = replace(context, scope=context.scope.inside({symbol.name: symbol}))
-        child = self.child(raw.get("do"), start, inside)
-        if items is None or child is None:
-            return None
-        return ForEach(
-            start.kind, start.mark, start.name, start.modifiers,
-            symbol, items, keeps_going(raw), child,
-        )  # fmt: skip
-
-    def _follow_waypoints(
-        self, start: Step, body: Node | None, raw: RawModifiers, context: NameContext
-    ) -> Step | None:
-        drive = self.catalogue.get("navigate_to_pose")
-        if drive is None:
-            sentence = f"{FOLLOW_WAYPOINTS} needs the behaviour navigate_to_pose"
-            self.findings.error("E121", start.mark, sentence)
-            return None
-        owner = Owner(start.kind, start.mark)
-        ports = self.ports.of_behaviour(WAYPOINTS.ports, body, owner, context)
-        outputs = self.ports.outputs(WAYPOINT_OUTPUTS, value_in(raw, "out"), owner, context)
-        symbols = waypoint_symbols(start.mark)
-        for symbol in symbols.values():
-            self.warn_of_hiding(symbol, context)
-        inside = replace(context, scope=context.scope.inside(symbols))
-        task = self.child(raw["do"], start, inside) if "do" in raw else None
-        if "waypoints" not in ports or ("do" in raw and task is None):
-            return None
-        loop = waypoint_loop(start, drive, ports, symbols, task)
-        return replace(loop, skip_failures=keeps_going(raw), outputs=outputs)
+            return ()
+        later = replace(context, knows_error=context.knows_error or order.handles_failure)
+        steps = [self.read(item, later if number else context)
+                 for number, item in enumerate(node.items)]  # fmt: skip
+        return tuple(step for step in steps if step is not None)
 
     def child(
-        self, entry: tuple[Node, Node] | None, start: Step, context: NameContext
+        self, entry: tuple[Node, Node] | None, head: Head, context: NameContext
     ) -> Step | None:
         """Read the node under `do`."""
         if entry is None:
-            self.findings.error("E124", start.mark, f"{start.kind} needs `do`")
+            self.findings.error("E124", head.mark, f"{head.kind} needs `do`")
             return None
         return self.read(entry[1], context)
 
@@ -314,74 +197,6 @@ class NodeReader:
             where = f" (line {hidden.mark.line})" if hidden.mark.file == symbol.mark.file else ""
             sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}{where}"
             self.findings.warning("W101", symbol.mark, sentence)
-
-    # Leaves
-
-    def _use(
-        self, start: Step, body: Node | None, raw: RawModifiers,
-        context: NameContext,
-    ) -> Use | None:  # fmt: skip
-        word = body.value if body is not None and not body.is_mapping else None
-        tree = self.trees.get(word) if isinstance(word, str) else None
-        if body is not None:
-            self.values.words.add(body, WordRole.TREE, context.scope)
-        if body is None or tree is None:
-            mark = body.mark if body is not None and body.value is not None else start.mark
-            hint = suggestion(str(word), self.trees) if self.trees else "declare it under `trees`"
-            if word in self.known:
-                hint = f"{word} is a behaviour: write `{word}:`"
-            sentence = f"there is no tree {word!r}"
-            if not isinstance(word, str):
-                got = body.words() if body is not None else "nothing"
-                sentence, hint = f"use needs the name of a tree, got {got}", "write `use: NAME`"
-            self.findings.error("E122", mark, sentence, hint)
-            self._skim_passed(raw, context)
-            return None
-        defaults = {
-            name: symbol.value for name, symbol in tree.inputs.items() if symbol.value is not UNSET
-        }
-        declared = {
-            name: symbol.type.declaration(name, default=defaults.get(name, REQUIRED))
-            for name, symbol in tree.inputs.items()
-        }
-        owner = Owner(tree.name, body.mark, is_tree=True, misplaced=raw)
-        inputs = self.ports.by_name(declared, value_in(raw, "with"), owner, context, WordRole.INPUT)
-        for name, value in defaults.items():
-            text = formatter(tree.inputs[name].type, shown)(value)
-            inputs.setdefault(name, Constant(value, text))
-        results = {name: symbol.type for name, symbol in tree.outputs.items()}
-        outputs = self.ports.outputs(results, value_in(raw, "out"), owner, context)
-        return Use(
-            start.kind, start.mark, start.name, start.modifiers, tree.name, inputs, outputs
-        )  # fmt: skip
-
-    def _skim_passed(self, raw: RawModifiers, context: NameContext) -> None:
-        """Record the words under `with` and `out` of an unknown tree."""
-        for word, role in (("with", WordRole.VALUE), ("out", WordRole.TARGET)):
-            given = value_in(raw, word)
-            for _, value in given.entries if given else []:
-                self.values.words.add(value, role, context.scope)
-
-    def _leaf(
-        self, start: Step, head: Node, body: Node | None, raw: RawModifiers, context: NameContext,
-    ) -> Leaf | None:  # fmt: skip
-        kind = self._behaviour(head)
-        if kind is None:
-            return None
-        owner = Owner(start.kind, head.mark, misplaced=raw)
-        ports = self.ports.of_behaviour(kind.ports, body, owner, context)
-        if not kind.bindable:
-            for name, value in ports.items():
-                if not isinstance(value, Constant):
-                    sentence = f"{name}: a port of a plain py_trees class must be a literal"
-                    self.findings.error("E132", head.mark, sentence)
-        if start.kind == "fail":
-            check_failure_code(ports, start.mark, self.findings)
-        results = {name: type_of(declared) for name, declared in kind.outputs.items()}
-        outputs = self.ports.outputs(results, value_in(raw, "out"), owner, context)
-        return Leaf(
-            start.kind, start.mark, start.name, start.modifiers, kind, ports, outputs
-        )  # fmt: skip
 
     def _behaviour(self, head: Node) -> BehaviourKind | None:
         word = str(head.value)

@@ -16,10 +16,10 @@ from missions.language.expressions.value_types import (
 )
 from missions.language.foreign_words import POSE_PARTS, meant_port
 from missions.language.keys import MODIFIERS
-from missions.language.model import Value
 from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
+from missions.language.values import Value
 from stack.documents import Mark, Node
 from stack.parameters import Declaration, suggestion
 

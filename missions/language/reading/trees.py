@@ -10,13 +10,14 @@ from missions.language.analysis.data_flow import check_recursion
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Scope
 from missions.language.keys import TREE_FILE
-from missions.language.model import Catalogue, Tree
+from missions.language.model import Catalogue
 from missions.language.reading.declarations import DeclarationReader
 from missions.language.reading.events import EventReader
 from missions.language.reading.include import IncludeReader
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import Draft
+from missions.language.step import Tree
 from stack.documents import Finding, Findings, Node, read_document
 
 

@@ -31,16 +31,6 @@ from missions.language.expressions.value_types import (
     ValueType,
     type_of,
 )
-from missions.language.model import (
-    AssignmentList,
-    Computed,
-    Constant,
-    ExpressionValue,
-    ListValue,
-    Reference,
-    Template,
-    Value,
-)
 from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.item_types import Mismatch, item_type
 from missions.language.reading.port_expressions import (
@@ -51,6 +41,16 @@ from missions.language.reading.port_expressions import (
     text_of,
 )
 from missions.language.reading.words import WordRole, Words
+from missions.language.values import (
+    AssignmentList,
+    Computed,
+    Constant,
+    ExpressionValue,
+    ListValue,
+    Reference,
+    Template,
+    Value,
+)
 from stack.documents import Findings, Mark, Node, iter_scalars
 from stack.errors import EvaluationError, ParameterError
 from stack.parameters import Declaration

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum, auto
 
 from missions.language.expressions.scope import Scope
-from missions.language.keys import SECTIONS, Form
-from missions.language.model import Catalogue, Tree
+from missions.language.keys import Form, Keys
+from missions.language.model import Catalogue
+from missions.language.step import Tree
 from stack.documents import Node
 from stack.parameters import Declaration
 
@@ -113,13 +114,13 @@ class Words:
         for key, _ in node.entries:
             self.add(key, WordRole.SECTION_KEY, scope, section)
 
-    def top(self, top: Node, section: str) -> None:
+    def top(self, top: Node, section: str, keys: Keys) -> None:
         """Record the top-level keys of a file, and the files that they name."""
         self.document = self.document or top
         self.keys(top, section)
         for key, value in top.entries:
             word = str(key.value)
-            known = SECTIONS[section].get(word)
+            known = keys.get(word)
             if known is None:
                 continue
             role = _TOP.get(known.form)

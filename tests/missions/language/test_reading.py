@@ -109,7 +109,7 @@ def test_quoted_dollars_are_texts(tmp_path):
 
 def test_anchors_work(tmp_path):
     mission = read_text(tmp_path, "run: {sequence: [&look {wait: 1 s}, *look]}")
-    assert [child.kind for child in mission.root.children] == ["wait", "wait"]
+    assert [child.kind for child in mission.root.children()] == ["wait", "wait"]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Every kind of node and every key is known to all that use the registries."""
 
+import ast
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -12,18 +14,13 @@ from missions.editor.markdown import word_text
 from missions.editor.mission_schema import mission_schema
 from missions.inspection.diagnosis import findings_of
 from missions.inspection.listing import description_of, installed, rows_of
-from missions.language.keys import (
-    ANY_KEY,
-    MODIFIERS,
-    PLACES,
-    SECTIONS,
-    Form,
-    mission_words,
-    required,
-    value_words,
-)
-from missions.language.kinds import CONDITIONS, CONTROLS, NODES, Shape, glyph_of, outline_of
+from missions.language.keys import ANY_KEY, MODIFIERS, Form, required, value_words
+from missions.language.kinds import CONTROLS, KINDS, NODES, outline_of
+from missions.language.kinds.composite import CompositeStep
+from missions.language.kinds.kind import Shape
+from missions.language.kinds.leaf import CONDITION_GLYPH, LEAF_GLYPH
 from missions.language.reading.words import Draft, WordRole
+from missions.language.sections import PLACES, SECTIONS, mission_words
 from missions.trees.compiler import compile_mission
 from missions.trees.show import dot
 from stack.documents import read_text as read_yaml
@@ -34,54 +31,25 @@ PAGE = (Path(__file__).parents[3] / "docs" / "language.md").read_text("utf-8")
 
 HEAD = "mission: m\nrobot: scout\nworld: office\n"
 
-NODE_SAMPLES = {
-    "sequence": "{sequence: [{say: a}]}",
-    "reactive": "{reactive: [{say: a}]}",
-    "fallback": "{fallback: [{say: a}]}",
-    "reactive_fallback": "{reactive_fallback: [{say: a}]}",
-    "parallel": "{parallel: [{say: a}]}",
-    "round_robin": "{round_robin: [{say: a}]}",
-    "for_each": "{for_each: {n: [1, 2]}, do: {say: a}}",
-    "follow_waypoints": "{follow_waypoints: [[1, 2]]}",
-    "switch": "{switch: {value: $m, cases: {a: {say: a}}}}\n"
-    "arguments: {m: {type: text, default: a}}",
-    "unset": "{unset: $k}\nblackboard: {k: {type: int, optional: true}}",
-    "use": "{use: greet}\ntrees: {greet: {do: {say: a}}}",
-}
-"""A mission's `run` with each kind of node."""
 
-CONTROL_SAMPLES = {
-    "when": "{wait: 1 s, when: robot.speed > 0}",
-    "finally": "{wait: 1 s, finally: {say: a}}",
-    "invert": "{wait: 1 s, invert: true}",
-    "case": "{switch: {value: $m, cases: {a: {say: a}}}}\narguments: {m: {type: text, default: a}}",
-    "on_failure": "{spin: 90 deg, on_failure: continue}",
-    "while": "{wait: 1 s, while: robot.speed < 1}",
-    "repeat": "{wait: 1 s, repeat: 2}",
-    "recover": "{spin: 90 deg, recover: {attempts: 2, round_robin: [{wait: 1 s}]}}",
-    "retry": "{spin: 90 deg, retry: 2}",
-    "timeout": "{wait: 1 s, timeout: 2 s}",
-    "every": "{say: a, every: 2 s}",
-    "events": "{wait: 1 s}\nevents: [{slow: {when: robot.speed < 1, do: {say: a}}}]",
-    "event": "{wait: 1 s}\nevents: [{slow: {when: robot.speed < 1, do: {say: a}}}]",
-}
-"""A mission's `run` with each kind of node that a modifier or the section `events` adds."""
-
-
-def test_every_kind_has_a_sample():
-    assert set(NODE_SAMPLES) == set(NODES)
-    assert set(CONTROL_SAMPLES) == set(CONTROLS)
-
-
-@pytest.mark.parametrize("word", [*NODES, *CONTROLS])
+@pytest.mark.parametrize("word", KINDS)
 def test_a_kind_is_compiled_to_its_class_and_drawn_with_its_glyph(tmp_path, word):
-    sample = {**NODE_SAMPLES, **CONTROL_SAMPLES}[word]
-    tree = compile_mission(read_text(tmp_path, f"{HEAD}run: {sample}\n"))
-    kind = {**NODES, **CONTROLS}[word]
+    kind = KINDS[word]
+    tree = compile_mission(read_text(tmp_path, f"{HEAD}run: {kind.example}\n"))
     records = [item for item in tree.execution.records.values() if item.kind == word]
-    assert [type(item.node).__name__ for item in records] == [kind.factory]
+    assert [type(item.node) for item in records] == [kind.node]
     assert [row.glyph for row in tree.rows() if row.kind == word] == [kind.glyph]
     assert f"shape={kind.outline}" in dot(tree)
+
+
+def test_a_kind_without_a_method_is_refused():
+    assert all(kind.step is not None and kind.read is not None for kind in NODES.values())
+
+    class Incomplete(CompositeStep):
+        """A kind whose author has forgotten how long it takes, and its node."""
+
+    with pytest.raises(TypeError, match="Incomplete lacks build, least_time"):
+        replace(NODES["sequence"], step=Incomplete)
 
 
 @pytest.mark.parametrize("word", NODES)
@@ -254,9 +222,10 @@ def test_readers_report_a_missing_required_key(tmp_path, section, word):
     ), sentences  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", [*NODES, *CONTROLS, *CONDITIONS, "say"])
-def test_glyphs_are_one_cell_wide_and_have_an_ascii_character(kind):
-    glyph = glyph_of(kind)
+@pytest.mark.parametrize(
+    "glyph", [*(kind.glyph for kind in KINDS.values()), CONDITION_GLYPH, LEAF_GLYPH]
+)
+def test_glyphs_are_one_cell_wide_and_have_an_ascii_character(glyph):
     assert cell_len(glyph) == 1
     assert glyph.isascii() or glyph in GLYPHS
 
@@ -272,4 +241,18 @@ def test_leaves_are_ellipses():
 
 
 def test_every_shape_is_used():
-    assert {kind.shape for kind in (*NODES.values(), *CONTROLS.values())} == set(Shape)
+    assert {kind.shape for kind in KINDS.values()} == set(Shape)
+
+
+def test_only_the_file_of_a_kind_knows_its_class():
+    """What other modules need of a node, they ask `Step`: then a new kind is one file."""
+    kinds = Path(__file__).parents[3] / "missions" / "language" / "kinds"
+    classes = {kind.step.__name__ for kind in NODES.values() if kind.step} | {"CompositeStep"}
+    named = {
+        (file.name, node.id)
+        for file in kinds.parents[1].rglob("*.py")
+        if file.parent != kinds
+        for node in ast.walk(ast.parse(file.read_text("utf-8")))
+        if isinstance(node, ast.Name) and node.id in classes
+    }
+    assert named == set()

@@ -13,7 +13,10 @@ import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
-from missions.trees import attempts, composites, decorators
+from missions.language.kinds.fallback import Fallback, ReactiveFallback
+from missions.language.kinds.parallel import Parallel
+from missions.language.kinds.sequence import ReactiveSequence, Sequence
+from missions.trees import attempts, decorators
 from missions.trees.context import WORDS as WORD_OF
 from missions.trees.context import Execution, Record
 from missions.trees.leaves import LeafNode
@@ -132,14 +135,12 @@ class Builder:
     def ours(self, kind, name, children):
         one, execution = children[0], self.execution
         made = {
-            "sequence": lambda: composites.Sequence(name, children, execution),
-            "reactive": lambda: composites.ReactiveSequence(name, children, execution),
-            "fallback": lambda: composites.Fallback(name, children, execution),
-            "reactive_fallback": lambda: composites.ReactiveFallback(name, children, execution),
-            "parallel": lambda: composites.Parallel(name, children, execution, len(children)),
-            "parallel that fails": lambda: composites.Parallel(
-                name, children, execution, len(children)
-            ),
+            "sequence": lambda: Sequence(name, children, execution),
+            "reactive": lambda: ReactiveSequence(name, children, execution),
+            "fallback": lambda: Fallback(name, children, execution),
+            "reactive_fallback": lambda: ReactiveFallback(name, children, execution),
+            "parallel": lambda: Parallel(name, children, execution, len(children)),
+            "parallel that fails": lambda: Parallel(name, children, execution, len(children)),
             "retry": lambda: attempts.Retry(
                 one, execution, attempts.Attempts(lambda: 2), lambda: 0.0
             ),

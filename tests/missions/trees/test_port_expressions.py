@@ -3,7 +3,6 @@
 import pytest
 
 from missions.language.expressions import arithmetic
-from missions.trees.labels import detail_of
 from stack.types import Battery, Failure, Pose2D
 from tests.missions.mission_fakes import ran, read_text
 
@@ -226,4 +225,4 @@ def test_words_among_texts_stay_texts(tmp_path):
 
 def test_drawings_show_the_expression(tmp_path):
     mission = read_text(tmp_path, HEAD + "{wait: {time: $n * 2 s}}\n")
-    assert detail_of(mission.root) == "time $n * 2 s"
+    assert mission.root.detail == "time $n * 2 s"
