@@ -184,7 +184,7 @@ def _unreachable(
         sentence += f"{robot.name} is {width:.2f} m wide; the nearest place that it can reach is "
         sentence += f"({x:.2f}, {y:.2f})"
         hint = "move the goal, make an opening in the world, or use `partial: true`"
-        yield Finding(goal.mark, "W143", sentence, hint, "warning")
+        yield Finding(goal.mark, "W143", sentence, hint)
 
 
 def _goal_findings(goals: Sequence[Goal], world: World, footprint: Footprint) -> Iterator[Finding]:
@@ -237,7 +237,7 @@ def _tight(
     state = f"leaves {100.0 * least:.0f} cm to" if least > 0.0 else "overlaps"
     sentence = f"{goal.words()} is a tight fit: at {heading:.0f} deg the robot {state} {thing} "
     sentence += f"of {world.name}"
-    yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it", "warning")
+    yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it")
 
 
 def _thing(shape: Outline) -> str:

@@ -134,7 +134,7 @@ def _start_findings(
         if _distance(area, pose) < _need(area, robot):
             sentence = f"the start ({pose.x:g}, {pose.y:g}) is in {area.words()}"
             hint = "the robot leaves it by the shortest way; start outside, or move the zone"
-            yield Finding(mark, "W146", sentence, hint, "warning")
+            yield Finding(mark, "W146", sentence, hint)
 
 
 def _goal_findings(
@@ -159,7 +159,7 @@ def _goal_findings(
             state = f"leaves {100.0 * gap:.0f} cm to" if gap > 0.0 else "overlaps"
             sentence = f"{goal.words()} is a tight fit: at {np.degrees(goal.pose.heading):.0f} deg "
             sentence += f"the robot {state} {area.words()}"
-            yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it", "warning")
+            yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it")
             return
 
 
@@ -196,7 +196,7 @@ def _closed_ways(
         sentence += f"{start.y:g}) to {goal.words()}; the nearest place that {robot.name} can "
         sentence += f"reach is ({x:.2f}, {y:.2f})"
         hint = "make the zone smaller, move the goal, or use `partial: true`"
-        yield Finding(goal.mark, "W147", sentence, hint, "warning")
+        yield Finding(goal.mark, "W147", sentence, hint)
 
 
 def _distance(area: KeepoutArea, pose: Pose2D) -> float:

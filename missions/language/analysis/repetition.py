@@ -10,7 +10,6 @@ from missions.language.analysis.claims import (
     mark_of,
     number_of,
     steps_of,
-    warning,
 )
 from missions.language.analysis.data_flow import body_of, children_of
 from missions.language.analysis.key_flow import own_writes
@@ -27,7 +26,7 @@ from missions.language.model import (
     Tree,
     Use,
 )
-from stack.documents import Findings
+from stack.documents import Finding, Findings
 
 _AGAIN = ("reactive", "reactive_fallback")
 
@@ -138,7 +137,7 @@ class RepetitionCheck:
         if not again:
             sentence = f"`every` has no effect: {name_of(step)} runs once"
             hint = "put it below a `reactive` or a `repeat`, or remove it"
-            finding = warning("W126", mark, sentence, hint)
+            finding = Finding(mark, "W126", sentence, hint)
         self.claims.claim(finding, "W126", step)
 
     def _too_often(self, step: Step) -> None:
@@ -151,7 +150,7 @@ class RepetitionCheck:
         if endless and step.modifiers.every is None and _is_instant(step):
             sentence = f"{name_of(step)} repeats on every tick of the tree"
             hint = "add `every: 5 s`, or a `wait` in a sequence"
-            self.claims.claim(warning("W127", step.mark, sentence, hint), "W127", step)
+            self.claims.claim(Finding(step.mark, "W127", sentence, hint), "W127", step)
 
     def _rotation(self, step: Composite, *, again: bool) -> None:
         finding = None
@@ -163,7 +162,7 @@ class RepetitionCheck:
             sentence = f"the round_robin runs once, and {name_of(certain)} cannot fail: "
             sentence += "the children after it never run"
             hint = "put it below a `repeat`, or use a sequence"
-            finding = warning("W128", step.mark, sentence, hint)
+            finding = Finding(step.mark, "W128", sentence, hint)
         self.claims.claim(finding, "W128", step)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from missions.language.analysis.claims import Claims, steps_of, warning
+from missions.language.analysis.claims import Claims, steps_of
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.analysis.key_flow import own_writes
 from missions.language.analysis.order import name_of
@@ -26,7 +26,7 @@ from missions.language.model import (
     Tree,
     Use,
 )
-from stack.documents import Findings
+from stack.documents import Finding, Findings
 
 _NEEDS_TWO = {
     "fallback": "there is no alternative to {child}",
@@ -200,7 +200,7 @@ class StructureCheck:
             return
         sentence = f"{condition.source} is never true here: the conditions around it exclude it"
         mark = condition.mark or step.mark
-        self.claims.claim(warning("W136", mark, sentence, "correct one of them"), "W136", condition)
+        self.claims.claim(Finding(mark, "W136", sentence, "correct one of them"), "W136", condition)
 
 
 def _agree(first: CheckedExpression, second: CheckedExpression) -> bool:
