@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, partial
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -24,7 +24,6 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 from behaviours._plugins import plain_leaf, plugin_folder
-from behaviours._plugins.installed import installed_entries
 from behaviours._plugins.plugin_folder import import_quietly
 from behaviours._plugins.port_types import check_ports
 from behaviours.base import RobotBehaviour
@@ -157,7 +156,8 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
     """
     built_in = _built_in()
     search = _Search(dict(built_in.kinds), list(built_in.problems))
-    for entry in installed_entries(GROUP):
+    entries = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value))
+    for entry in entries:
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
     for search.plugin, plugin in enumerate(plugins):
         if plugin_folder.is_path(plugin):
