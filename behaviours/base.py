@@ -29,7 +29,7 @@ from behaviours.timer import Timer
 from stack.errors import ParameterError
 from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.robot import Robot, Task
-from stack.types import Failure, FailureCode, TaskStatus
+from stack.types import Failure, FailureCode, Footprint, Pose2D, TaskStatus
 
 T = TypeVar("T")
 
@@ -126,8 +126,27 @@ class RobotBehaviour(Behaviour):
     """What the robot must have: names of `stack.drivetrain.needs`, such as `camera`, or several of
     which one is enough: `lidar or sonar`. `check` refuses a mission on a robot without it."""
     goal_ports: typing.ClassVar[tuple[str, ...]] = ()
-    """Ports with poses that the robot must be able to stand at; `check` compares them with the
-    world."""
+    """Ports with poses that the robot drives to, see `standing_pose`; `check` compares them with
+    the world and its keep-out zones."""
+    area_ports: typing.ClassVar[tuple[str, ...]] = ()
+    """Ports with the corners of areas that the robot drives over; `check` compares them with
+    keep-out zones."""
+
+    @classmethod
+    def standing_pose(
+        cls, pose: Pose2D, footprint: Footprint, ports: Mapping[str, Any]
+    ) -> Pose2D | None:
+        """Return where the robot stands for a pose of `goal_ports`: there.
+
+        Args:
+            pose: map frame.
+            footprint: of the robot.
+            ports: the values that are known before the mission runs, with defaults.
+
+        Returns:
+            Map frame; None if it depends on a port that is not known yet.
+        """
+        return pose
 
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)

@@ -64,7 +64,8 @@ class BehaviourKind:
         can_fail: whether it can fail.
         fails_with: the codes that it can fail with; None if they are not known.
         ends_by: ports of which one must be set, or it never succeeds.
-        goal_ports: ports with poses that the robot must be able to stand at.
+        goal_ports: ports with poses that the robot drives to.
+        area_ports: ports with the corners of areas that the robot drives over.
         needs: what the robot must have, such as `camera` or `lidar or sonar`.
     """
 
@@ -81,6 +82,7 @@ class BehaviourKind:
     fails_with: tuple[str, ...] | None = None
     ends_by: tuple[str, ...] = ()
     goal_ports: tuple[str, ...] = ()
+    area_ports: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
 
     @property
@@ -367,6 +369,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         fails_with=declared.fails_with,
         ends_by=declared.ends_by,
         goal_ports=declared.goal_ports,
+        area_ports=declared.area_ports,
         needs=declared.needs,
     )
 

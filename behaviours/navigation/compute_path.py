@@ -15,6 +15,7 @@ class ComputePath(RobotBehaviour):
     """
 
     takes_time = True
+    goal_ports = ("goal",)
 
     goal: Pose2D = port("goal pose, map frame")
     start: Pose2D | None = port("start pose, map frame; default: the robot's pose", default=None)
