@@ -53,10 +53,12 @@ class Placement:
         base: (3,) origin of the base frame in the URDF's root frame, metres.
         turned: joints that the drive names -> whether the axis must be reversed so that the wheel
             drives forward when its joint turns forward.
+        at: joints that the drive names -> (x, y) of the links that they turn, base frame, metres.
     """
 
     base: FloatArray
     turned: Mapping[str, bool]
+    at: Mapping[str, tuple[float, float]]
 
 
 def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> Placement:
@@ -91,7 +93,7 @@ def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> P
     checks.lengths(at)
     if not top.findings.errors:  # a wrong radius or height puts everything at a wrong height
         checks.floor(base)
-    return Placement(base, turned)
+    return Placement(base, turned, at)
 
 
 def check_radii(top: Section, model: RobotModel, wheels: WheelGeometry) -> None:
