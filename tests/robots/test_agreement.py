@@ -167,6 +167,32 @@ def test_a_lidar_away_from_its_link_is_a_warning(read, more, lidar, away):
         assert away in warning.sentence
 
 
+ON_BASE = (
+    '<gazebo reference="base"><sensor name="laser" type="ray"><pose {more}>0.1 0 0.18 {angles}'
+    "</pose></sensor></gazebo>"
+)
+
+
+@pytest.mark.parametrize(
+    ("angles", "more", "lidar", "told"),
+    [
+        ("0 0 0", "", LIDAR, ""),
+        ("0 0 0", "", LIDAR.replace("10 cm", "0"), "is at [0.1, 0, 0.18] m in the base frame, 0.1"),
+        (f"{pi} 0 0", "", LIDAR, "is upside down"),
+        ("180 0 0", 'degrees="true"', LIDAR, "is upside down"),
+    ],
+)
+def test_a_sensor_of_gazebo_has_a_pose_on_its_link(read, angles, more, lidar, told):
+    text = urdf(more=ON_BASE.format(angles=angles, more=more))
+    found = [warning.sentence for warning in read(text, ROBOT + lidar).warnings]
+    assert len(found) == bool(told) and all(told in sentence for sentence in found)
+
+
+def test_a_pose_of_a_sensor_that_is_no_pose_is_an_error(read):
+    (line,) = errors(read, urdf(more=ON_BASE.format(angles="0 up", more="")), ROBOT + LIDAR)
+    assert "the pose of the sensor 'laser' must be six numbers" in line
+
+
 TURNED = LASER.replace("<origin ", f'<origin rpy="{pi} 0 0" ')
 ROLLED = LIDAR.replace("}", ", roll: 180 deg}")
 
@@ -180,7 +206,7 @@ ROLLED = LIDAR.replace("}", ", roll: 180 deg}")
 )  # fmt: skip
 def test_a_lidar_upside_down_in_one_file_alone_is_a_warning(read, more, lidar, told):
     found = [warning.sentence for warning in read(urdf(more=more), ROBOT + lidar).warnings]
-    assert found == ([f"lidar: roll: the URDF's link 'laser_frame' is {told}"] if told else [])
+    assert found == ([f"lidar: roll: the URDF's sensor on 'laser_frame' is {told}"] if told else [])
 
 
 OMNI = """robot: r
