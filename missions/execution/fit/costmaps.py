@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from missions.execution.fit.components import Marks
-from missions.execution.fit.needs import MISSING, missing
+from missions.execution.fit.components import MISSING, Marks
+from missions.execution.fit.needs import missing
 from stack.components import BUILT_IN, Choice
 from stack.costmap.choosing import LayerChoice
 from stack.costmap.parameters import CostmapParameters

@@ -166,8 +166,7 @@ class Goals:
                 for value, mark in self._origins(step.ports.get(port), step.mark, ()):
                     corners = [pose for pose, _, _ in self._poses(value, mark, ())]
                     if len(corners) >= 3 and not any(isnan(pose.x) for pose in corners):
-                        known = isinstance(value, Constant) and value.text.startswith("$")
-                        name = value.text if known else ""
+                        name = _name_of(value) if isinstance(value, Constant) else ""
                         points = np.array([[pose.x, pose.y] for pose in corners])
                         found.setdefault(mark, Area(points, mark, name))
         return list(found.values())
@@ -212,7 +211,7 @@ def _standing_pose(step: Leaf, pose: Pose2D, footprint: Footprint) -> Pose2D | N
 
 
 def _constants(value: Constant, mark: Mark) -> Iterator[tuple[Pose2D, Mark, str]]:
-    name = value.text if value.text.startswith("$") else ""
+    name = _name_of(value)
     where = value.mark or mark
     if isinstance(value.value, Pose2D):
         yield value.value, where, name
@@ -221,6 +220,10 @@ def _constants(value: Constant, mark: Mark) -> Iterator[tuple[Pose2D, Mark, str]
             if isinstance(pose, Pose2D):
                 at = value.items[number] if number < len(value.items) else where
                 yield pose, at, f"{number + 1} of {name}" if name else ""
+
+
+def _name_of(value: Constant) -> str:
+    return value.text if value.text.startswith("$") else ""
 
 
 def _tolerance(value: Value | None) -> float:

@@ -175,8 +175,8 @@ def _area_findings(
     """Report an area of which the robot can cover nothing, or not all, because of zones."""
     points = _points_in(drawn.corners)
     gaps = np.array([area.distance_to(points) for area in areas])
-    touched = (gaps < 0.0).any(axis=1)
-    if not touched.any():
+    touched = [bool((gap < 0.0).any()) for gap in gaps]
+    if not any(touched):
         return
     words = zone_words(tuple(dict.fromkeys(area.name for area in compress(areas, touched))))
     needs = np.array([_need(area, robot) for area in areas])
