@@ -24,7 +24,7 @@ from stack.geometry.polygons import distances_to_edges, outline_points, points_i
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
-POINTS_ALONG = 60
+POINTS_ALONG = 30
 """Points along the longer side of an area that are compared with zones."""
 
 
