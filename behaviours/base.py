@@ -29,7 +29,7 @@ from behaviours.timer import Timer
 from stack.errors import ParameterError
 from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.robot import Robot, Task
-from stack.types import Failure, FailureCode, TaskStatus
+from stack.types import Failure, FailureCode, Footprint, Pose2D, TaskStatus
 
 T = TypeVar("T")
 
@@ -136,14 +136,33 @@ class RobotBehaviour(Behaviour):
     failure_ports: typing.ClassVar[tuple[str, ...]] = ()
     """Ports with the code and the reason of its failure."""
     goal_ports: typing.ClassVar[tuple[str, ...]] = ()
-    """Ports with poses that the robot must be able to stand at; `check` compares them with the
-    world."""
+    """Ports with poses that the robot drives to, see `standing_pose`; `check` compares them with
+    the world and its keep-out zones."""
+    area_ports: typing.ClassVar[tuple[str, ...]] = ()
+    """Ports with the corners of areas that the robot drives over; `check` compares them with
+    keep-out zones."""
     arrival_port: typing.ClassVar[str] = ""
     """Port with the pose at which the robot stands after its success."""
     runs_in_tests: typing.ClassVar[bool] = False
     """Whether tests of missions run it unless they mock it: it needs only clock and values."""
     also_known_as: typing.ClassVar[tuple[str, ...]] = ()
     """Its names elsewhere, for example in Nav2; hints for unknown words use them."""
+
+    @classmethod
+    def standing_pose(
+        cls, pose: Pose2D, footprint: Footprint, ports: Mapping[str, Any]
+    ) -> Pose2D | None:
+        """Return where the robot stands for a pose of `goal_ports`: there.
+
+        Args:
+            pose: map frame.
+            footprint: of the robot.
+            ports: the values that are known before the mission runs, with defaults.
+
+        Returns:
+            Map frame; None if it depends on a port that is not known yet.
+        """
+        return pose
 
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, partial
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -25,7 +25,6 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 from behaviours._plugins import plain_leaf, plugin_folder
-from behaviours._plugins.installed import installed_entries
 from behaviours._plugins.plugin_folder import import_quietly
 from behaviours._plugins.port_types import check_ports
 from behaviours.base import RobotBehaviour
@@ -80,6 +79,8 @@ class BehaviourKind:
         arrival_port: port with the pose at which it leaves the robot; "" without one.
         runs_in_tests: whether tests of missions run it unless they mock it.
         also_known_as: its names elsewhere, for example in Nav2.
+        goal_ports: ports with poses that the robot drives to.
+        area_ports: ports with the corners of areas that the robot drives over.
         needs: what the robot must have, such as `camera` or `lidar or sonar`.
     """
 
@@ -104,6 +105,7 @@ class BehaviourKind:
     arrival_port: str = ""
     runs_in_tests: bool = False
     also_known_as: tuple[str, ...] = ()
+    area_ports: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
 
     @property
@@ -179,7 +181,8 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
     """
     built_in = _built_in()
     search = _Search(dict(built_in.kinds), list(built_in.problems))
-    for entry in installed_entries(GROUP):
+    entries = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value))
+    for entry in entries:
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
     for search.plugin, plugin in enumerate(plugins):
         if plugin_folder.is_path(plugin):
@@ -398,6 +401,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         arrival_port=declared.arrival_port,
         runs_in_tests=declared.runs_in_tests,
         also_known_as=declared.also_known_as,
+        area_ports=declared.area_ports,
         needs=declared.needs,
     )
 

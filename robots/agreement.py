@@ -17,7 +17,7 @@ import numpy as np
 from robots.declared import DIFFERS, URDF
 from robots.urdf.extent import points_of, radii_of, shapes_of
 from robots.urdf.model import Joint, RobotModel
-from robots.urdf.sensors import sensor_links
+from robots.urdf.sensors import ModelledSensor, sensors_of
 from stack.documents import Node, Section
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.drivetrain import WheelGeometry
@@ -53,10 +53,12 @@ class Placement:
         base: (3,) origin of the base frame in the URDF's root frame, metres.
         turned: joints that the drive names -> whether the axis must be reversed so that the wheel
             drives forward when its joint turns forward.
+        at: joints that the drive names -> (x, y) of the links that they turn, base frame, metres.
     """
 
     base: FloatArray
     turned: Mapping[str, bool]
+    at: Mapping[str, tuple[float, float]]
 
 
 def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> Placement:
@@ -91,7 +93,7 @@ def place_on_wheels(top: Section, model: RobotModel, wheels: WheelGeometry) -> P
     checks.lengths(at)
     if not top.findings.errors:  # a wrong radius or height puts everything at a wrong height
         checks.floor(base)
-    return Placement(base, turned)
+    return Placement(base, turned, at)
 
 
 def check_radii(top: Section, model: RobotModel, wheels: WheelGeometry) -> None:
@@ -250,37 +252,38 @@ def _compare_mounts(
     top: Section, model: RobotModel, base: FloatArray, robot: RobotDescription
 ) -> None:
     """Compare the only sensor of a kind with the only link of that kind."""
-    links = sensor_links(model)
+    found = sensors_of(model)
     lidars = [(lidar.mount.x, lidar.mount.y, lidar.height) for lidar in robot.real_lidars.values()]
     described: dict[str, tuple[Node | None, list[tuple[float, float, float]]]] = {
         "lidar": (top.node.get("lidar"), lidars),
         "camera": (top.node.get("camera"), [robot.camera.model.position] if robot.camera else []),
     }
     for kind, (node, positions) in described.items():
-        names = links.get(kind, [])
-        if node is None or len(names) != 1 or len(positions) != 1:
+        sensors = found.get(kind, [])
+        if node is None or len(sensors) != 1 or len(positions) != 1:
             continue
+        (sensor,) = sensors
         if kind == "lidar":
-            _compare_roll(top, node, names[0], model, robot)
-        modelled = model.poses[names[0]][:3, 3] - base
+            _compare_roll(top, node, sensor, robot)
+        modelled = sensor.pose[:3, 3] - base
         off = float(np.linalg.norm(modelled - positions[0]))
         if off > MOUNT:
             sentence = (
-                f"{kind}: it is at {_listed(positions[0])} m, but the URDF's link {names[0]!r} is "
-                f"at {_listed(modelled)} m in the base frame, {off:.3f} m away"
+                f"{kind}: it is at {_listed(positions[0])} m, but the URDF's sensor on "
+                f"{sensor.link!r} is at {_listed(modelled)} m in the base frame, {off:.3f} m away"
             )
             top.findings.warning(DIFFERS, node.mark, sentence)
 
 
 def _compare_roll(
-    top: Section, node: Node, link: str, model: RobotModel, robot: RobotDescription
+    top: Section, node: Node, sensor: ModelledSensor, robot: RobotDescription
 ) -> None:
     """Warn of the lidar if it is upside down in one of the two files alone."""
     (lidar,) = robot.real_lidars.values()
-    up = float(model.poses[link][2, 2])
+    up = float(sensor.pose[2, 2])
     if abs(up) >= AXLE and lidar.upside_down != (up < 0.0):
         way, roll = ("upside down", "180 deg") if up < 0.0 else ("upright", "0")
-        sentence = f"lidar: roll: the URDF's link {link!r} is {way}"
+        sentence = f"lidar: roll: the URDF's sensor on {sensor.link!r} is {way}"
         hint = f"write `roll: {roll}`, or correct the URDF: its angles run the other way"
         top.findings.warning(DIFFERS, (node.get("roll") or node).mark, sentence, hint)
 

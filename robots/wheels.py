@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import Any
 
@@ -203,16 +203,38 @@ def _steered(section: Section) -> SteeredWheels | None:
         return None
     assert pairs[0] is not None and pairs[1] is not None
     wheels = SteeredWheels(pairs[0], pairs[1], *values[2:])
-    if wheels.turning_radius <= wheels.track / 2.0:
-        sentence = (
-            f"wheels: with a steering_angle of {degrees(wheels.steering_angle):.0f} deg the "
-            f"centre of rotation is {wheels.turning_radius:.2f} m from the middle, between the "
-            "rear wheels"
-        )
-        hint = "use a smaller steering_angle, a longer wheelbase or a narrower track"
-        section.findings.error(SHAPE, section.node.mark, sentence, hint)
-        return None
-    return wheels
+    return wheels if _turns_outside(section, wheels, wheels.track, "rear wheels") else None
+
+
+def steered_as_modelled(
+    top: Section, wheels: WheelGeometry, at: Mapping[str, tuple[float, float]]
+) -> WheelGeometry:
+    """Return the wheels of a car with its steering joints where the URDF has them.
+
+    Args:
+        top: the robot file.
+        wheels: as described; other kinds are returned as they are.
+        at: (x, y) of the joints, base frame, metres.
+    """
+    if not isinstance(wheels, SteeredWheels):
+        return wheels
+    left, right = wheels.steering
+    apart = at[left][1] - at[right][1]
+    _turns_outside(top, wheels, apart, "steering joints")
+    return replace(wheels, steered_track=apart)
+
+
+def _turns_outside(section: Section, wheels: SteeredWheels, track: float, of: str) -> bool:
+    """Report a car whose tightest circle has its centre between two wheels."""
+    if wheels.turning_radius > track / 2.0:
+        return True
+    sentence = (
+        f"wheels: with a steering_angle of {degrees(wheels.steering_angle):.0f} deg the centre of "
+        f"rotation is {wheels.turning_radius:.2f} m from the middle, between the {of}"
+    )
+    hint = "use a smaller steering_angle, a longer wheelbase or a narrower track"
+    section.findings.error(SHAPE, section.node.mark, sentence, hint)
+    return False
 
 
 def _pair(

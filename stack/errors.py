@@ -18,7 +18,7 @@ import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from stack.types import FailureCode
@@ -47,7 +47,11 @@ class Finding:
     code: str
     sentence: str
     hint: str = ""
-    severity: str = "error"
+
+    @property
+    def severity(self) -> Literal["error", "warning"]:
+        """Follows from the letter of the code: E error, W warning."""
+        return "warning" if self.code.startswith("W") else "error"
 
     def __str__(self) -> str:
         hint = f"; {_shortened(self.hint)}" if self.hint else ""

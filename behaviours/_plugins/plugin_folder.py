@@ -9,10 +9,10 @@ from __future__ import annotations
 import importlib
 import sys
 import traceback
-from contextlib import chdir, redirect_stdout
+from contextlib import chdir, redirect_stdout, suppress
 from hashlib import sha256
 from importlib.machinery import ModuleSpec
-from importlib.util import module_from_spec
+from importlib.util import cache_from_source, module_from_spec
 from pathlib import Path
 from types import ModuleType
 
@@ -52,6 +52,9 @@ class FolderLoader:
         spec = ModuleSpec(self._package, None, is_package=True)
         spec.submodule_search_locations = [str(folder.resolve())]
         sys.modules[self._package] = module_from_spec(spec)
+        for file in folder.glob("*.py"):
+            with suppress(OSError):  # bytecode has the second and the size of its source only
+                Path(cache_from_source(str(file))).unlink()
         importlib.invalidate_caches()
 
     def load(self, file: Path) -> ModuleType:

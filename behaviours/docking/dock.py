@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 from math import atan, atan2, cos, hypot, pi, sin
+from typing import Any
 
 from py_trees.common import Status
 
@@ -16,6 +18,7 @@ from stack.types import (
     ContactZone,
     DockShape,
     FailureCode,
+    Footprint,
     Pose2D,
     TaskStatus,
     Twist,
@@ -90,6 +93,17 @@ class Dock(DrivingBehaviour):
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.DOCK_NOT_FOUND, FailureCode.NOT_CHARGING)
+    goal_ports = ("dock",)
+
+    @classmethod
+    def standing_pose(
+        cls, pose: Pose2D, footprint: Footprint, ports: Mapping[str, Any]
+    ) -> Pose2D | None:
+        """Return the place in front of a dock, from which it is approached by sight."""
+        staging = ports.get("staging")
+        if staging is None:
+            return None
+        return pose.compose(Pose2D(footprint.front + staging, 0.0, pi))
 
     def initialise(self) -> None:
         """Drive to the place in front of the dock."""
@@ -101,7 +115,8 @@ class Dock(DrivingBehaviour):
         self._fits, self._attempt = 0, 1
         self.attempts = 1
         self.position_error = 0.0
-        place = self.dock.compose(Pose2D(self._front + self.staging, 0.0, pi))
+        place = self.standing_pose(self.dock, self.robot.footprint, {"staging": self.staging})
+        assert place is not None
         self._task = self.robot.navigate_to(place)
         self._phase = _Phase.STAGING
 

@@ -16,6 +16,7 @@ class ComputePath(RobotBehaviour):
 
     also_known_as = ("ComputePathToPose", "ComputePathThroughPoses", "ComputeRoute")
     takes_time = True
+    goal_ports = ("goal",)
 
     goal: Pose2D = port("goal pose, map frame")
     start: Pose2D | None = port("start pose, map frame; default: the robot's pose", default=None)

@@ -43,6 +43,7 @@ class Coverage(RobotBehaviour):
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.CHECK_FAILED)
+    area_ports = ("area",)
 
     def initialise(self) -> None:
         """Plan the lanes."""

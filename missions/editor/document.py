@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 from missions.execution.resources import WORLDS, catalogue_of, load_world
@@ -191,15 +190,6 @@ def _closing(head: str) -> str:
 
 def _read(path: Path) -> Node | None:
     """Read a file that this one refers to; None if that fails."""
-    try:
-        return _read_once(path, path.stat().st_mtime_ns)
-    except OSError:
-        return None
-
-
-@lru_cache(maxsize=64)
-def _read_once(path: Path, changed: int) -> Node | None:
-    """Read a file once per modification time: worlds are long and needed often."""
     try:
         return read_file(path)
     except InputError:

@@ -29,7 +29,6 @@ from missions.editor.protocol import (
 from missions.editor.rename import renamed
 from missions.editor.symbols import outline
 from missions.editor.words import TextWord, in_placeholder, typed_word, word_at
-from missions.execution.resources import load_robot, load_world
 from missions.inspection.diagnosis import FileKind, file_kind
 from missions.language.reading.words import Word
 from stack.documents import Finding
@@ -114,8 +113,6 @@ class MissionServer(LanguageServer):
 
     def forget_findings(self) -> None:
         """Check all files again when they are asked for: another file was saved."""
-        load_world.cache_clear()
-        load_robot.cache_clear()
         self._checked.clear()
 
     def _cancel(self, uri: str) -> None:

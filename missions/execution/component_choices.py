@@ -124,21 +124,40 @@ def all_chosen(
         findings: receives warnings about the robot's parameters that a component does not have.
         mapped: whether there is a map; without one `MAPLESS_DEFAULTS` apply.
     """
-    choices: dict[str, Choice] = {}
-    found: dict[str, dict[str, Any]] = {}
-    for kind in (*DEFAULTS, *SETTINGS):
-        wanted = _default(kind, mapped=mapped)
-        own = robot.components.get(kind)
-        robots = _component(kind, own, Mark(str(robot.source))) if own else None
-        for layer in (robots, mission.get(kind)):
-            if layer is not None:
-                wanted, dropped = layered(wanted, layer, accepted_parameters)
-                findings.items += [dropped] if dropped else []
-        found[kind] = raw(wanted.use, wanted.values)
-        choices[kind] = chosen(kind, found[kind], mapped=mapped)
+    settings = _settings_in_force(robot, mission, findings, mapped=mapped)
+    found = {kind: raw(wanted.use, wanted.values) for kind, wanted in settings.items()}
+    choices = {kind: chosen(kind, wanted, mapped=mapped) for kind, wanted in found.items()}
     sees_depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
     choices["costmap"] = _costmap(found["costmap"], robot, sees_depth=sees_depth)
     return choices
+
+
+def _settings_in_force(
+    robot: RobotDescription,
+    mission: Mapping[str, Component],
+    findings: Findings,
+    *,
+    mapped: bool,
+) -> dict[str, Component]:
+    """Return what chooses the component of every kind, as `all_chosen` does."""
+    found: dict[str, Component] = {}
+    for kind in (*DEFAULTS, *SETTINGS):
+        wanted = _default(kind, mapped=mapped)
+        own = robot.components.get(kind)
+        robots = _component(kind, own, mark_of_robot(robot)) if own else None
+        for layer in (robots, mission.get(kind)):
+            if layer is not None:
+                marks = {name: layer.marks.get(name, layer.mark) for name in layer.values}
+                complete = replace(layer, marks=marks)
+                wanted, dropped = layered(wanted, complete, accepted_parameters)
+                findings.items += [dropped] if dropped else []
+        found[kind] = wanted
+    return found
+
+
+def mark_of_robot(robot: RobotDescription) -> Mark:
+    """Return the mark of all settings of a robot: its file."""
+    return Mark(str(robot.source or robot.name))
 
 
 def raw(use: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -199,6 +218,17 @@ def choices_of(
         hint = f"; {error.hint}" if error.hint else ""
         source = f"--parameter {', '.join(named)}" if named else f"robot {robot.name}: {error.name}"
         raise InputError(f"{source}: {error.sentence}{hint}") from None
+
+
+def settings_of(
+    mission: Mission, robot: RobotDescription, given: Mapping[str, str]
+) -> dict[str, Component]:
+    """Return the settings behind the `choices_of` a mission, each with the mark of its source.
+
+    Settings without a mark are defaults.
+    """
+    wanted = _with_parameters(mission, given, Findings())
+    return _settings_in_force(robot, wanted, Findings(), mapped=mission.map != "none")
 
 
 def _with_parameters(

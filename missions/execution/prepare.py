@@ -47,7 +47,8 @@ from missions.language.reading.words import Draft
 from missions.run_options import RunOptions
 from robots.logs.recording import Recording
 from stack.components import Choice
-from stack.documents import Finding, Findings, read_text
+from stack.costmap.choosing import LayerChoice
+from stack.documents import Finding, Findings, Mark, read_text
 from stack.documents.files import decoded, read_input
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -212,7 +213,7 @@ def _with_files(choices: Choices, scene: Scene, marks: Marks, found: Findings) -
     mission, world, robot = marks.mission, scene.world, scene.robot
     folder = mission.source.parent
     costmap, limits = choices["costmap"], choices["speed_limits"]
-    layers = tuple(layer.located(folder) for layer in costmap.parts)
+    layers = _layers(choices, folder)
     areas = _gather(found, lambda: keepout_areas(layers)) or ()
     if scene.recording is None:
         start = scene.start, marks.of("start")
@@ -233,6 +234,11 @@ def _with_files(choices: Choices, scene: Scene, marks: Marks, found: Findings) -
         "object_detector": detector,
         "place_recognition": places or choices["place_recognition"],
     }
+
+
+def _layers(choices: Choices, folder: Path) -> tuple[LayerChoice, ...]:
+    """Return the costmap layers with the paths of their files resolved."""
+    return tuple(layer.located(folder) for layer in choices["costmap"].parts)
 
 
 def _mission(path: Path, options: RunOptions, draft: Draft) -> Mission:
@@ -263,6 +269,12 @@ def _goal_errors(mission: Mission, options: RunOptions) -> list[Finding]:
     if isnan(start.x):
         return []  # a place with an error
     found = fit_findings(mission, world, robot, start)
+    try:
+        choices = choices_of(mission, robot, options.parameters or {}, Findings())
+        areas = keepout_areas(_layers(choices, folder))
+    except InputError:
+        areas = ()  # among the mission's own errors
+    found += zone_findings(mission, world, robot, (start, Mark(str(mission.source))), areas)
     errors = [item for item in found if item.severity == "error"]
     return [*errors, *behaviour_needs(mission, robot)]
 

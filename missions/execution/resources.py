@@ -83,7 +83,6 @@ def _near(path: Path, shipped: Mapping[str, Path]) -> str:
     return "give the path of a mission file, or a name from `treepilot list missions`"
 
 
-@lru_cache(maxsize=64)
 def load_world(name_or_path: str, folder: Path, start: Pose2D | None = None) -> World:
     """Load a world by name or path; a path is relative to the mission's folder.
 
@@ -92,16 +91,25 @@ def load_world(name_or_path: str, folder: Path, start: Pose2D | None = None) -> 
     return read_any_world(find_world(name_or_path, folder, WORLDS), start)
 
 
-@lru_cache(maxsize=64)
 def load_robot(name_or_path: str, folder: Path) -> RobotDescription:
     """Load a robot by name or path; a path is relative to the mission's folder."""
     return read_robot(find_robot(name_or_path, folder))
 
 
 @lru_cache(maxsize=4)
-def _opened_log(path: Path, topics: Topics, changed: int) -> Recording:
-    """Open a log once while it does not change (`changed`: its modification time)."""
+def _opened_log(path: Path, topics: Topics, state: tuple[tuple[str, int, int], ...]) -> Recording:
+    """Open a log once while it does not change (`state`: names, times and sizes of its files)."""
     return open_log(path, topics)
+
+
+def _state_of(log: Path) -> tuple[tuple[str, int, int], ...]:
+    """Return name, modification time (ns) and size of the files of a log, which may be a folder."""
+    try:
+        files = sorted(log.iterdir()) if log.is_dir() else [log]
+        states = [(file.name, file.stat()) for file in files]
+    except OSError:
+        return ()
+    return tuple((name, state.st_mtime_ns, state.st_size) for name, state in states)
 
 
 def open_recording(path: Path, replay: Replay | None = None) -> Recording:
@@ -118,11 +126,7 @@ def open_recording(path: Path, replay: Replay | None = None) -> Recording:
     if is_mcap and (not beginning(path).startswith(MCAP) or is_sensor_log(path)):
         return _sensor_log(path)
     topics = Topics() if replay is None else Topics(replay.lidars, replay.odometry, replay.imu)
-    try:
-        changed = path.stat().st_mtime_ns
-    except OSError:
-        changed = 0
-    return _opened_log(path, topics, changed)
+    return _opened_log(path.absolute(), topics, _state_of(path))
 
 
 def _sensor_log(path: Path) -> Recording:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missions.language.codes import CODES, Code
-from stack.errors import InputError
+from stack.errors import Finding, InputError, Mark
 from stack.optional_packages import MISSING_PACKAGE
 from stack.parameters import suggestion
 
@@ -47,7 +47,7 @@ FILE_CODES: dict[str, Code] = {
                  "walls: []", "add walls"),
     "E207": Code("world: not XML", "a .world or .sdf file is not valid XML",
                  "<world><model></world>", "close all elements"),
-    "E208": Code("world: not supported", "an element of a Gazebo world is ignored or replaced",
+    "W208": Code("world: not supported", "an element of a Gazebo world is ignored or replaced",
                  "<plugin filename='fog.so'/>", "none needed if the element does not matter"),
     "E301": Code("robot: key or value", "a key is unknown or missing, or its value has a wrong "
                  "type, unit or range", "limits: {linear_speed: fast}",
@@ -66,6 +66,8 @@ FILE_CODES: dict[str, Code] = {
                  "footprint: {radius: 0}", "write the outline of the robot"),
     "E401": Code("map: key or value", "a key of map.yaml is missing or has a wrong value",
                  "resolution: coarse", "use the format of the ROS map_server"),
+    "W401": Code("map: unknown key", "map.yaml has a key that the map_server does not know",
+                 "negated: 0", "correct the key, or remove it"),
     "E402": Code("map: image", "the image of the map cannot be read", "image: nowhere.pgm",
                  "name a PGM, PPM, PNG, BMP or JPEG file"),
     "E405": Code("map of markers: key or value", "a key is unknown or missing, or its value has a "
@@ -113,10 +115,6 @@ def every_code() -> dict[str, Code]:
     return dict(sorted({**FILE_CODES, **CODES}.items()))
 
 
-WARNINGS = {"E208"}
-"""Codes of warnings whose number predates the letter W; codes do not change."""
-
-
 def explanation(code: str) -> str:
     """Return cause, example and fix of a code as text.
 
@@ -128,8 +126,8 @@ def explanation(code: str) -> str:
         similar = [other for other in known if other[:2] == name[:2]] or list(known)
         raise InputError(f"unknown code {code!r}; {suggestion(name, similar)}")
     found = known[name]
-    kind = "warning" if name.startswith("W") or name in WARNINGS else "error"
-    lines = [f"{name} ({kind}): {found.title}", "", f"cause    {found.cause}"]
+    severity = Finding(Mark(""), name, found.title).severity
+    lines = [f"{name} ({severity}): {found.title}", "", f"cause    {found.cause}"]
     for number, line in enumerate(found.example.splitlines()):
         lines.append(f"{'example' if not number else '':<9}{line}")
     return "\n".join([*lines, f"fix      {found.fix}"])

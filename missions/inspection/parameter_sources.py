@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from missions.execution.component_choices import MAPLESS_DEFAULTS
+from missions.execution.component_choices import MAPLESS_DEFAULTS, mark_of_robot, settings_of
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
-from stack.components import Choice, accepted
+from missions.language.model import Component
+from stack.components import Choice
+from stack.documents import Mark
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, nearest, values_of
 
@@ -48,8 +50,13 @@ def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origi
     """
     options = options or RunOptions()
     plan = prepare(mission, options)
-    found = [origin for kind, choice in plan.choices.items() for origin in _of(plan, kind, choice)]
     given = options.parameters or {}
+    settings = settings_of(plan.mission, plan.robot, given)
+    found = [
+        origin
+        for kind, choice in plan.choices.items()
+        for origin in _of(plan, kind, choice, settings[kind])
+    ]
     return [replace(item, source=COMMAND_LINE) if item.name in given else item for item in found]
 
 
@@ -95,34 +102,23 @@ def lines_of(origins: list[Origin]) -> list[str]:
     ]
 
 
-def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
-    named = plan.mission.components.get(kind)
-    robot: Mapping[str, Any] = plan.robot.components.get(kind) or {}
+def _of(plan: PreparedMission, kind: str, choice: Choice, settings: Component) -> Iterator[Origin]:
     if choice.name != kind:
-        yield Origin(f"{kind}.use", choice.name, _source_of_use(plan, kind), "chosen component")
-    kept = {key: value for key, value in robot.items() if key != "use"}
-    if choice.name != robot.get("use", choice.name):
-        kept = accepted(kind, choice.name, kept)
+        source = _source(plan, kind, "use", settings.mark)
+        yield Origin(f"{kind}.use", choice.name, source, "chosen component")
     values = values_of(choice.parameters)
     for name, declared in declarations(cast("type", type(choice.parameters))).items():
+        source = _source(plan, kind, name, settings.marks.get(name))
         value = _shown(declared, values[name])
-        if named is not None and name in named.values:
-            mark = named.marks.get(name, named.mark)
-            source = f"{_short(plan, mark.file)}:{mark.line}"
-        elif name in kept:
-            source = _short(plan, str(plan.robot.source or plan.robot.name))
-        else:
-            source = _default_of(plan, kind, name)
         yield Origin(f"{kind}.{name}", value, source, declared.help, declared.public)
 
 
-def _source_of_use(plan: PreparedMission, kind: str) -> str:
-    named = plan.mission.components.get(kind)
-    if named is not None and named.use is not None:
-        return f"{_short(plan, named.mark.file)}:{named.mark.line}"
-    if "use" in (plan.robot.components.get(kind) or {}):
-        return _short(plan, str(plan.robot.source or plan.robot.name))
-    return _default_of(plan, kind, "use")
+def _source(plan: PreparedMission, kind: str, name: str, mark: Mark | None) -> str:
+    """Return the file and line of a setting; the robot's have no line, defaults no file."""
+    if mark is None or not mark.file:
+        return _default_of(plan, kind, name)
+    file = _short(plan, mark.file)
+    return file if mark == mark_of_robot(plan.robot) else f"{file}:{mark.line}"
 
 
 def _default_of(plan: PreparedMission, kind: str, name: str) -> str:

@@ -41,4 +41,4 @@ def _dropped(first: Component, then: Component, kept: Mapping[str, Any]) -> Find
     if not names:
         return None
     sentence = f"{then.kind}: no effect on {then.use}: {', '.join(names)}"
-    return Finding(first.marks.get(names[0], first.mark), CODE, sentence, "", "warning")
+    return Finding(first.marks.get(names[0], first.mark), CODE, sentence)

@@ -40,7 +40,7 @@ def _warning(server: str, items: list[tuple[str, Mark]]) -> Finding:
     names = ", ".join(name for name, _ in items[:MAX_NAMES])
     more = f" and {len(items) - MAX_NAMES} more" if len(items) > MAX_NAMES else ""
     hint = "`treepilot nav2 FILE` lists everything"
-    return Finding(items[0][1], CODE, f"{server}: no equivalent for {names}{more}", hint, "warning")
+    return Finding(items[0][1], CODE, f"{server}: no equivalent for {names}{more}", hint)
 
 
 def lines_of(settings: Nav2Settings) -> Iterator[str]:

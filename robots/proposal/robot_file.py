@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import atan2, ceil, degrees, floor, hypot, pi, remainder
 
@@ -13,8 +13,7 @@ from robots.proposal.drive import propose_drive
 from robots.urdf.extent import points_of
 from robots.urdf.model import RobotModel
 from robots.urdf.reading import UrdfSource, read_urdf
-from robots.urdf.sensors import gazebo_sensors, sensor_links
-from stack.documents.xml_file import Element
+from robots.urdf.sensors import ModelledSensor, numbers_of, sensors_of
 from stack.types import FloatArray
 
 ROUND = 0.9
@@ -91,33 +90,36 @@ def _outline(model: RobotModel, base: FloatArray) -> tuple[str, float]:
 
 
 def _sensors(model: RobotModel, base: FloatArray, height: float) -> Iterable[str]:
-    links = sensor_links(model)
-    found = dict(gazebo_sensors(model))
-    lidars = [name for name in links.get("lidar", []) if _at(model, name, base)[2] > LEAST_HEIGHT]
+    found = sensors_of(model)
+    lidars = [item for item in found.get("lidar", []) if _at(item, base)[2] > LEAST_HEIGHT]
+    links = [item.link for item in lidars]
     if not lidars:
         yield "lidar:                               # the URDF has none: correct or remove it"
         yield f"  {{position: [0, 0], height: {max(height, LEAST_HEIGHT):g}}}"
-    for number, name in enumerate(lidars):
+    for number, lidar in enumerate(lidars):
         indent = "  " if number == 0 else "    "
         yield from ["lidar:"] if number == 0 else []
         yield from ["lidars:"] if number == 1 else []
+        name = lidar.link
+        if links.count(name) > 1 and lidar.element is not None and lidar.element.name:
+            name = lidar.element.name
         yield from [f"  {_word(name)}:"] if number else []
-        for line in _lidar(model, name, base, found.get(name)):
+        for line in _lidar(lidar, base):
             yield indent + line
-    for name in (links.get("camera") or links.get("depth") or [])[:1]:
-        yield from ["camera:", *(f"  {line}" for line in _camera(model, name, base, found))]
-    if "imu" in links:
+    for camera in (found.get("camera") or found.get("depth") or [])[:1]:
+        yield from ["camera:", *(f"  {line}" for line in _camera(camera, base))]
+    if "imu" in found:
         yield "imu: {rate: 100 Hz}"
 
 
-def _lidar(model: RobotModel, name: str, base: FloatArray, sensor: Element | None) -> Iterable[str]:
-    x, y, z = _at(model, name, base)
-    values = _numbers_of(sensor)
+def _lidar(lidar: ModelledSensor, base: FloatArray) -> Iterable[str]:
+    x, y, z = _at(lidar, base)
+    values = numbers_of(lidar.element)
     first, last = values.get("min_angle", -pi), values.get("max_angle", pi)
-    is_sector, upside_down = 0.1 < last - first < FULL_TURN, model.poses[name][2, 2] < 0.0
+    is_sector, upside_down = 0.1 < last - first < FULL_TURN, lidar.pose[2, 2] < 0.0
     middle = degrees(first + last) / 2.0 if is_sector else 0.0  # robot.yaml counts from there
-    yaw = _yaw(model, name) + (-middle if upside_down else middle)
-    yield f"position: [{x:g}, {y:g}]                # the link {name}"
+    yaw = _yaw(lidar) + (-middle if upside_down else middle)
+    yield f"position: [{x:g}, {y:g}]                # the link {lidar.link}"
     if abs(yaw) >= 0.01:
         yield f"yaw: {remainder(yaw, 360.0):.4g} deg"
     if upside_down:
@@ -133,17 +135,15 @@ def _lidar(model: RobotModel, name: str, base: FloatArray, sensor: Element | Non
     yield f"rate: {values.get('update_rate', 0.0) or 10.0:g} Hz"
 
 
-def _camera(
-    model: RobotModel, name: str, base: FloatArray, found: Mapping[str, Element]
-) -> Iterable[str]:
-    x, y, z = _at(model, name, base)
-    forward = model.poses[name][:3, 0]
-    yield f"position: [{x:g}, {y:g}, {z:g}]        # the link {name}"
+def _camera(camera: ModelledSensor, base: FloatArray) -> Iterable[str]:
+    x, y, z = _at(camera, base)
+    forward = camera.pose[:3, 0]
+    yield f"position: [{x:g}, {y:g}, {z:g}]        # the link {camera.link}"
     yield f"pitch: {degrees(atan2(-forward[2], hypot(forward[0], forward[1]))):.3g} deg"
-    yaw = _yaw(model, name)
+    yaw = _yaw(camera)
     if yaw:
         yield f"yaw: {yaw:.4g} deg"
-    values = _numbers_of(found.get(name))
+    values = numbers_of(camera.element)
     if 16 <= values.get("width", 0) <= 4096 and 16 <= values.get("height", 0) <= 4096:
         yield f"width: {values['width']:g}"
         yield f"height: {values['height']:g}"
@@ -151,25 +151,14 @@ def _camera(
         yield f"field_of_view: {degrees(values['horizontal_fov']):.4g} deg"
 
 
-def _numbers_of(sensor: Element | None) -> dict[str, float]:
-    """The numbers in the elements of a sensor by their tags; of several the first counts."""
-    found: dict[str, float] = {}
-    for element in sensor.within() if sensor is not None else ():
-        try:
-            found.setdefault(element.tag, float(element.text))
-        except ValueError:
-            continue
-    return found
-
-
-def _at(model: RobotModel, name: str, base: FloatArray) -> tuple[float, float, float]:
-    x, y, z = (np.round(model.poses[name][:3, 3] - base, 3) + 0.0).tolist()
+def _at(sensor: ModelledSensor, base: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (np.round(sensor.pose[:3, 3] - base, 3) + 0.0).tolist()
     return x, y, z
 
 
-def _yaw(model: RobotModel, name: str) -> float:
-    """Direction of a link's x axis in the plane, degrees."""
-    forward = model.poses[name][:3, 0]
+def _yaw(sensor: ModelledSensor) -> float:
+    """Direction of a sensor's x axis in the plane, degrees."""
+    forward = sensor.pose[:3, 0]
     return round(degrees(atan2(forward[1], forward[0])), 2) + 0.0
 
 

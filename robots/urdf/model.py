@@ -202,9 +202,16 @@ def _joint(element: Element, links: dict[str, Element], findings: Findings) -> J
 def origin_of(element: Element) -> FloatArray:
     """The transform (4, 4) of the <origin> in an element; identity without one."""
     origin = element.first("origin")
+    return transform_of(
+        _three(origin, "xyz", (0.0, 0.0, 0.0)), _three(origin, "rpy", (0.0, 0.0, 0.0))
+    )
+
+
+def transform_of(position: FloatArray, angles: FloatArray) -> FloatArray:
+    """The transform (4, 4) with a position (3,), metres, and roll, pitch and yaw, radians."""
     result = np.eye(4)
-    result[:3, 3] = _three(origin, "xyz", (0.0, 0.0, 0.0))
-    roll, pitch, yaw = _three(origin, "rpy", (0.0, 0.0, 0.0)).tolist()
+    result[:3, 3] = position
+    roll, pitch, yaw = angles.tolist()
     if roll or pitch or yaw:
         (cr, sr), (cp, sp), (cy, sy) = ((cos(a), sin(a)) for a in (roll, pitch, yaw))
         result[:3, :3] = [

@@ -1,12 +1,19 @@
-"""Finds the links of a URDF that hold sensors: by Gazebo's sensors, else by their names."""
+"""Finds the sensors of a URDF: Gazebo's, else links by their names."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from robots.urdf.model import RobotModel
+import numpy as np
+
+from robots.declared import URDF
+from robots.urdf.model import RobotModel, transform_of
+from stack.documents import Finding
 from stack.documents.xml_file import Element
+from stack.errors import InputError
+from stack.types import FloatArray
 
 GAZEBO_TYPES = {
     "ray": "lidar", "gpu_ray": "lidar", "gpu_lidar": "lidar", "lidar": "lidar",
@@ -30,39 +37,91 @@ OTHER_PARTS = re.compile(r"(^|_)(mount|base|bracket|optical|bottom_screw|support
 """Words of links that hold a sensor, or are other frames of it."""
 
 
-def sensor_links(model: RobotModel) -> dict[str, list[str]]:
-    """Names of the links with sensors by kind: lidar, camera, depth, imu, sonar, range.
+@dataclass(frozen=True)
+class ModelledSensor:
+    """A sensor of a URDF.
 
-    Links that Gazebo's sensors name come alone; without any of a kind, links are taken by name.
+    Attributes:
+        link: that holds it.
+        pose: (4, 4) of the sensor in the root's frame, with all joints at 0.
+        element: Gazebo's <sensor>; None if the link's name says that there is one.
     """
-    found: dict[str, list[str]] = {}
-    for link, sensor in gazebo_sensors(model):
-        kind = GAZEBO_TYPES.get(sensor.attributes.get("type", "").lower(), "")
-        if kind == "lidar" and _is_single_beam(sensor):
+
+    link: str
+    pose: FloatArray
+    element: Element | None = None
+
+
+def sensors_of(model: RobotModel) -> dict[str, list[ModelledSensor]]:
+    """The sensors by kind: lidar, camera, depth, imu, sonar, range.
+
+    Gazebo's sensors of a kind come alone, of several at one pose the first; without any, links are
+    taken by name.
+
+    Raises:
+        InputError: the pose of a sensor is not six numbers.
+    """
+    found: dict[str, list[ModelledSensor]] = {}
+    for sensor in _gazebo_sensors(model):
+        assert sensor.element is not None
+        kind = GAZEBO_TYPES.get(sensor.element.attributes.get("type", "").lower(), "")
+        if kind == "lidar" and _is_single_beam(sensor.element):
             kind = "range"
-        if kind and link not in found.setdefault(kind, []):
-            found[kind].append(link)
+        others = found.setdefault(kind, []) if kind else []
+        if kind and not any(np.allclose(sensor.pose, other.pose) for other in others):
+            others.append(sensor)
     for kind, word in WORDS.items():
         if kind in found or (kind == "camera" and "depth" in found):
             continue
         named = [name for name in model.links if word.search(name.lower())]
         frames = [name for name in named if not OTHER_PARTS.search(word.sub("", name.lower()))]
         if frames or named:
-            found[kind] = (frames or named)[:1]
+            link = (frames or named)[0]
+            found[kind] = [ModelledSensor(link, model.poses[link])]
     return found
+
+
+def _gazebo_sensors(model: RobotModel) -> Iterator[ModelledSensor]:
+    """The <sensor> elements for Gazebo; each has a pose in the frame of its link."""
+    for gazebo in model.element.all("gazebo"):
+        link = gazebo.attributes.get("reference", "")
+        if link in model.links:
+            for sensor in gazebo.all("sensor"):
+                pose = model.poses[link] @ _pose_on_link(sensor)
+                yield ModelledSensor(link, pose, sensor)
+
+
+def _pose_on_link(sensor: Element) -> FloatArray:
+    """The transform (4, 4) of the <pose> of a sensor; identity without one."""
+    element = sensor.first("pose")
+    if element is None or not element.text:
+        return np.eye(4)
+    try:
+        values = np.array([float(word) for word in element.text.split()])
+    except ValueError:
+        values = np.empty(0)
+    if values.shape != (6,) or not np.isfinite(values).all():
+        sentence = f"the pose of the sensor {sensor.name!r} must be six numbers: x y z and r p y"
+        raise InputError([Finding(element.mark, URDF, sentence)])
+    angles = values[3:]
+    if element.attributes.get("degrees", "") in ("true", "1"):
+        angles = np.radians(angles)
+    return transform_of(values[:3], angles)
 
 
 def _is_single_beam(sensor: Element) -> bool:
     """Whether a ray sensor measures one distance: an infrared or ultrasonic sensor."""
-    ranges = [e for e in sensor.within() if e.tag == "max" and e.text]
-    samples = [e for e in sensor.within() if e.tag == "samples" and e.text]
-    few = bool(samples) and float(samples[0].text) < LEAST_SAMPLES
-    return few or (bool(ranges) and float(ranges[0].text) < LEAST_RANGE)
+    values = numbers_of(sensor)
+    few = values.get("samples", LEAST_SAMPLES) < LEAST_SAMPLES
+    return few or values.get("max", LEAST_RANGE) < LEAST_RANGE
 
 
-def gazebo_sensors(model: RobotModel) -> Iterator[tuple[str, Element]]:
-    """The <sensor> elements for Gazebo, each with the link that it is on."""
-    for gazebo in model.element.all("gazebo"):
-        link = gazebo.attributes.get("reference", "")
-        if link in model.links:
-            yield from ((link, sensor) for sensor in gazebo.all("sensor"))
+def numbers_of(sensor: Element | None) -> dict[str, float]:
+    """The numbers in the elements of a sensor by their tags; of several the first counts."""
+    found: dict[str, float] = {}
+    for element in sensor.within() if sensor is not None else ():
+        try:
+            found.setdefault(element.tag, float(element.text))
+        except ValueError:
+            continue
+    return found

@@ -22,7 +22,7 @@ class Findings:
 
     def warning(self, code: str, mark: Mark, sentence: str, hint: str = "") -> None:
         """Add a finding that is probably unintended, but does not make the file unusable."""
-        self._add(Finding(mark, code, sentence, hint, "warning"))
+        self._add(Finding(mark, code, sentence, hint))
 
     @property
     def errors(self) -> list[Finding]:

@@ -29,9 +29,10 @@ class SteeredWheels:
         rear: URDF joints of the driven wheels, left and right.
         radius: of the rear wheels, metres.
         wheelbase: distance between the axles, metres.
-        track: distance between left and right wheels, metres.
+        track: distance between the rear wheels, metres.
         steering_angle: largest steering angle at the middle of the front axle, radians.
         steering_speed: rate of the steering angle, rad/s.
+        steered_track: distance between the axes of the steering joints, metres; None: the track.
     """
 
     steering: tuple[str, str]
@@ -41,6 +42,12 @@ class SteeredWheels:
     track: float
     steering_angle: float
     steering_speed: float
+    steered_track: float | None = None
+
+    @property
+    def half_steered_track(self) -> float:
+        """From the middle of the front axle to the axis of a steering joint, metres."""
+        return (self.track if self.steered_track is None else self.steered_track) / 2.0
 
     @property
     def turning_radius(self) -> float:
@@ -65,7 +72,7 @@ class SteeredWheels:
         front = at[front_left][1] - at[front_right][1]
         return [
             Length("track", "track of the rear wheels", self.track, at[left][1] - at[right][1]),
-            Length("track", "track of the steered wheels", self.track, front),
+            Length("steering", "distance of the steering joints", abs(front), front),
             Length("wheelbase", "wheelbase", self.wheelbase, base),
         ]
 
@@ -78,11 +85,11 @@ class Ackermann(Drivetrain):
     """Steered front wheels and driven rear wheels with one common centre of rotation.
 
     R. W. Ackermann's condition (1818): the axles of all wheels intersect in one point on the line
-    of the rear axle. With steering angle d at the middle of the front axle, wheelbase L and track
-    b, the curvature is k = tan d / L, the front wheels are steered by atan(k L / (1 -+ k b / 2))
-    and the rear wheels roll at v (1 -+ k b / 2). The speed changes within the acceleration limits
-    and the steering angle at the steering speed. At v = 0, tan d = w L / v is undefined and the
-    steering angle is kept: a car cannot turn in place.
+    of the rear axle. With steering angle d at the middle of the front axle, wheelbase L, track b
+    and distance c of the steering axes, the curvature is k = tan d / L, the front wheels are
+    steered by atan(k L / (1 -+ k c / 2)) and the rear wheels roll at v (1 -+ k b / 2). The speed
+    changes within the acceleration limits and the steering angle at the steering speed. At v = 0,
+    tan d = w L / v is undefined and the steering angle is kept: a car cannot turn in place.
     """
 
     kind = "ackermann"
@@ -137,7 +144,7 @@ class Ackermann(Drivetrain):
     def steering_limit(self) -> float:
         """Angle of the inner front wheel on the tightest arc, radians."""
         wheels = self._wheels
-        return atan(wheels.wheelbase / (wheels.turning_radius - wheels.track / 2.0))
+        return atan(wheels.wheelbase / (wheels.turning_radius - wheels.half_steered_track))
 
     @property
     def steering_joints(self) -> tuple[str, ...]:
@@ -151,10 +158,11 @@ class Ackermann(Drivetrain):
             steering = self.state_at(state.twist, self.at_rest).steering or 0.0
         curvature = self._curvature(steering)
         offset, ahead = curvature * wheels.track / 2.0, curvature * wheels.wheelbase
+        steered = curvature * wheels.half_steered_track
         rolling = state.twist.linear / wheels.radius
         return WheelCommand(
             (rolling * (1.0 - offset), rolling * (1.0 + offset)),
-            (atan(ahead / (1.0 - offset)), atan(ahead / (1.0 + offset))),
+            (atan(ahead / (1.0 - steered)), atan(ahead / (1.0 + steered))),
         )
 
     def from_wheels(
@@ -164,7 +172,7 @@ class Ackermann(Drivetrain):
 
         Different slips of the two rear wheels also turn the car.
         """
-        half, base = self._wheels.track / 2.0, self._wheels.wheelbase
+        half, base = self._wheels.half_steered_track, self._wheels.wheelbase
         curvature = 0.0
         if steering:
             left, right = (tan(angle) for angle in steering)

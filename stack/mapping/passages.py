@@ -58,23 +58,38 @@ def clearance_of(grid: OccupancyGrid) -> FloatArray:
 
 
 def passages_of(grid: OccupancyGrid, clearance: FloatArray) -> list[Passage]:
-    """Return the passages between pairs of rooms, the narrowest first."""
+    """Return the passages between rooms, the narrowest first.
+
+    Two rooms can have several: one for each connected part of their boundary.
+    """
     rooms = rooms_of(grid, clearance)
-    best: dict[tuple[int, int], tuple[float, int, int]] = {}
+    boundaries: dict[tuple[int, int], list[list[int]]] = {}
     for here, there in (
         (rooms[:-1, :], rooms[1:, :]),
         (rooms[:, :-1], rooms[:, 1:]),
     ):
-        for row, column in np.argwhere((here != there) & (here > 0) & (there > 0)):
+        for row, column in np.argwhere((here != there) & (here > 0) & (there > 0)).tolist():
             one, other = int(here[row, column]), int(there[row, column])
             pair = (min(one, other), max(one, other))
-            wide = float(clearance[row, column])
-            if wide > best.get(pair, (-1.0, 0, 0))[0]:
-                best[pair] = (wide, int(row), int(column))
-    found = [
-        Passage(*grid.centre_of(row, column), 2.0 * wide) for wide, row, column in best.values()
-    ]
+            boundaries.setdefault(pair, []).append([row, column])
+    found = []
+    for cells in boundaries.values():
+        for part in _connected_parts(np.array(cells)):
+            wide = clearance[part[:, 0], part[:, 1]]
+            row, column = part[int(wide.argmax())].tolist()
+            found.append(Passage(*grid.centre_of(row, column), 2.0 * float(wide.max())))
     return sorted(found, key=lambda passage: (passage.width, passage.x, passage.y))
+
+
+def _connected_parts(cells: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Split cells (n, 2) into parts of neighbours, diagonal ones included."""
+    import cv2
+
+    corner = cells.min(axis=0)
+    image = np.zeros(cells.max(axis=0) - corner + 1, np.uint8)
+    image[tuple((cells - corner).T)] = 1
+    count, labels = cv2.connectedComponents(image, connectivity=8)
+    return [np.argwhere(labels == number) + corner for number in range(1, count)]
 
 
 def widest_paths(

@@ -1,7 +1,7 @@
 """Reader and writer of ROS map_server files: a YAML file and an image.
 
 Thresholds, rounding and transparency are those of nav2_map_server's map_io.cpp (ROS 2 Foxy to
-Jazzy). Codes: E401 keys and values · E402 image.
+Jazzy). Codes: E401 keys and values · W401 unknown keys · E402 image.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from stack.mapping.whole_files import replace_files
 from stack.parameters import Declaration, suggestion
 from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid, Pose2D
 
-SHAPE = "E401"
+SHAPE, UNKNOWN_KEY = "E401", "W401"
 PICTURE = "E402"
 
 SHADES = {OCCUPIED: 0, FREE: 254, UNKNOWN: 205}
@@ -94,7 +94,8 @@ def read_ros_map(path: Path, findings: Findings | None = None) -> OccupancyGrid:
     x, y, yaw = _origin(top)
     shading = _shading(top)
     for key in top.unread():
-        findings.warning(SHAPE, key.mark, f"a map file has no key {key.words()}: it is ignored")
+        sentence = f"a map file has no key {key.words()}: it is ignored"
+        findings.warning(UNKNOWN_KEY, key.mark, sentence)
     findings.raise_errors()
     assert image is not None and named is not None
     picture = _picture(path.parent / named, image, findings)

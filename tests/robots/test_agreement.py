@@ -1,6 +1,6 @@
 """robot.yaml and its URDF are compared: what contradicts, and what is probably unintended."""
 
-from math import pi
+from math import pi, tan
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from robots.load import find_robot, read_robot, robot_names
 from stack.errors import InputError
+from stack.types import Twist
 
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
 
@@ -166,6 +167,32 @@ def test_a_lidar_away_from_its_link_is_a_warning(read, more, lidar, away):
         assert away in warning.sentence
 
 
+ON_BASE = (
+    '<gazebo reference="base"><sensor name="laser" type="ray"><pose {more}>0.1 0 0.18 {angles}'
+    "</pose></sensor></gazebo>"
+)
+
+
+@pytest.mark.parametrize(
+    ("angles", "more", "lidar", "told"),
+    [
+        ("0 0 0", "", LIDAR, ""),
+        ("0 0 0", "", LIDAR.replace("10 cm", "0"), "is at [0.1, 0, 0.18] m in the base frame, 0.1"),
+        (f"{pi} 0 0", "", LIDAR, "is upside down"),
+        ("180 0 0", 'degrees="true"', LIDAR, "is upside down"),
+    ],
+)
+def test_a_sensor_of_gazebo_has_a_pose_on_its_link(read, angles, more, lidar, told):
+    text = urdf(more=ON_BASE.format(angles=angles, more=more))
+    found = [warning.sentence for warning in read(text, ROBOT + lidar).warnings]
+    assert len(found) == bool(told) and all(told in sentence for sentence in found)
+
+
+def test_a_pose_of_a_sensor_that_is_no_pose_is_an_error(read):
+    (line,) = errors(read, urdf(more=ON_BASE.format(angles="0 up", more="")), ROBOT + LIDAR)
+    assert "the pose of the sensor 'laser' must be six numbers" in line
+
+
 TURNED = LASER.replace("<origin ", f'<origin rpy="{pi} 0 0" ')
 ROLLED = LIDAR.replace("}", ", roll: 180 deg}")
 
@@ -179,7 +206,7 @@ ROLLED = LIDAR.replace("}", ", roll: 180 deg}")
 )  # fmt: skip
 def test_a_lidar_upside_down_in_one_file_alone_is_a_warning(read, more, lidar, told):
     found = [warning.sentence for warning in read(urdf(more=more), ROBOT + lidar).warnings]
-    assert found == ([f"lidar: roll: the URDF's link 'laser_frame' is {told}"] if told else [])
+    assert found == ([f"lidar: roll: the URDF's sensor on 'laser_frame' is {told}"] if told else [])
 
 
 OMNI = """robot: r
@@ -258,7 +285,8 @@ def car(*, base=0.4, track=0.3, front=0.3, upright="0 0 1"):
         ({"base": 0.5}, "the wheelbase is 0.4 m, but 0.5 m in the URDF"),
         ({"base": -0.4}, "the wheelbase is 0.4 m, but -0.4 m in the URDF"),
         ({"track": 0.4}, "the track of the rear wheels is 0.3 m, but 0.4 m in the URDF"),
-        ({"front": 0.2}, "the track of the steered wheels is 0.3 m, but 0.2 m in the URDF"),
+        ({"front": -0.2}, "the distance of the steering joints is 0.2 m, but -0.2 m in the URDF"),
+        ({"front": 1.5}, "the centre of rotation is 0.69 m from the middle, between the steering"),
         ({"upright": "0 1 0"}, "steering joint 'sl' turns about [0, 1, 0]"),
     ],
 )
@@ -266,6 +294,19 @@ def test_a_car_is_compared(read, changes, sentence):
     assert read(car(), CAR).warnings == ()
     found = errors(read, car(**changes), CAR)
     assert any(sentence in line for line in found), found
+
+
+@pytest.mark.parametrize("front", [0.2, 0.26, 0.4])
+def test_the_axles_of_a_car_meet_in_one_point_whatever_its_front_track(read, front):
+    """The steering angles need the distance of the URDF's steering joints, not `track`."""
+    robot = read(car(front=front), CAR)
+    drive = robot.drivetrain
+    command = drive.to_wheels(drive.state_at(Twist(0.5, 0.5), drive.at_rest))  # radius 1 m
+    left, right = command.steering
+    assert 0.4 / tan(left) + front / 2 == pytest.approx(1.0)
+    assert 0.4 / tan(right) - front / 2 == pytest.approx(1.0)
+    rolled = [0.5 * (1 - 0.15), 0.5 * (1 + 0.15)]
+    assert drive.from_wheels(rolled, (0.0, 0.0), command.steering).heading == pytest.approx(0.5)
 
 
 def test_a_steering_axis_that_points_down_is_reversed_with_its_limits(read):

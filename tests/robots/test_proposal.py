@@ -172,6 +172,20 @@ def test_sensors_are_where_their_links_are(propose):
     assert (named.lidar.mount.x, named.lidar.height) == (0.05, 0.2)
 
 
+def test_two_lidars_of_gazebo_on_one_link_are_proposed_where_their_poses_are(propose):
+    wheels = wheel("l", (0, 0.15, 0.05), 0.05), wheel("r", (0, -0.15, 0.05), 0.05)
+    scans = "".join(
+        SCAN.replace('type="gpu', f'name="{name}" type="gpu').replace(
+            "<update_rate>", f"<pose>{x} 0 0.1 0 0 {yaw}</pose><update_rate>"
+        )
+        for name, x, yaw in (("ahead", 0.1, 0), ("behind", -0.1, pi))
+    )
+    found = propose(robot(*wheels, part("top", (0, 0, 0.1)), scans)).real_lidars
+    assert list(found) == ["lidar", "behind"]
+    assert [lidar.mount.x for lidar in found.values()] == [0.1, -0.1]
+    assert abs(found["behind"].mount.heading) == pytest.approx(pi, abs=1e-3)
+
+
 @given(st.floats(-3.0, 3.0), st.floats(0.3, 5.0), st.floats(-3.0, 3.0), st.sampled_from([0.0, pi]))
 @SAME
 def test_a_lidar_looks_where_its_sector_is_also_upside_down(propose, first, view, yaw, roll):

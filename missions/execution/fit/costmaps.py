@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from missions.execution.fit.components import MISSING, Marks
 from missions.execution.fit.needs import missing
-from missions.language.analysis.claims import warning
 from stack.components import BUILT_IN, Choice
 from stack.costmap.choosing import LayerChoice
 from stack.costmap.parameters import CostmapParameters
@@ -47,7 +46,7 @@ def layer_findings(choice: Choice, marks: Marks, robot: RobotDescription) -> Ite
         if name not in read:
             sentence = f"no layer reads the lidar {name!r}: plans pass through what only it sees"
             hint = f"add {{use: obstacle, name: obstacle_{name}, source: {name}}} to `layers`"
-            yield warning("W144", mark, sentence, hint)
+            yield Finding(mark, "W144", sentence, hint)
 
 
 def inflation_findings(choice: Choice, marks: Marks, robot: RobotDescription) -> Iterator[Finding]:
@@ -65,4 +64,4 @@ def inflation_findings(choice: Choice, marks: Marks, robot: RobotDescription) ->
         sentence += f"whose inscribed radius is {inscribed:.2f} m: plans touch corners and walls"
         named = marks.mission.components.get("costmap")
         mark = marks.of("robot") if named is None else named.marks.get(name, named.mark)
-        yield warning("W145", mark, sentence, f"use about {inscribed + MARGIN:.2f} m")
+        yield Finding(mark, "W145", sentence, f"use about {inscribed + MARGIN:.2f} m")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from missions.execution.fit.steps import every_leaf
-from missions.language.analysis.claims import mark_of, warning
+from missions.language.analysis.claims import mark_of
 from missions.language.model import Mission
 from missions.language.values import Constant
 from stack.components import Choice
@@ -84,13 +84,13 @@ def _warnings(
     """Yield warnings about a model or a layer without effect."""
     if labels and robot.camera is None:
         sentence = f"{robot.name} has no camera: the object detector sees nothing"
-        yield warning("W142", _mark(mission, "model"), sentence)
+        yield Finding(_mark(mission, "model"), "W142", sentence)
     depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
     uses = any(layer.component.needs_detections for layer in choices["costmap"].parts)
     if uses and not labels and not depth:
         sentence = "the layer `semantic` has no effect: nothing tells it what things are"
         hint = f"set `{KIND}: {{model: FILE.onnx}}`, or `depth: {{obstacles: true}}` for people"
-        yield warning("W142", _mark(mission, "layers", "costmap"), sentence, hint)
+        yield Finding(_mark(mission, "layers", "costmap"), "W142", sentence, hint)
 
 
 def _mark(mission: Mission, parameter: str, kind: str = KIND) -> Mark:

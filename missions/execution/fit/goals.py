@@ -8,10 +8,12 @@ from math import inf, isnan
 
 import numpy as np
 
+from behaviours.base import RobotBehaviour
 from missions.execution.fit.reachability import ReachableFloor
 from missions.execution.fit.steps import every_leaf, every_step
 from missions.language.analysis.claims import number_of
 from missions.language.expressions.scope import UNSET, Role, Symbol
+from missions.language.kinds.leaf import LeafStep
 from missions.language.model import Mission
 from missions.language.values import Constant, ListValue, Reference, Value
 from stack.documents import Finding, Mark
@@ -20,7 +22,7 @@ from stack.geometry.polygons import outline_points
 from stack.planning.parameters import PlannerParameters
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.world import World
-from stack.types import Footprint, Pose2D
+from stack.types import FloatArray, Footprint, Pose2D
 
 CLEARANCE = 0.05
 """Metres to the nearest obstacle below which a goal is a tight fit."""
@@ -36,6 +38,7 @@ class Goal:
 
     Attributes:
         tolerance: metres; infinite if it is not known before the mission runs.
+        can_be_partial: whether its behaviour has a port `partial`.
     """
 
     pose: Pose2D
@@ -43,9 +46,17 @@ class Goal:
     name: str
     is_partial: bool
     tolerance: float = 0.0
+    can_be_partial: bool = True
+
+    def hint(self, remedy: str) -> str:
+        """Return a remedy with `partial: true` as the other one, if the behaviour has the port."""
+        if not self.can_be_partial:
+            return remedy
+        more = "or use `partial: true`: the robot stops at the nearest place and succeeds"
+        return f"{remedy}, {more}"
 
     def words(self) -> str:
-        at = f"({self.pose.x:g}, {self.pose.y:g})"
+        at = f"({round(self.pose.x, 3):g}, {round(self.pose.y, 3):g})"
         return f"the goal {self.name} {at}" if self.name else f"the goal {at}"
 
 
@@ -60,7 +71,7 @@ def goal_findings(
         robot: its footprint and height count.
         start: where the mission starts; in an obstacle, no goal is called unreachable.
     """
-    goals = Goals(mission).all()
+    goals = Goals(mission).all(robot.footprint)
     found = list(_goal_findings(goals, world, robot.footprint))
     faulty = {item.mark for item in found if item.severity == "error"}
     sound = [goal for goal in goals if not goal.is_partial and goal.mark not in faulty]
@@ -95,8 +106,20 @@ def _area(world: World) -> str:
     return f"x {x_min:g} to {x_max:g} m and y {y_min:g} to {y_max:g} m"
 
 
+@dataclass(frozen=True)
+class Area:
+    """An area that the robot drives over: corners (n, 2), map frame, and where it is written."""
+
+    corners: FloatArray
+    mark: Mark
+    name: str
+
+    def words(self) -> str:
+        return f"the area {self.name}" if self.name else "the area"
+
+
 class Goals:
-    """Follows goals from the ports of drives to the poses in the file."""
+    """Follows goals and areas from the ports of behaviours to the poses in the file."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
@@ -106,7 +129,7 @@ class Goals:
             for symbol, value in step.binds(inputs):
                 self.sources.setdefault(symbol, []).append((value, step.mark))
 
-    def all(self) -> list[Goal]:
+    def all(self, footprint: Footprint) -> list[Goal]:
         """Return every goal that is known before the mission runs, each position once."""
         found: dict[tuple[Mark, Pose2D, bool, float], Goal] = {}
         for step in every_leaf(self.mission):
@@ -115,32 +138,70 @@ class Goals:
             tolerance = _tolerance(step.ports.get("tolerance"))
             for port in step.behaviour.goal_ports:
                 for pose, mark, name in self._poses(step.ports.get(port), step.mark, ()):
-                    if isnan(pose.x):
-                        continue  # a place with an error
-                    goal = Goal(pose, mark, name, is_partial, tolerance)
-                    found.setdefault((mark, pose, is_partial, tolerance), goal)
+                    at = _standing_pose(step, pose, footprint)
+                    if at is None or isnan(at.x):
+                        continue  # not known yet, or a place with an error
+                    named = name if at == pose else f"of {step.kind}"
+                    goal = Goal(
+                        at, mark, named, is_partial, tolerance, "partial" in step.behaviour.ports
+                    )  # fmt: skip
+                    found.setdefault((mark, at, is_partial, tolerance), goal)
         return list(found.values())
+
+    def areas(self) -> list[Area]:
+        """Return every area that is known before the mission runs, each position once."""
+        found: dict[Mark, Area] = {}
+        for step in every_leaf(self.mission):
+            for port in step.behaviour.area_ports:
+                for value, mark in self._origins(step.ports.get(port), step.mark, ()):
+                    corners = [pose for pose, _, _ in self._poses(value, mark, ())]
+                    if len(corners) >= 3 and not any(isnan(pose.x) for pose in corners):
+                        name = _name_of(value) if isinstance(value, Constant) else ""
+                        points = np.array([[pose.x, pose.y] for pose in corners])
+                        found.setdefault(mark, Area(points, mark, name))
+        return list(found.values())
+
+    def _origins(
+        self, value: Value | None, mark: Mark, through: tuple[Symbol, ...]
+    ) -> Iterator[tuple[Value, Mark]]:
+        """Yield the values that a value can have, with positions, through all references."""
+        if isinstance(value, Reference):
+            symbol = value.symbol
+            if symbol in through:
+                return
+            for source, where in self.sources.get(symbol, ()):
+                yield from self._origins(source, where, (*through, symbol))
+            if symbol.role is Role.KEY and symbol.value is not UNSET:
+                yield Constant(symbol.value, f"${symbol.name}", symbol.mark), symbol.mark
+        elif value is not None:
+            yield value, (value.mark if isinstance(value, Constant) else None) or mark
 
     def _poses(
         self, value: Value | None, mark: Mark, through: tuple[Symbol, ...]
     ) -> Iterator[tuple[Pose2D, Mark, str]]:
         """Yield the poses that a value can have, with position and name."""
-        if isinstance(value, Constant):
-            yield from _constants(value, mark)
-        elif isinstance(value, ListValue):
-            for item in value.items:
-                yield from self._poses(item, mark, through)
-        elif isinstance(value, Reference) and value.symbol not in through:
-            symbol = value.symbol
-            for source, where in self.sources.get(symbol, ()):
-                yield from self._poses(source, where, (*through, symbol))
-            initial = symbol.value if symbol.role is Role.KEY else UNSET
-            if isinstance(initial, Pose2D):
-                yield initial, symbol.mark, f"${symbol.name}"
+        for origin, where in self._origins(value, mark, through):
+            if isinstance(origin, Constant):
+                yield from _constants(origin, where)
+            elif isinstance(origin, ListValue):
+                for item in origin.items:
+                    yield from self._poses(item, where, through)
+
+
+def _standing_pose(step: LeafStep, pose: Pose2D, footprint: Footprint) -> Pose2D | None:
+    """Return where the robot stands for a pose of a step; None if that is not known yet."""
+    cls = step.behaviour.cls
+    assert issubclass(cls, RobotBehaviour)  # others have no goal ports
+    ports = {name: port.default for name, port in step.behaviour.ports.items()}
+    ports |= {
+        name: value.value if isinstance(value, Constant) else None
+        for name, value in step.ports.items()
+    }
+    return cls.standing_pose(pose, footprint, ports)
 
 
 def _constants(value: Constant, mark: Mark) -> Iterator[tuple[Pose2D, Mark, str]]:
-    name = value.text if value.text.startswith("$") else ""
+    name = _name_of(value)
     where = value.mark or mark
     if isinstance(value.value, Pose2D):
         yield value.value, where, name
@@ -149,6 +210,10 @@ def _constants(value: Constant, mark: Mark) -> Iterator[tuple[Pose2D, Mark, str]
             if isinstance(pose, Pose2D):
                 at = value.items[number] if number < len(value.items) else where
                 yield pose, at, f"{number + 1} of {name}" if name else ""
+
+
+def _name_of(value: Constant) -> str:
+    return value.text if value.text.startswith("$") else ""
 
 
 def _tolerance(value: Value | None) -> float:
@@ -174,7 +239,7 @@ def _unreachable(
         sentence += f"{robot.name} is {width:.2f} m wide; the nearest place that it can reach is "
         sentence += f"({x:.2f}, {y:.2f})"
         hint = "move the goal, make an opening in the world, or use `partial: true`"
-        yield Finding(goal.mark, "W143", sentence, hint, "warning")
+        yield Finding(goal.mark, "W143", sentence, hint)
 
 
 def _goal_findings(goals: Sequence[Goal], world: World, footprint: Footprint) -> Iterator[Finding]:
@@ -203,8 +268,7 @@ def _goal_findings(goals: Sequence[Goal], world: World, footprint: Footprint) ->
                 sentence = f"{goal.words()} is too near to {_thing(shape)} of {world.name}: "
                 sentence += f"{gaps[nearest[number], number]:.2f} m, the robot needs "
                 sentence += f"{footprint.inscribed_radius:.2f} m"
-            hint = "move the goal, or use `partial: true`: the robot stops at the nearest place "
-            yield Finding(goal.mark, "E181", sentence, hint + "and succeeds")
+            yield Finding(goal.mark, "E181", sentence, goal.hint("move the goal"))
             continue
         near = [shapes[row] for row in np.flatnonzero(
             gaps[:, number] < footprint.circumscribed_radius + CLEARANCE)]  # fmt: skip
@@ -227,7 +291,7 @@ def _tight(
     state = f"leaves {100.0 * least:.0f} cm to" if least > 0.0 else "overlaps"
     sentence = f"{goal.words()} is a tight fit: at {heading:.0f} deg the robot {state} {thing} "
     sentence += f"of {world.name}"
-    yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it", "warning")
+    yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it")
 
 
 def _thing(shape: Outline) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from missions.execution.fit.steps import every_step
-from missions.language.analysis.claims import is_literal, mark_of, number_of, seconds, warning
+from missions.language.analysis.claims import is_literal, mark_of, number_of, seconds
 from missions.language.model import Mission
 from stack.documents import Finding
 from stack.runtime.parameters import LoopParameters
@@ -21,4 +21,4 @@ def period_findings(mission: Mission, loop: LoopParameters) -> Iterator[Finding]
             continue
         sentence = f"`every: {seconds(period)}` has no effect: the tree ticks every {tick:g} s"
         hint = "use a longer period, or remove it"
-        yield warning("W126", mark_of(every, step.mark), sentence, hint)
+        yield Finding(mark_of(every, step.mark), "W126", sentence, hint)

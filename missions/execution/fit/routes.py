@@ -106,7 +106,7 @@ def _through(
             x, y = points[worst]
             sentence = f"feature {edge.feature}: the edge {edge.id!r} leads through {words} at "
             sentence += f"({x:.2f}, {y:.2f})"
-            yield Finding(Mark(graph.source), "W431", sentence, hint, "warning")
+            yield Finding(Mark(graph.source), "W431", sentence, hint)
             break
 
 

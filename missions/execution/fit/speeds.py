@@ -57,7 +57,7 @@ def setting_findings(
             sentence = f"{kind}.{name}: {speed:g} {unit} is limited to {most:g} {unit} by the robot"
             hint = f"use at most {most:g} {unit}"
             mark = named.marks.get(name, named.mark)
-            yield Finding(mark, "W141", f"{sentence} {robot.name}", hint, "warning")
+            yield Finding(mark, "W141", f"{sentence} {robot.name}", hint)
 
 
 def _is_set_to(speed: float, declared: Declaration, raw: object) -> bool:
@@ -86,9 +86,7 @@ def _compared(
         sentence = f"{text_of_comparison(part) or condition.source} is {word} true: {robot.name} "
         does = "drives" if named == "robot.speed" else "turns"
         sentence += f"{does} at most at {limit[named]:g} {unit}"
-        yield Finding(
-            mark, "W141", sentence, "compare it with a speed that it can reach", "warning"
-        )
+        yield Finding(mark, "W141", sentence, "compare it with a speed that it can reach")
 
 
 def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
@@ -114,7 +112,7 @@ def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
         is_bare = is_literal(value) and _is_number(value)
         if unit == "rad/s" and speed > 6.3 and is_bare:
             hint = f"write {speed:g} deg/s, or at most {most:g} rad/s"
-        yield Finding(mark_of(value, step.mark), "W141", sentence, hint, "warning")
+        yield Finding(mark_of(value, step.mark), "W141", sentence, hint)
 
 
 def _is_number(value: Value) -> bool:

@@ -29,7 +29,7 @@ def tolerance_findings(
             sentence = f"accept: {_text(coarse, 'm')} is no coarser than the tolerance, "
             sentence += _text(asked, "m")
             hint = "accept a larger one, or leave it out"
-            yield Finding(mark_of(accepted, step.mark), "W149", sentence, hint, "warning")
+            yield Finding(mark_of(accepted, step.mark), "W149", sentence, hint)
         if asked is not None and asked < finest.position:
             mark = mark_of(value, step.mark)
             yield _finding(mark, "tolerance", _text(asked, "m"), _text(finest.position, "m"), robot)
@@ -61,7 +61,7 @@ def _of_checker(
 def _finding(mark: Mark, name: str, asked: str, least: str, robot: RobotDescription) -> Finding:
     sentence = f"{name}: {asked} is finer than {robot.name} can be expected to meet, {least}"
     hint = f"use at least {least}, or the drive may end in NO_PROGRESS"
-    return Finding(mark, "W148", sentence, hint, "warning")
+    return Finding(mark, "W148", sentence, hint)
 
 
 def _text(value: float, unit: str) -> str:

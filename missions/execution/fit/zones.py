@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.execution.fit.goals import CLEARANCE, SPACING, Goal, Goals
+from missions.execution.fit.goals import CLEARANCE, SPACING, Area, Goal, Goals
 from missions.execution.fit.reachability import ReachableFloor
 from missions.language.model import Mission
 from stack.costmap.choosing import LayerChoice
@@ -22,6 +23,9 @@ from stack.drivetrain.description import RobotDescription
 from stack.geometry.polygons import distances_to_edges, outline_points, points_inside
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, OccupancyGrid, Pose2D
+
+POINTS_ALONG = 30
+"""Points along the longer side of an area that are compared with zones."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,10 @@ def zone_findings(
         return []
     found = list(_start_findings(start, robot, areas))
     sound = []
-    for goal in Goals(mission).all():
+    goals = Goals(mission)
+    for drawn in goals.areas():
+        found += _area_findings(drawn, robot, areas)
+    for goal in goals.all(robot.footprint):
         here = [] if goal.is_partial else list(_goal_findings(goal, robot, areas))
         found += here
         if not goal.is_partial and not any(item.severity == "error" for item in here):
@@ -134,7 +141,7 @@ def _start_findings(
         if _distance(area, pose) < _need(area, robot):
             sentence = f"the start ({pose.x:g}, {pose.y:g}) is in {area.words()}"
             hint = "the robot leaves it by the shortest way; start outside, or move the zone"
-            yield Finding(mark, "W146", sentence, hint, "warning")
+            yield Finding(mark, "W146", sentence, hint)
 
 
 def _goal_findings(
@@ -147,8 +154,7 @@ def _goal_findings(
             if gap > 0.0:
                 sentence = f"{goal.words()} is too near to {area.words()}: {gap:.2f} m, "
                 sentence += f"the robot needs {need:.2f} m"
-            hint = "move the goal or the zone, or use `partial: true`: the robot stops at the "
-            yield Finding(goal.mark, "E182", sentence, hint + "nearest place and succeeds")
+            yield Finding(goal.mark, "E182", sentence, goal.hint("move the goal or the zone"))
             return
     for area in areas:
         if not area.whole:
@@ -159,8 +165,40 @@ def _goal_findings(
             state = f"leaves {100.0 * gap:.0f} cm to" if gap > 0.0 else "overlaps"
             sentence = f"{goal.words()} is a tight fit: at {np.degrees(goal.pose.heading):.0f} deg "
             sentence += f"the robot {state} {area.words()}"
-            yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it", "warning")
+            yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it")
             return
+
+
+def _area_findings(
+    drawn: Area, robot: RobotDescription, areas: Sequence[KeepoutArea]
+) -> Iterator[Finding]:
+    """Report an area of which the robot can cover nothing, or not all, because of zones."""
+    points = _points_in(drawn.corners)
+    gaps = np.array([area.distance_to(points) for area in areas])
+    touched = [bool((gap < 0.0).any()) for gap in gaps]
+    if not any(touched):
+        return
+    words = zone_words(tuple(dict.fromkeys(area.name for area in compress(areas, touched))))
+    needs = np.array([_need(area, robot) for area in areas])
+    if (gaps < needs[:, None]).any(axis=0).all():
+        sentence = f"{drawn.words()} is in {words}: the robot must not drive there"
+        yield Finding(drawn.mark, "E184", sentence, "move the area or the zone")
+        return
+    share = float((gaps < 0.0).any(axis=0).mean())
+    sentence = f"{share:.0%} of {drawn.words()} is in {words} and is left out"
+    yield Finding(drawn.mark, "W150", sentence, "draw the area outside the zone")
+
+
+def _points_in(corners: FloatArray) -> FloatArray:
+    """Return points (n, 2) on a grid in a polygon; its corners if it is smaller than the grid."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    step = max(SPACING, float((high - low).max()) / POINTS_ALONG)
+    axes = [
+        np.arange(first + 0.5 * step, last, step) for first, last in zip(low, high, strict=True)
+    ]
+    points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    inside = points[points_inside(points, corners)]
+    return inside if len(inside) else corners
 
 
 def _closed_ways(
@@ -196,7 +234,7 @@ def _closed_ways(
         sentence += f"{start.y:g}) to {goal.words()}; the nearest place that {robot.name} can "
         sentence += f"reach is ({x:.2f}, {y:.2f})"
         hint = "make the zone smaller, move the goal, or use `partial: true`"
-        yield Finding(goal.mark, "W147", sentence, hint, "warning")
+        yield Finding(goal.mark, "W147", sentence, hint)
 
 
 def _distance(area: KeepoutArea, pose: Pose2D) -> float:

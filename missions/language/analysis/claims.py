@@ -33,11 +33,6 @@ class Claims:
         self.findings.items += [item for item in self.found.values() if item is not None]
 
 
-def warning(code: str, mark: Mark, sentence: str, hint: str = "") -> Finding:
-    """Return a warning."""
-    return Finding(mark, code, sentence, hint, "warning")
-
-
 def steps_of(step: Step) -> Iterator[Step]:
     """Yield a step and everything below it, in the order of the file; trees are not expanded."""
     stack = [step]

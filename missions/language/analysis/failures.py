@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from missions.language.analysis.claims import Claims, warning
+from missions.language.analysis.claims import Claims
 from missions.language.analysis.data_flow import once_per_step
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.terms import Binary, Literal, Named, Term, Unary
@@ -162,7 +162,7 @@ class FailureCheck:
             close = nearest(code, known)
             hint = f"did you mean {close}?" if close else f"it can fail with {', '.join(known)}"
             sentence = f"error is never {code} here: nothing that runs before it fails with {code}"
-            finding = warning("W131", mark, sentence, hint)
+            finding = Finding(mark, "W131", sentence, hint)
         self.claims.claim(finding, "W131", term)
 
 

@@ -10,13 +10,12 @@ from missions.language.analysis.claims import (
     mark_of,
     number_of,
     steps_of,
-    warning,
 )
 from missions.language.analysis.data_flow import children_of
 from missions.language.analysis.outcomes import OutcomeCheck, is_endless
 from missions.language.step import Event, Modifiers, Order, Step, Tree
 from missions.language.values import symbols_in
-from stack.documents import Findings
+from stack.documents import Finding, Findings
 
 
 class RepetitionCheck:
@@ -125,7 +124,7 @@ class RepetitionCheck:
         if not again:
             sentence = f"`every` has no effect: {step.title} runs once"
             hint = "put it below a `reactive` or a `repeat`, or remove it"
-            finding = warning("W126", mark, sentence, hint)
+            finding = Finding(mark, "W126", sentence, hint)
         self.claims.claim(finding, "W126", step)
 
     def _too_often(self, step: Step) -> None:
@@ -138,7 +137,7 @@ class RepetitionCheck:
         if endless and step.modifiers.every is None and _is_instant(step):
             sentence = f"{step.title} repeats on every tick of the tree"
             hint = "add `every: 5 s`, or a `wait` in a sequence"
-            self.claims.claim(warning("W127", step.mark, sentence, hint), "W127", step)
+            self.claims.claim(Finding(step.mark, "W127", sentence, hint), "W127", step)
 
     def _rotation(self, step: Step, *, again: bool) -> None:
         finding = None
@@ -150,7 +149,7 @@ class RepetitionCheck:
             sentence = f"the round_robin runs once, and {certain.title} cannot fail: "
             sentence += "the children after it never run"
             hint = "put it below a `repeat`, or use a sequence"
-            finding = warning("W128", step.mark, sentence, hint)
+            finding = Finding(step.mark, "W128", sentence, hint)
         self.claims.claim(finding, "W128", step)
 
 

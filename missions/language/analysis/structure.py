@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from missions.language.analysis.claims import Claims, steps_of, warning
+from missions.language.analysis.claims import Claims, steps_of
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import Role
 from missions.language.expressions.terms import Binary, Literal, Named, Term
 from missions.language.step import Event, Modifiers, Order, Step, Tree
 from missions.language.values import symbols_in
-from stack.documents import Findings
+from stack.documents import Finding, Findings
 
 _MEASURED = ("battery.charge", "robot.speed", "robot.turning", "localisation.health",
              "localisation.deviation", "pose.x", "pose.y", "pose.heading", "time")  # fmt: skip
@@ -146,7 +146,7 @@ class StructureCheck:
             return
         sentence = f"{condition.source} is never true here: the conditions around it exclude it"
         mark = condition.mark or step.mark
-        self.claims.claim(warning("W136", mark, sentence, "correct one of them"), "W136", condition)
+        self.claims.claim(Finding(mark, "W136", sentence, "correct one of them"), "W136", condition)
 
 
 def _agree(first: CheckedExpression, second: CheckedExpression) -> bool:

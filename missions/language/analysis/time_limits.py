@@ -12,7 +12,6 @@ from missions.language.analysis.claims import (
     mark_of,
     number_of,
     seconds,
-    warning,
 )
 from missions.language.analysis.data_flow import once_per_step
 from missions.language.step import Event, Step, Tree
@@ -57,7 +56,7 @@ class TimeLimitCheck:
                 sentence = f"the event {event.name!r} never fires: hold is {seconds(hold)}, "
                 sentence += f"but {limit.words()}"
                 hint = f"use less than {seconds(limit.seconds)}, or a longer timeout"
-                finding = warning("W122", mark_of(event.hold, event.mark), sentence, hint)
+                finding = Finding(mark_of(event.hold, event.mark), "W122", sentence, hint)
             self.claims.claim(finding, "W122", event)
             self.step(event.step, None)
 
@@ -104,7 +103,7 @@ class TimeLimitCheck:
             sentence = ends.get(word, f"{what.removesuffix(' of')} of {amount} never applies")
             mark = mark_of(value, step.mark)
             hint = f"use less than {seconds(limit.seconds)}, or a longer limit around it"
-            finding = warning("W122", mark, f"{sentence}: {limit.words()}", hint)
+            finding = Finding(mark, "W122", f"{sentence}: {limit.words()}", hint)
         self.claims.claim(finding, "W122", value)
 
     def _possible(self, step: Step) -> None:
@@ -116,7 +115,7 @@ class TimeLimitCheck:
         mark = mark_of(timeout, step.mark)
         if step.ends_at_once:
             sentence = f"the timeout has no effect: {step.kind} ends at once"
-            self.claims.claim(warning("W123", mark, sentence, "remove it"), "W123", step)
+            self.claims.claim(Finding(mark, "W123", sentence, "remove it"), "W123", step)
         needed = self.least(step)
         if needed <= limit:
             return
@@ -124,7 +123,7 @@ class TimeLimitCheck:
         sentence = f"{name} always times out: it takes at least {seconds(needed)}, "
         sentence += f"but its timeout is {seconds(limit)}"
         hint = f"use a timeout above {seconds(needed)}"
-        self.claims.claim(warning("W121", mark, sentence, hint), "W121", step)
+        self.claims.claim(Finding(mark, "W121", sentence, hint), "W121", step)
 
     @once_per_step
     def least(self, step: Step) -> float:

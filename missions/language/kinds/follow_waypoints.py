@@ -198,7 +198,7 @@ class FollowWaypointsStep(ForEachStep):
             if one == other and isinstance(self.items, Constant) and self.items.is_written:
                 mark = self.items.items[number - 1] if self.items.items else self.mark
                 sentence = f"waypoint {number} is the same as waypoint {number - 1}"
-                yield Finding(mark, "W134", sentence, "remove one of them", "warning")
+                yield Finding(mark, "W134", sentence, "remove one of them")
 
 
 def _read(reader: NodeReading, written: Written, context: NameContext) -> Step | None:

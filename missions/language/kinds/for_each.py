@@ -152,7 +152,7 @@ class ForEachStep(Step):
         if isinstance(self.items, Constant) and not self.items.value and self.items.is_written:
             sentence = f"the list of {self.kind} is empty: nothing runs"
             mark = self.items.mark or self.mark
-            yield Finding(mark, "W133", sentence, "add items, or remove the node", "warning")
+            yield Finding(mark, "W133", sentence, "add items, or remove the node")
 
 
 def _read(reader: NodeReading, written: Written, context: NameContext) -> Step | None:

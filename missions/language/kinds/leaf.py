@@ -144,7 +144,7 @@ class LeafStep(Step):
         time = self.ports.get(self.behaviour.duration_port)
         if isinstance(time, Constant) and time.value == 0.0 and time.is_written:
             sentence = f"a {self.kind} of 0 s has no effect"
-            yield Finding(time.mark or self.mark, "W133", sentence, "remove it", "warning")
+            yield Finding(time.mark or self.mark, "W133", sentence, "remove it")
         for value in self.ports.values():
             if isinstance(value, AssignmentList):
                 yield from _to_itself(value, self.mark)
@@ -228,8 +228,7 @@ def _to_itself(value: AssignmentList, mark: Mark) -> Iterator[Finding]:
         term = expression.term
         if isinstance(term, Named) and expression.read.get(term.name) is symbol:
             sentence = f"${symbol.name} is set to itself"
-            yield Finding(expression.mark or mark, "W130", sentence, "write the new value",
-                          "warning")  # fmt: skip
+            yield Finding(expression.mark or mark, "W130", sentence, "write the new value")
 
 
 def _is_given(value: Value | None) -> bool:

@@ -83,7 +83,7 @@ def _same_drive(first: Step, second: Step) -> Iterator[Finding]:
     if first.goal is not None and first.goal == second.goal and not elsewhere:
         sentence = f"the robot is already there: line {first.mark.line} drives to the same goal"
         hint = "use another goal, or remove it"
-        yield Finding(second.mark, "W134", sentence, hint, "warning")
+        yield Finding(second.mark, "W134", sentence, hint)
 
 
 def _overwritten(first: Step, second: Step) -> Iterator[Finding]:
@@ -95,7 +95,7 @@ def _overwritten(first: Step, second: Step) -> Iterator[Finding]:
         sentence = f"${symbol.name} of line {first.mark.line} is overwritten here "
         sentence += "before anything reads it"
         hint = "use another key, or remove one of them"
-        yield Finding(second.mark, "W130", sentence, hint, "warning")
+        yield Finding(second.mark, "W130", sentence, hint)
 
 
 SEQUENCE = NodeKind(

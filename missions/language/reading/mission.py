@@ -123,10 +123,7 @@ class _Reading:
             key_flow.keys(keys, cases)
         if root is None:
             raise InputError(self.findings.errors)
-        warnings = sorted(
-            (item for item in self.findings.items if item.severity == "warning"),
-            key=lambda item: item.mark,
-        )
+        warnings = sorted(self.findings.warnings, key=lambda item: item.mark)
         mission = Mission(
             name=name, source=self.path, root=root, robot=robot, world=world, doc=doc,
             start=start if isinstance(start, Pose2D) else None, map=map_name,

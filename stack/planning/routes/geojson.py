@@ -119,8 +119,7 @@ def parse_route_graph(text: str, name: str) -> RouteGraph:
         findings.error(FILE, Mark(name), "the graph has no edge", "add a LineString feature")
     findings.raise_errors()
     _warn_of_lone_nodes(reading)
-    warnings = tuple(item for item in findings.items if item.severity == "warning")
-    return RouteGraph(reading.nodes, reading.edges, name, warnings)
+    return RouteGraph(reading.nodes, reading.edges, name, tuple(findings.warnings))
 
 
 def _features(text: str, name: str, findings: Findings) -> list[_Feature]:

@@ -25,18 +25,6 @@ def read_triangles(file: Path) -> FloatArray:
     Raises:
         InputError: the file cannot be read, is not a mesh, or is too large.
     """
-    try:
-        changed = file.stat().st_mtime_ns
-    except OSError:
-        changed = 0
-    return _read(file, changed)
-
-
-@lru_cache(maxsize=256)
-def _read(file: Path, changed: int) -> FloatArray:
-    """Read a mesh once while it does not change (`changed`: its modification time)."""
-    import trimesh
-
     kind = file.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise InputError(f"{file.name} is not a mesh of a known kind: {', '.join(FORMATS)}")
@@ -44,19 +32,27 @@ def _read(file: Path, changed: int) -> FloatArray:
         raw = read_bytes(file, MESH_BYTES)
     except OSError as error:
         raise InputError(f"{file.name} cannot be read: {error.strerror}") from None
+    return _triangles(raw, file.name, kind)
+
+
+@lru_cache(maxsize=64)
+def _triangles(raw: bytes, name: str, kind: str) -> FloatArray:
+    """Parse equal contents once: the models of a world often share their meshes."""
+    import trimesh
+
     if b"<!DOCTYPE" in raw:
-        raise InputError(f"{file.name} has a document type, which is not supported")
+        raise InputError(f"{name} has a document type, which is not supported")
     try:
         # Without its path: textures and other files that it names are not read.
         scene = trimesh.load_scene(BytesIO(raw), file_type=kind)
         metres = trimesh.units.unit_conversion(scene.units or "m", "m") if kind == "dae" else 1.0
         triangles = np.asarray(scene.to_mesh().triangles, dtype=np.float64) * metres
     except Exception as error:  # trimesh's readers may raise any exception on a damaged file
-        sentence = f"{file.name} is not a readable {kind} mesh ({type(error).__name__})"
+        sentence = f"{name} is not a readable {kind} mesh ({type(error).__name__})"
         raise InputError(sentence) from None
     if not triangles.size or not np.isfinite(triangles).all():
-        raise InputError(f"{file.name} has no faces")
+        raise InputError(f"{name} has no faces")
     if len(triangles) > MAX_FACES:
         count = len(triangles)
-        raise InputError(f"{file.name} has {count} faces; at most {MAX_FACES} are supported")
+        raise InputError(f"{name} has {count} faces; at most {MAX_FACES} are supported")
     return triangles

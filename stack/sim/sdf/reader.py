@@ -19,7 +19,7 @@ from stack.sim.sdf.model_path import ModelPath, description_of, name_of
 from stack.sim.worlds.values import SHAPE, TOO_MANY
 from stack.types import FloatArray
 
-IGNORED = "E208"
+IGNORED = "W208"
 STANDARD = frozenset({"ground_plane", "sun"})
 """Gazebo's own models of floor and light."""
 
@@ -78,7 +78,7 @@ class Warnings:
         for (kind, hint), cases in self._cases.items():
             names = list(dict.fromkeys(case.sentence for case in cases))
             shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if names[5:] else "")
-            found.append(Finding(cases[0].mark, IGNORED, f"{kind}: {shown}", hint, "warning"))
+            found.append(Finding(cases[0].mark, IGNORED, f"{kind}: {shown}", hint))
         return sorted(found, key=lambda item: (files.index(item.mark.file), item.mark))
 
 

@@ -7,7 +7,7 @@ physics and visuals are ignored. An unsupported element that affects driving is 
 warning in `World.warnings`.
 
 Format: sdformat.org/spec, versions 1.4 to 1.11. Codes: E201 shape and values · E205 too many ·
-E206 empty · E207 not XML · E208 ignored or replaced (warnings).
+E206 empty · E207 not XML · W208 ignored or replaced.
 """
 
 from __future__ import annotations

@@ -27,7 +27,6 @@ from missions.bench.people.runs import (
     settings_of,
 )
 from missions.bench.resumable import record_settings
-from missions.execution.resources import load_robot
 from missions.inspection.file_scaffold import new_mission
 from robots.load import find_robot
 from stack.errors import InputError
@@ -136,7 +135,6 @@ def test_a_table_of_another_mission_world_or_robot_is_not_continued(tmp_path, mo
     record(robot=str(faster))
     text = faster.read_text("utf-8").replace("linear_speed: 0.8 m/s", "linear_speed: 0.9 m/s")
     faster.write_text(text, "utf-8")
-    load_robot.cache_clear()  # as in another process
     with pytest.raises(InputError, match="results of other settings"):
         record(robot=str(faster))
 

@@ -59,6 +59,62 @@ def test_a_goal_in_a_mask_is_an_error_that_names_the_layer(mission, tmp_path):
     assert found(mission("{navigate_to_pose: [2.3, 1.2]}", layer)) == []
 
 
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("{compute_path: [1.5, 2.5]}", "the goal (1.5, 2.5) is in"),
+        ("{follow_waypoints: [[4, 1], [1.5, 2.5]]}", "the goal (1.5, 2.5) is in"),
+        ("{for_each: {at: [[4, 1], [1.5, 2.5]]}, do: {inspect: {at: $at}}}", "the goal (1.5, 2.5)"),
+        # scout's front is 0.224 m ahead, the drive ends 0.6 m before the dock
+        ("{dock: [0.5, 2.5, 0]}", "the goal of dock (1.324, 2.5) is in"),
+        ("{dock: {dock: [3.3, 2.5, 180 deg], staging: 1 m}}", "the goal of dock (2.076, 2.5) is"),
+    ],
+)
+def test_every_place_to_which_a_behaviour_drives_is_compared_with_zones(mission, body, expected):
+    ((code, line, sentence),) = found(mission(body))
+    assert (code, line) == ("E182", 7)
+    assert sentence.startswith(expected) and sentence.endswith("zone 'bed'")
+
+
+def test_a_dock_in_a_zone_is_approached_by_sight(mission):
+    assert found(mission("{dock: {dock: [2.1, 2.5, 0], staging: 1 m}}")) == []
+
+
+INSIDE, ACROSS = "[[1, 2], [2, 2], [2, 3], [1, 3]]", "[[1.5, 2], [3, 2], [3, 3], [1.5, 3]]"
+
+
+@pytest.mark.parametrize(
+    ("area", "expected"),
+    [
+        (INSIDE, [("E184", 7, "the area is in the keep-out zone 'bed': the robot must not drive "
+                   "there")]),
+        ("[[0.7, 2], [2, 2], [2, 3], [0.7, 3]]",  # 10 cm outside are too narrow for the robot
+         [("E184", 7, "the area is in the keep-out zone 'bed': the robot must not drive there")]),
+        # 0.7 m of 1.5 m
+        (ACROSS, [("W150", 7, "47% of the area is in the keep-out zone 'bed' and is left out")]),
+        ("[[2.3, 2], [3, 2], [3, 3], [2.3, 3]]", []),
+    ],
+)  # fmt: skip
+def test_an_area_in_a_zone_is_an_error_and_a_part_of_it_a_warning(mission, area, expected):
+    assert found(mission(f"{{coverage: {{area: {area}}}}}")) == expected
+    through = (
+        f"{{use: clean, with: {{area: {area}}}}}\ntrees:\n  clean: {{in: {{area: list of Pose}}, "
+    )
+    assert found(mission(through + "do: {coverage: {area: $area}}}")) == expected
+
+
+def test_two_zones_together_hold_an_area(mission):
+    east = "{name: east, corners: [[2.2, 1.8], [3.2, 1.8], [3.2, 3.2], [2.2, 3.2]]}"
+    layer = f"{{use: keepout, zones: [{BED}, {east}]}}"
+    ((code, _, sentence),) = found(mission(f"{{coverage: {{area: {ACROSS}}}}}", layer))
+    assert code == "E184" and "'bed' and 'east'" in sentence
+
+
+def test_a_mission_with_other_errors_lists_its_goals_in_zones_too(mission):
+    body = "{sequence: [{wait: {tme: 1 s}}, {navigate_to_pose: [1.5, 2.5]}]}"
+    assert [code for code, *_ in found(mission(body))] == ["E130", "E182"]
+
+
 def test_a_start_in_a_zone_is_a_warning_and_its_goals_are_reachable(mission):
     assert found(mission("{navigate_to_pose: [6, 2.5]}", start="[1.5, 2.5, 0]")) == [
         ("W146", 5, "the start (1.5, 2.5) is in the keep-out zone 'bed'")

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+
 import pytest
 
 import missions
 from missions.execution.prepare import RunOptions
 from missions.inspection.parameter_sources import Origin, filtered, for_users, parameters_of
+from robots.load import find_robot
 from stack.errors import InputError
 
 
@@ -45,6 +48,23 @@ def test_the_command_line_has_the_print_result() -> None:
     # Both planners have a tolerance; the file sets it for astar.
     assert found["planner.tolerance"].value == "0.125 m"
     assert found["planner.tolerance"].source.startswith("parameters/nav2_params.yaml:")
+
+
+def test_settings_of_a_robot_name_its_file_if_another_component_keeps_them(tmp_path) -> None:
+    shutil.copytree(find_robot("scout", tmp_path).parent, tmp_path / "mine")
+    with (tmp_path / "mine" / "robot.yaml").open("a") as file:
+        file.write("navigation: {planner: {use: astar, tolerance: 0.3}}\n")
+    mission = tmp_path / "m.yaml"
+    text = "mission: m\nrobot: mine/robot.yaml\nworld: office\nrun: {say: a}\n"
+    mission.write_text(text)
+    own = sources(str(mission))
+    assert own["planner.tolerance"].source == "mine/robot.yaml"
+    mission.write_text(f"{text}navigation: {{planner: theta_star}}\n")
+    found = sources(str(mission))
+    assert (found["planner.tolerance"].value, found["planner.use"].source) == ("0.3 m", "m.yaml:5")
+    assert found["planner.tolerance"].source == "mine/robot.yaml"
+    mission.write_text(f"{text}navigation: {{planner: {{use: theta_star, tolerance: 0.2}}}}\n")
+    assert sources(str(mission))["planner.tolerance"].source == "m.yaml:5"
 
 
 @pytest.mark.pain("n4049", "n5189")

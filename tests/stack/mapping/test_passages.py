@@ -1,5 +1,6 @@
 """Passages on maps drawn by hand: widths and places are counted in cells."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -24,6 +25,27 @@ def test_a_gap_of_n_cells_is_a_passage_of_that_width(gap):
     assert passage.width == pytest.approx(gap * 0.05, abs=0.051)
     assert passage.x == pytest.approx(2.075, abs=0.06)
     assert passage.y == pytest.approx((30 + gap / 2) * 0.05, abs=0.06)
+
+
+def test_every_gap_between_two_rooms_is_a_passage():
+    grid = two_rooms(18)
+    grid.cells[6:14, 41] = 0
+    narrow, wide = passages_of(grid, clearance_of(grid))
+    assert (narrow.width, wide.width) == pytest.approx((0.4, 0.9), abs=0.051)
+    assert (narrow.y, wide.y) == pytest.approx((0.5, 1.95), abs=0.06)
+
+
+@pytest.mark.parametrize("degrees", range(0, 180, 15))
+def test_one_gap_in_an_oblique_wall_is_one_passage(degrees):
+    cells = np.zeros((160, 160), np.uint8)
+    cells[[0, -1], :] = cells[:, [0, -1]] = 100
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    for side in (-1, 1):  # a gap of 0.9 m about the middle
+        ends = [80 + side * along * away for away in (9, 200)]
+        cv2.line(cells, *(tuple(map(round, end)) for end in ends), 100, 2)
+    grid = OccupancyGrid(cells.astype(np.int8), 0.05)
+    (passage,) = passages_of(grid, clearance_of(grid))
+    assert (passage.x, passage.y) == pytest.approx((4.0, 4.0), abs=0.2)
 
 
 def test_without_a_gap_there_is_no_passage_and_no_path():

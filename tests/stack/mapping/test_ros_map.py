@@ -166,9 +166,9 @@ def test_an_unknown_key_is_a_warning(folder):
     findings = Findings()
     grid = read_ros_map(rewrite(folder, "negate: 0", "negate: 0\nlevel: 3"), findings)
     assert grid.cells.shape == (2, 3)
-    assert [f"{item.mark.line} {item.severity} {item.sentence}" for item in findings.items] == [
-        "6 warning a map file has no key 'level': it is ignored"
-    ]
+    assert [
+        f"{item.mark.line} {item.severity} {item.code} {item.sentence}" for item in findings.items
+    ] == ["6 warning W401 a map file has no key 'level': it is ignored"]
 
 
 @pytest.mark.parametrize("suffix", ["bmp", "jpg", "ppm", "png", "pgm"])

@@ -149,7 +149,7 @@ def test_a_world_whose_models_are_missing_names_them_and_says_where_it_looked(
         world_of(tmp_path / "worlds", include("model://shelf") + include("model://table"))
     empty, missing = refused.value.findings
     assert (empty.code, empty.severity) == ("E206", "error")
-    assert (missing.code, missing.severity) == ("E208", "warning")
+    assert (missing.code, missing.severity) == ("W208", "warning")
     assert missing.sentence == (
         "<include> of models that are not found is ignored: model://shelf, model://table"
     )
