@@ -11,11 +11,9 @@ import numpy as np
 from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.sim.battery import Battery
-from stack.sim.physics.contacts import ContactCounter, Touch, depths
+from stack.sim.physics.contacts import ContactCounter, depths
+from stack.sim.physics.engine import PhysicsEngine, Touch
 from stack.sim.physics.friction import FrictionZones
-from stack.sim.physics.own_view import own_ranges
-from stack.sim.physics.physics_robot import PhysicsRobot
-from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.pushes import PushMotion
 from stack.sim.scene_state import RobotShape, SceneState
@@ -45,7 +43,7 @@ class SimulatedRobot:
     Args:
         description: the robot.
         world: in which it drives.
-        physics: of that world.
+        engine: with that world.
         start: pose of the base frame, world frame.
         seed: of every random stream.
         settings: rates, and the charge of the battery.
@@ -62,7 +60,7 @@ class SimulatedRobot:
     """
 
     def __init__(  # noqa: PLR0913 - a robot, its world and the settings
-        self, description: RobotDescription, world: World, physics: PhysicsWorld, *,
+        self, description: RobotDescription, world: World, engine: PhysicsEngine, *,
         start: Pose2D, seed: int, settings: SimulationSettings,
     ) -> None:  # fmt: skip
         self.description = description
@@ -81,7 +79,7 @@ class SimulatedRobot:
                 seed,
                 "lidar" if name == "lidar" else f"lidar:{name}",
                 body,
-                own_ranges(description.model, lidar),
+                engine.own_ranges(description.model, lidar),
             )
             for name, lidar in description.real_lidars.items()
         }
@@ -104,7 +102,7 @@ class SimulatedRobot:
         self.touched: dict[str, float] = {}
         self._push: PushMotion | None = None
         self._pushed_at = -inf
-        self.physics = PhysicsRobot(physics, description, start)
+        self.physics = engine.add_robot(description, start)
         self._friction = FrictionZones(world, self.physics)
         self._wheel_motion = wheel_motion_of(description, self.physics, seed)
 
@@ -221,7 +219,7 @@ class SimulatedRobot:
             self._push = None
             self.physics.grip()
         self.drive.halt()
-        self.physics.place_robot(pose)
+        self.physics.place(pose)
         self._trail.clear()
         self._friction.update(pose)
         if self._imu:

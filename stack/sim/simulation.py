@@ -7,7 +7,8 @@ from dataclasses import replace
 from stack.drivetrain.description import RobotDescription
 from stack.sim.pace import Pace
 from stack.sim.people import People
-from stack.sim.physics.physics_world import PhysicsWorld
+from stack.sim.physics.default import DEFAULT_ENGINE
+from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.requests import RenderRequest
@@ -33,7 +34,10 @@ class Simulation:
         scene_changes: number of door movements so far.
     """
 
-    def __init__(self, world: World, settings: SimulationSettings) -> None:
+    def __init__(
+        self, world: World, settings: SimulationSettings,
+        engine: type[PhysicsEngine] = DEFAULT_ENGINE,
+    ) -> None:  # fmt: skip
         self.world, self.settings, self.pace = world, settings, Pace(settings.pace)
         self._step, self._period = 0, 1.0 / settings.physics_rate
         self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
@@ -42,7 +46,7 @@ class Simulation:
         self.people = People(replace(world, people=()), 0)  # until all robots are known
         self._people_seed = 0
         self._timeline = Timeline(world.timeline)
-        self._physics = PhysicsWorld(world, settings)
+        self._engine = engine(world, settings)
         self._robots: list[SimulatedRobot] = []
         self._active: list[SimulatedRobot] = []
         self._has_begun = False
@@ -60,7 +64,7 @@ class Simulation:
         """
         assert not self._has_begun
         robot = SimulatedRobot(
-            description, self.world, self._physics, start=start, seed=seed, settings=self.settings
+            description, self.world, self._engine, start=start, seed=seed, settings=self.settings
         )
         if not self._robots:
             self._people_seed = seed
@@ -75,7 +79,7 @@ class Simulation:
         self._has_begun = True
         places = [(robot.truth.pose, robot.radius) for robot in self._robots]
         self.people = People(self.world, self._people_seed, places)
-        self._physics.scene.place_people(self.people.positions)
+        self._engine.place_people(self.people.positions)
         self._apply_due_events()
         for robot in self._robots:
             robot.begin(self.scene_around(robot))
@@ -111,12 +115,12 @@ class Simulation:
         if self._active:
             self._advance_to_due()
         else:
-            self._physics.close()
+            self._engine.close()
 
     def close(self) -> None:
         """Disconnect from the physics engine. Safe to call twice."""
         self._active.clear()
-        self._physics.close()
+        self._engine.close()
 
     def scene_around(self, robot: SimulatedRobot) -> SceneState:
         """Return what a robot's sensors can see besides the static parts of the world."""
@@ -125,16 +129,15 @@ class Simulation:
 
     def render_request(self, robot: SimulatedRobot) -> RenderRequest:
         """Return the state that a robot's camera renders: everything that moves, as of now."""
-        position, orientation = robot.physics.base_pose()
         state = robot.physics.base_state()
         others = tuple(
-            (other.description.model, *other.physics.base_pose())
+            (other.description.model, *other.physics.base_state()[:2])
             for other in self._robots
             if other is not robot
         )
         return RenderRequest(
-            self._step, position, orientation, self.people.all_places, dict(self.doors), others,
-            state.velocity, state.spin,
+            self._step, state.position, state.orientation, self.people.all_places,
+            dict(self.doors), others, state.velocity, state.spin,
         )  # fmt: skip
 
     def _advance_to_due(self) -> None:
@@ -169,9 +172,9 @@ class Simulation:
                     robot.drive_wheels()
                 for robot in pushed:
                     robot.advance_push(self._period)
-                self._physics.step()
+                self._engine.step()
         else:
-            self._physics.step(steps)
+            self._engine.step(steps)
         self._step = until
 
     def _measure(self) -> None:
@@ -196,7 +199,7 @@ class Simulation:
             for name, depth in robot.touched.items():
                 touched[name] = max(depth, touched.get(name, 0.0))
         if self.people.walk(period, places, self.doors, touched):
-            self._physics.scene.place_people(self.people.positions)
+            self._engine.place_people(self.people.positions)
         for robot, truth in zip(self._robots, truths, strict=True):
             robot.update_scene(self.time, period, truth)
 
@@ -218,7 +221,7 @@ class Simulation:
             robot.set_charge(event.battery)
 
     def _move_door(self, name: str, *, closed: bool) -> None:
-        self._physics.scene.place_door(name, closed)
+        self._engine.place_door(name, closed)
         self.doors[name] = closed
         self.scene_changes += 1
         for robot in self._robots:

@@ -275,7 +275,7 @@ def test_the_renderer_ends_with_its_parent():
 
 
 def test_importing_the_physics_prints_nothing():
-    code = "from stack.sim.physics import bullet; print(bullet.load().DIRECT)"
+    code = "from stack.sim.physics.pybullet_engine import loader; print(loader.load().DIRECT)"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )

@@ -9,7 +9,7 @@ import pytest
 
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
-from stack.sim.sensors import gl_drawing
+from stack.sim.physics.pybullet_engine import gl_drawing
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.rendering import CameraRenderer
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
