@@ -38,18 +38,31 @@ class Simulation:
         self, world: World, settings: SimulationSettings,
         engine: type[PhysicsEngine] = DEFAULT_ENGINE,
     ) -> None:  # fmt: skip
-        self.world, self.settings, self.pace = world, settings, Pace(settings.pace)
-        self._step, self._period = 0, 1.0 / settings.physics_rate
+        self.world, self.settings = world, settings
+        self._period = 1.0 / settings.physics_rate
         self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
-        self.doors = {door.name: door.closed for door in world.doors}
-        self.scene_changes = 0
-        self.people = People(replace(world, people=()), 0)  # until all robots are known
-        self._people_seed = 0
-        self._timeline = Timeline(world.timeline)
         self._engine = engine(world, settings)
         self._robots: list[SimulatedRobot] = []
-        self._active: list[SimulatedRobot] = []
-        self._has_begun = False
+        self._begin_again()
+
+    def _begin_again(self) -> None:
+        self.pace, self._step, self._has_begun = Pace(self.settings.pace), 0, False
+        self.doors = {door.name: door.closed for door in self.world.doors}
+        self.scene_changes = 0
+        self.people = People(replace(self.world, people=()), 0)  # until all robots are known
+        self._timeline = Timeline(self.world.timeline)
+        self._active = list(self._robots)
+
+    def reset(self, seed: int) -> None:
+        """Begin the next run, bit for bit as a new simulation with the same robots would.
+
+        The robots are at their starts again. The first one has the seed, the second one `seed + 1`,
+        and so on. The shapes of the world and of the robots, and the cameras' processes, are kept.
+        """
+        self._engine.reset()
+        self._begin_again()
+        for number, robot in enumerate(self._robots):
+            robot.restart(seed + number)
 
     @property
     def time(self) -> float:
@@ -66,8 +79,6 @@ class Simulation:
         robot = SimulatedRobot(
             description, self.world, self._engine, start=start, seed=seed, settings=self.settings
         )
-        if not self._robots:
-            self._people_seed = seed
         self._robots.append(robot)
         self._active.append(robot)
         return robot
@@ -78,7 +89,7 @@ class Simulation:
             return
         self._has_begun = True
         places = [(robot.truth.pose, robot.radius) for robot in self._robots]
-        self.people = People(self.world, self._people_seed, places)
+        self.people = People(self.world, self._robots[0].seed, places)
         self._engine.place_people(self.people.positions)
         self._apply_due_events()
         for robot in self._robots:
@@ -107,20 +118,21 @@ class Simulation:
     def remove(self, robot: SimulatedRobot) -> None:
         """Wait for a robot no longer; it stays in the world, and its dead-man stops it.
 
-        With the last one, disconnect from the physics engine. Safe to call twice.
+        Safe to call twice.
         """
         if robot not in self._active:
             return
         self._active.remove(robot)
         if self._active:
             self._advance_to_due()
-        else:
-            self._engine.close()
 
     def close(self) -> None:
-        """Disconnect from the physics engine. Safe to call twice."""
+        """Close the physics engine and the cameras. Safe to call twice."""
         self._active.clear()
         self._engine.close()
+        for robot in self._robots:
+            for camera in robot.cameras.values():
+                camera.close()
 
     def scene_around(self, robot: SimulatedRobot) -> SceneState:
         """Return what a robot's sensors can see besides the static parts of the world."""
@@ -137,7 +149,7 @@ class Simulation:
         )
         return RenderRequest(
             self._step, state.position, state.orientation, self.people.all_places,
-            dict(self.doors), others, state.velocity, state.spin,
+            dict(self.doors), others, state.velocity, state.spin, robot.seed,
         )  # fmt: skip
 
     def _advance_to_due(self) -> None:

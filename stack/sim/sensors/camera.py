@@ -41,12 +41,18 @@ class Camera:
     """
 
     def __init__(self, setup: RenderSetup, engine: type[PhysicsEngine] = DEFAULT_ENGINE) -> None:
-        self._setup, self.driver = setup, ""
+        self._setup = setup
         name = f"the renderer of the camera {setup.name}"
         self._renderer = Worker(name, "stack.sim.sensors.camera_worker:renderer", (setup, engine))
         self._exposures: deque[float] = deque()
-        self._schedule = Schedule(1.0 / setup.camera.rate)
-        self._losses = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again at time 0; the renderer process stays."""
+        while self._exposures:
+            self._received()  # of the run before
+        self._schedule = Schedule(1.0 / self._setup.camera.rate)
+        self._losses, self.driver = 0, ""
         self._problems: list[str] = []
 
     def is_ready(self, time: float) -> bool:
@@ -113,6 +119,7 @@ class Camera:
 
     def close(self) -> None:
         """Stop the renderer process. Safe to call twice."""
+        self._exposures.clear()
         self._renderer.close()
 
     def _is_due(self, time: float) -> bool:

@@ -48,7 +48,7 @@ class CameraRenderer:
         (height, width, 3) uint8 RGB, or (height, width) float32 metres along the optical axis.
         """
         camera = self._setup.camera
-        random = stream(self._setup.seed, self._setup.name, request.step)
+        random = stream(request.seed, self._setup.name, request.step)
         if isinstance(camera, DepthCameraDescription):
             return measured_depth(self._rendered(request)[1], camera, random)
         shots = [self._rendered(moment)[0] for moment in moments(request, camera)]

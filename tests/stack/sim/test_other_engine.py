@@ -6,20 +6,29 @@ import pytest
 
 import missions
 from robots.simulated import SimulatedBody
+from stack.body import BodyCommand
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import Push, Trigger, WorldEvent
-from stack.types import Pose2D, Twist
+from stack.types import Image, Pose2D, Twist
 from tests.stack.sim.kinematic_engine import KinematicEngine
-from tests.stack.sim.sim_rover import EMPTY, EQUIPPED, ROVER, drive, square_room
+from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, ROVER, drive, square_room
 
 
-def body_in(world, description=ROVER, start=Pose2D(0.0, 0.0)):
-    simulation = Simulation(world, SimulationSettings(), KinematicEngine)
-    return SimulatedBody(description, world, start=start, seed=1, simulation=simulation)
+@pytest.fixture
+def body_in():
+    made = []
+
+    def make(world, description=ROVER, start=Pose2D(0.0, 0.0)):
+        made.append(Simulation(world, SimulationSettings(), KinematicEngine))
+        return SimulatedBody(description, world, start=start, seed=1, simulation=made[-1])
+
+    yield make
+    for simulation in made:
+        simulation.close()
 
 
-def test_a_mission_drives_to_its_goal_in_another_engine():
+def test_a_mission_drives_to_its_goal_in_another_engine(body_in):
     bodies = []
 
     def make(setup):
@@ -32,7 +41,7 @@ def test_a_mission_drives_to_its_goal_in_another_engine():
     assert bodies[0].truth.pose.distance_to(Pose2D(5.0, 3.8)) < 0.3
 
 
-def test_the_wheels_of_the_engine_are_what_moves_the_robot():
+def test_the_wheels_of_the_engine_are_what_moves_the_robot(body_in):
     body = body_in(EMPTY)
     drive(body, Twist(0.3), 4.0)
     # 0.3 m/s after a ramp of 0.3 / a seconds, which costs half of that way.
@@ -41,7 +50,7 @@ def test_the_wheels_of_the_engine_are_what_moves_the_robot():
     assert body.sense().wheels.twist.linear == pytest.approx(0.3, abs=0.02)
 
 
-def test_range_sensors_imu_and_pushes_work_in_another_engine():
+def test_range_sensors_imu_and_pushes_work_in_another_engine(body_in):
     push = WorldEvent(Trigger(0.5), push=Push(Pose2D(0.4, 0.0)))
     body = body_in(square_room(3.0, timeline=(push,)), replace(EQUIPPED, camera=None))
     seen = drive(body, Twist(), 2.0)
@@ -57,3 +66,11 @@ def test_range_sensors_imu_and_pushes_work_in_another_engine():
         for o in seen
         if o.imu
     )
+
+
+def test_pictures_are_those_of_the_engine(body_in):
+    body = body_in(EMPTY, replace(ROVER, camera=replace(CAMERA, noise=0.0)))
+    body.command(BodyCommand(capture=True))
+    body.wait(0.5)
+    picture = body.sense().named("camera", Image)
+    assert (picture.pixels == 128).all()  # of `GreyRenderer`, in the camera's own process
