@@ -29,7 +29,6 @@ class BodySetup:
         pace: simulated seconds per wall second; 0: as fast as possible.
         recording: observations to play.
         after: seconds that a replayed robot stands after its recording.
-        epoch: time at which the recording begins, seconds since 1970.
     """
 
     robot: RobotDescription
@@ -39,7 +38,6 @@ class BodySetup:
     pace: float = 0.0
     recording: Iterable[Observation] = ()
     after: float = 0.0
-    epoch: float = 0.0
 
 
 MakeBody = Callable[[BodySetup], Body]
@@ -78,9 +76,7 @@ def replayed(setup: BodySetup) -> Body:
     """Plays a recording; commands have no effect."""
     from robots.replayed import ReplayedBody
 
-    return ReplayedBody(
-        setup.robot, setup.recording, after=setup.after, epoch=setup.epoch, pace=setup.pace
-    )
+    return ReplayedBody(setup.robot, setup.recording, after=setup.after, pace=setup.pace)
 
 
 BODIES: dict[str, MakeBody] = {"simulated": simulated, "scripted": scripted, "replayed": replayed}

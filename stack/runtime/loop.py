@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import hypot
 
-from stack.body import BodyCommand, SimulatedWorld
+from stack.body import BodyCommand, Replay, SimulatedWorld
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
 from stack.perception.smoothing import smooth_observation
@@ -66,6 +66,7 @@ class Runtime:
         self._pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
+        self._replay = parts.body if isinstance(parts.body, Replay) else None
         self._ticks_every = parameters.steps_per_tick
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
         self._commands = CommandHandler(parts, self.mission, self.end)
@@ -200,7 +201,7 @@ class Runtime:
     def stand_still(self, patience: float = 3.0) -> None:
         """Step with a zero command until the robot stands, at most `patience` seconds."""
         for _ in range(round(patience / self.period)):
-            if self.is_standing or self.parts.body.has_ended:
+            if self.is_standing or (self._replay is not None and self._replay.has_ended):
                 return
             self.step()
 

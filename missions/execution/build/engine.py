@@ -17,7 +17,7 @@ from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
-from stack.body import Body, SimulatedWorld
+from stack.body import Body, Replay, SimulatedWorld
 from stack.components import Estimator, OdometryFusion
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
@@ -63,6 +63,7 @@ class Engine:
 
     Attributes:
         simulation: the body as a simulated world; None for other bodies.
+        replay: the body as a replay; None for other bodies.
         scorer: compares with the ground truth; only in a simulation.
         between_steps: called before each step.
     """
@@ -73,6 +74,7 @@ class Engine:
     telemetry: Telemetry
     debugger: TreeDebugger
     simulation: SimulatedWorld | None = None
+    replay: Replay | None = None
     scorer: SimulationScorer | None = None
     sensor_log: SensorLog | None = None
     between_steps: Callable[[], None] = lambda: None
@@ -115,6 +117,7 @@ def build(
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _discard
     body = _body(plan, options, make_body)
+    replay = body if isinstance(body, Replay) else None
     announce_warnings(plan, telemetry)
     loop = plan.choices["loop"].parameters
     period = loop.period
@@ -123,9 +126,13 @@ def build(
     local_costmap, global_costmap = world_model.local_costmap, world_model.global_costmap
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
-    navigator = _navigator(plan, period, (local_costmap, global_costmap), telemetry, log)
-    if body.is_real_time:
-        navigator.configure(replace(navigator.parameters, wait_for_plan=False))
+    navigator = _navigator(
+        plan,
+        (local_costmap, global_costmap),
+        telemetry,
+        log,
+        is_real_time=body.is_real_time,
+    )
     estimator = _estimator(plan, grid, seed)
     if body.is_real_time:
         estimator.run_in_real_time()
@@ -144,9 +151,8 @@ def build(
         load_model(plan.choices["object_detector"].parameters) if robot.camera else None,
         camera, emitter(telemetry, "perception"), log,
         needed=local_costmap.needs_detections or global_costmap.needs_detections,
+        is_real_time=body.is_real_time,
     )  # fmt: skip
-    if body.is_real_time:
-        objects.run_in_real_time()
     depth_camera = CameraLease(loop.camera_time)
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
@@ -166,7 +172,7 @@ def build(
             global_costmap=global_costmap,
             store=PictureStore(folder),
             maps=maps,
-            recording_over=lambda: body.recording_over,
+            recording_over=lambda: replay is not None and replay.recording_over,
             emit=emitter(telemetry, "navigation"),
             markers=plan.markers,
             detector=detector,
@@ -221,7 +227,7 @@ def build(
         ack = runtime.apply(command)
         if not ack.done:
             raise InputError(ack.reason)
-    return Engine(runtime, body, tree, telemetry, debugger, simulation, scorer, sensor_log)
+    return Engine(runtime, body, tree, telemetry, debugger, simulation, replay, scorer, sensor_log)
 
 
 def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
@@ -239,7 +245,7 @@ def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None
     if recording is not None:
         replay = plan.mission.replay if options.replay is None else None
         setup = replace(
-            setup, recording=recording.play(), epoch=recording.epoch,
+            setup, recording=recording.play(),
             after=0.0 if replay is None else replay.after,
         )  # fmt: skip
         make_body = find_body("replayed")
@@ -280,13 +286,14 @@ def _in_turn(*actions: Callable[[], None]) -> Callable[[], None]:
 
 def _navigator(
     plan: PreparedMission,
-    period: float,
     costmaps: tuple[Costmap, Costmap],
     telemetry: Telemetry,
     log: Callable[[str], None],
+    *,
+    is_real_time: bool,
 ) -> Navigator:
     choices, robot = plan.choices, plan.robot
-    controller = choices["controller"]
+    controller, period = choices["controller"], choices["loop"].parameters.period
     return Navigator(
         robot=robot,
         planner=outline_checked(choices["planner"], robot),
@@ -300,6 +307,7 @@ def _navigator(
         emit=emitter(telemetry, "navigation"),
         period=period,
         log=log,
+        is_real_time=is_real_time,
     )
 
 
