@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
@@ -16,7 +16,7 @@ from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
-from robots.bodies import BodySetup, MakeBody, find_body
+from robots.bodies import BodySetup, MakeBody, chosen_body, playing
 from stack.body import Body, Replay, SimulatedWorld
 from stack.components import Estimator, OdometryFusion
 from stack.control.evasion.evasion import Evasion
@@ -241,16 +241,10 @@ def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
 
 def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
     setup = BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed)
-    recording = plan.recording
-    if recording is not None:
+    if plan.recording is not None:
         replay = plan.mission.replay if options.replay is None else None
-        setup = replace(
-            setup, recording=recording.play(),
-            after=0.0 if replay is None else replay.after,
-        )  # fmt: skip
-        make_body = find_body("replayed")
-    make = make_body or find_body(options.body or plan.robot.body)
-    return make(setup)
+        return playing(plan.recording.play(), 0.0 if replay is None else replay.after)(setup)
+    return (make_body or chosen_body(plan.robot, options.body))(setup)
 
 
 def _sensor_log(
