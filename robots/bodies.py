@@ -133,7 +133,7 @@ def find_body(name: str, values: Mapping[str, Any]) -> MakeBody:
         ParameterError: a parameter is unknown or its value is wrong.
     """
     kind = body_kind(name)
-    parameters = build(kind.Parameters, dict(values))
+    parameters: Any = build(kind.Parameters, dict(values))
     return lambda setup: kind.make(setup, parameters)
 
 

@@ -137,13 +137,12 @@ class PhysicsRobot(ABC):
 
 
 class Renderer(ABC):
-    """Draws pinhole pictures of a world, in the process of a camera.
+    """Draws pinhole pictures of a world, in the process of a camera."""
 
-    Attributes:
-        driver: of the graphics library, if pictures depend on it; otherwise empty.
-    """
-
-    driver: str
+    @property
+    @abstractmethod
+    def driver(self) -> str:
+        """Driver of the graphics library, if pictures depend on it; otherwise empty."""
 
     @abstractmethod
     def draw(

@@ -53,7 +53,7 @@ class BulletRenderer(Renderer):
             )  # fmt: skip
 
     @property
-    def driver(self) -> str:  # type: ignore[override] - it may change while pictures are drawn
+    def driver(self) -> str:
         """Driver of OpenGL that draws the pictures; empty for PyBullet's software renderer."""
         return self._drawing.driver
 
