@@ -25,7 +25,7 @@ class RunOptions:
         watch: reload the mission when its file changes.
         breakpoints: nodes before which the mission stops.
         forced: node -> outcome, in force from the start.
-        body: simulated | scripted; empty: the choice of the robot file.
+        body: name of the body; empty: the choice of the robot file.
         replay: sensor log to play instead of driving; its seed replaces `seed`.
         record: what to record besides events: `sensors`.
         on_lost_records: continue | stop, when a record cannot be written, e.g. on a full disk.

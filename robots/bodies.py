@@ -1,20 +1,27 @@
-"""The bodies by name: which one runs is the robot file's or the command line's choice."""
+"""The kinds of bodies: which one runs is the robot file's or the command line's choice.
+
+A plugin registers a class that inherits `BodyKind` in the entry-point group `treepilot.bodies`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
-from stack.parameters import suggestion
+from stack.parameters import build, suggestion
 from stack.sim.worlds.world import World
 from stack.types import Observation, Pose2D
 
 if TYPE_CHECKING:
     from stack.sim.simulation import Simulation
+
+GROUP = "treepilot.bodies"
 
 
 @dataclass(frozen=True)
@@ -23,13 +30,10 @@ class BodySetup:
 
     Attributes:
         robot: description of the robot.
-        world: in which it drives; real and replayed robots have no use for it.
+        world: in which it drives; real robots have no use for it.
         start: pose of the base, world frame.
         seed: of every random stream.
         pace: simulated seconds per wall second; 0: as fast as possible.
-        recording: observations to play.
-        after: seconds that a replayed robot stands after its recording.
-        epoch: time at which the recording begins, seconds since 1970.
     """
 
     robot: RobotDescription
@@ -37,21 +41,114 @@ class BodySetup:
     start: Pose2D
     seed: int = 0
     pace: float = 0.0
-    recording: Iterable[Observation] = ()
-    after: float = 0.0
-    epoch: float = 0.0
 
 
 MakeBody = Callable[[BodySetup], Body]
 
 
-def simulated(setup: BodySetup) -> Body:
-    """Physics, sensors and people in PyBullet."""
-    from robots.simulated import SimulatedBody
+@dataclass(frozen=True)
+class NoParameters:
+    """Parameters of a body that has none."""
 
-    body = SimulatedBody(setup.robot, setup.world, start=setup.start, seed=setup.seed)
-    body.pace = setup.pace
-    return body
+
+class BodyKind(ABC):
+    """A kind of body. Its module must not import what only `make` needs.
+
+    Attributes:
+        Parameters: a frozen dataclass of `parameter(...)` fields: `body: {use: NAME, …}`.
+        simulates: whether the body is in a `Simulation`, which several robots can share.
+    """
+
+    Parameters: ClassVar[type] = NoParameters
+    simulates: ClassVar[bool] = False
+
+    @staticmethod
+    @abstractmethod
+    def make(setup: BodySetup, parameters: Any) -> Body:
+        """Make the body.
+
+        Args:
+            setup: of the run.
+            parameters: instance of `Parameters`.
+
+        Raises:
+            BodyError: the robot cannot be reached.
+        """
+
+
+class Simulated(BodyKind):
+    """Physics, sensors and people."""
+
+    simulates = True
+
+    @staticmethod
+    def make(setup: BodySetup, parameters: NoParameters) -> Body:
+        """Make the body, with a simulation of its own."""
+        from robots.simulated import SimulatedBody
+
+        body = SimulatedBody(setup.robot, setup.world, start=setup.start, seed=setup.seed)
+        body.pace = setup.pace
+        return body
+
+
+class Scripted(BodyKind):
+    """Perfect drive and noiseless range sensors in the world, without physics and people."""
+
+    @staticmethod
+    def make(setup: BodySetup, parameters: NoParameters) -> Body:
+        """Make the body, with a script of its range sensors."""
+        from robots.scripted import ScriptedBody, scans_of
+
+        return ScriptedBody(setup.robot, scans_of(setup.robot, setup.world), start=setup.start)
+
+
+BUILT_IN: dict[str, type[BodyKind]] = {"simulated": Simulated, "scripted": Scripted}
+
+
+def body_kind(name: str) -> type[BodyKind]:
+    """Return a kind of body, a built-in one or a plugin's.
+
+    Raises:
+        InputError: there is none of this name, or the plugin cannot be used.
+    """
+    if name in BUILT_IN:
+        return BUILT_IN[name]
+    plugged = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if name not in plugged:
+        raise InputError(f"there is no body {name!r}; {suggestion(name, [*BUILT_IN, *plugged])}")
+    try:
+        found: Any = plugged[name].load()
+    except Exception as error:  # a plugin's module may raise any exception
+        raise InputError(f"the body {name!r} cannot be used: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, BodyKind)):
+        raise InputError(f"the body {name!r} cannot be used: it does not inherit BodyKind")
+    return found
+
+
+def find_body(name: str, values: Mapping[str, Any]) -> MakeBody:
+    """Return the maker of a body with parameters.
+
+    Raises:
+        InputError: there is no body of this name.
+        ParameterError: a parameter is unknown or its value is wrong.
+    """
+    kind = body_kind(name)
+    parameters: Any = build(kind.Parameters, dict(values))
+    return lambda setup: kind.make(setup, parameters)
+
+
+def chosen_body(robot: RobotDescription, choice: str) -> MakeBody:
+    """Return the maker of the body that a robot file chooses, or a command line.
+
+    Args:
+        robot: with its choice and the parameters of that.
+        choice: of the command line; empty: the robot's.
+
+    Raises:
+        InputError: there is no body of this name.
+    """
+    name = choice or robot.body
+    return find_body(name, robot.body_parameters if name == robot.body else {})
 
 
 def sharing(simulation: Simulation) -> MakeBody:
@@ -67,32 +164,17 @@ def sharing(simulation: Simulation) -> MakeBody:
     return make
 
 
-def scripted(setup: BodySetup) -> Body:
-    """Perfect drive and noiseless range sensors in the world, without physics and people."""
-    from robots.scripted import ScriptedBody, scans_of
+def playing(recording: Iterable[Observation], after: float = 0.0) -> MakeBody:
+    """Return a maker of a body that plays a recording; commands have no effect.
 
-    return ScriptedBody(setup.robot, scans_of(setup.robot, setup.world), start=setup.start)
-
-
-def replayed(setup: BodySetup) -> Body:
-    """Plays a recording; commands have no effect."""
-    from robots.replayed import ReplayedBody
-
-    return ReplayedBody(
-        setup.robot, setup.recording, after=setup.after, epoch=setup.epoch, pace=setup.pace
-    )
-
-
-BODIES: dict[str, MakeBody] = {"simulated": simulated, "scripted": scripted, "replayed": replayed}
-"""Bodies by the name in robot.yaml and `--body`."""
-
-
-def find_body(name: str) -> MakeBody:
-    """Return the maker of a body.
-
-    Raises:
-        InputError: there is no body of this name.
+    Args:
+        recording: observations in order.
+        after: seconds that the robot stands after its recording.
     """
-    if name not in BODIES:
-        raise InputError(f"there is no body {name!r}; {suggestion(name, BODIES)}")
-    return BODIES[name]
+
+    def make(setup: BodySetup) -> Body:
+        from robots.replayed import ReplayedBody
+
+        return ReplayedBody(setup.robot, recording, after=after, pace=setup.pace)
+
+    return make

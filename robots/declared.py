@@ -30,10 +30,6 @@ X, Y, Z = coordinate("x"), coordinate("y"), coordinate("z")
 HEADING = Declaration("heading", float, "base frame", "rad", at_least=-2 * pi, at_most=2 * pi)
 RADIUS = length("radius", "radius of the circle or wheel")
 
-BODY = Declaration(
-    "body", str, "what drives the robot", default="simulated", one_of=("simulated", "scripted")
-)
-
 URDF_FILE = Declaration("file", str, "URDF or xacro file, relative to the robot file")
 PACKAGES = Declaration(
     "packages", list[str], "folders with the packages that the file names", default=[]

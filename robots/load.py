@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from robots.agreement import check_radii, compare_body, place_on_wheels
+from robots.bodies import find_body
 from robots.declared import (
-    BODY,
     FOOTPRINT,
     PACKAGES,
     RADIUS,
@@ -53,7 +53,7 @@ from stack.drivetrain.description import (
     RobotDescription,
 )
 from stack.drivetrain.limits import Limits
-from stack.errors import InputError
+from stack.errors import InputError, ParameterError
 from stack.parameters import Declaration, likely, suggestion
 from stack.types import FloatArray, Footprint
 
@@ -109,7 +109,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     name = top.name(Declaration("robot", str, "name of the robot"))
     top.value(Declaration("format", int, "file format", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "description", default=""))
-    body = top.value(BODY)
+    body, body_parameters = _body(top)
     footprint = _footprint(top)
     height = top.value(length("height", "height of the whole robot"))
     wheels = read_wheels(top)
@@ -141,6 +141,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
         battery, components, path, lidars, sonars, body, skid, depth_cameras, text,
+        body_parameters=body_parameters,
     )  # fmt: skip
     compare_body(top, model, placement.base, robot)
     return replace(robot, warnings=tuple(findings.items))
@@ -252,6 +253,26 @@ def _at(node: Node, error: InputError, hint: str) -> list[Finding]:
         else item
         for item in error.findings
     ]
+
+
+def _body(top: Section) -> tuple[str, dict[str, Any]]:
+    """Read which body drives the robot, by name or `{use: NAME}`, and its parameters."""
+    node = top.node_of("body")
+    if node is None:
+        return RobotDescription.body, {}
+    values = node.plain() if node.is_mapping else {"use": node.value}
+    name = values.pop("use", None)
+    if not isinstance(name, str):
+        sentence = f"body must be a name, or a mapping with `use`, got {node.words()}"
+        top.findings.error(SHAPE, node.mark, sentence)
+        return RobotDescription.body, {}
+    try:
+        find_body(name, values)
+    except ParameterError as error:
+        top.findings.error(SHAPE, node.mark, str(error), error.hint)
+    except InputError as error:
+        top.findings.error(SHAPE, node.mark, str(error))
+    return name, values
 
 
 def _components(top: Section) -> dict[str, Any]:

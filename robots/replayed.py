@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from stack.body import Body, BodyCommand
+from stack.body import Body, BodyCommand, Replay
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
 from stack.sim.pace import Pace
@@ -15,7 +15,7 @@ LONGEST_REST = 0.25
 """Wall seconds: longest wait for the pace between two observations, e.g. in a gap of the log."""
 
 
-class ReplayedBody(Body):
+class ReplayedBody(Body, Replay):
     """Plays observations in order, one for each control period; its clock is the recording's.
 
     After the recording the robot stands for some time with its last odometry, so that a mission can
@@ -25,7 +25,6 @@ class ReplayedBody(Body):
         description: of the robot that was recorded.
         observations: in order.
         after: seconds that the robot stands after the last observation.
-        epoch: time at which the recording begins, seconds since 1970.
         pace: seconds of the recording per wall second; 0: as fast as possible.
 
     Raises:
@@ -34,9 +33,9 @@ class ReplayedBody(Body):
 
     def __init__(
         self, description: RobotDescription, observations: Iterable[Observation], *,
-        after: float = 0.0, epoch: float = 0.0, pace: float = 0.0,
+        after: float = 0.0, pace: float = 0.0,
     ) -> None:  # fmt: skip
-        self._description, self._epoch, self._after = description, epoch, after
+        self._description, self._after = description, after
         self._coming = iter(observations)
         first = next(self._coming, None)
         if first is None:
@@ -54,11 +53,6 @@ class ReplayedBody(Body):
     def time(self) -> float:
         """Time of the current observation, seconds."""
         return self._current.time
-
-    @property
-    def epoch(self) -> float:
-        """Time at which the recording begins, seconds since 1970."""
-        return self._epoch
 
     @property
     def recording_over(self) -> bool:

@@ -21,20 +21,12 @@ from stack.body import (
     SimulatedWorld,
     SimulationEvent,
 )
-from stack.drivetrain.description import (
-    CameraDescription,
-    DepthCameraDescription,
-    RobotDescription,
-)
+from stack.drivetrain.description import RobotDescription
 from stack.sim.physics.settings import SimulationSettings
-from stack.sim.sensors.camera import Camera
-from stack.sim.sensors.requests import RenderSetup
+from stack.sim.simulated_robot import CAMERA
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Observation, Pose2D
-
-CAMERA = "camera"
-"""Name of the colour camera."""
 
 
 class SimulatedBody(Body, SimulatedWorld):
@@ -60,18 +52,13 @@ class SimulatedBody(Body, SimulatedWorld):
         settings: SimulationSettings = SimulationSettings(),  # noqa: B008 - frozen
         simulation: Simulation | None = None,
     ) -> None:  # fmt: skip
-        self._simulation = simulation or Simulation(world, settings)
+        self._simulation, self._owns_it = simulation or Simulation(world, settings), not simulation
         try:
             self._robot = self._simulation.add_robot(description, start, seed)
         except BaseException:
             if simulation is None:
                 self._simulation.close()
             raise
-        self._cameras = {
-            name: Camera(RenderSetup(world, description.model, camera, seed, name))
-            for name, camera in _cameras(description).items()
-        }
-        self._named: set[str] = set()
 
     @property
     def description(self) -> RobotDescription:
@@ -86,21 +73,7 @@ class SimulatedBody(Body, SimulatedWorld):
     def sense(self) -> Observation:
         """Return the measurements since the last call: newest scan and picture, all IMU samples."""
         self._simulation.begin()
-        pictures = {name: camera.take(self.time) for name, camera in self._cameras.items()}
-        for camera in self._cameras.values():
-            for problem in camera.take_problems():
-                self._robot.report("renderer", problem)
-        taken = {name: picture for name, picture in pictures.items() if picture is not None}
-        for name in taken:
-            self._name_driver(name)
-        return self._robot.observation(self.time, taken)
-
-    def _name_driver(self, name: str) -> None:
-        """Report the driver of a camera's first picture: those of OpenGL differ between drivers."""
-        driver = self._cameras[name].driver
-        if driver and name not in self._named:
-            self._named.add(name)
-            self._robot.report("renderer", f"{name}: pictures are drawn by OpenGL, {driver}")
+        return self._robot.observation(self.time)
 
     def command(self, command: BodyCommand) -> None:
         """Command a velocity; `wait` applies ramps, limits and the dead-man stop.
@@ -108,7 +81,7 @@ class SimulatedBody(Body, SimulatedWorld):
         Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
         """
         self._robot.drive.command(command.twist)
-        for name, camera in self._cameras.items():
+        for name, camera in self._robot.cameras.items():
             wanted = command.capture if name == CAMERA else command.depth
             if wanted and camera.is_ready(self.time):
                 camera.expose(self.time, self._simulation.render_request(self._robot))
@@ -124,16 +97,16 @@ class SimulatedBody(Body, SimulatedWorld):
         self._simulation.wait(self._robot, period)
 
     def close(self) -> None:
-        """Leave the simulation, which ends with its last robot. Safe to call twice."""
+        """Leave the simulation; close it unless it was given. Safe to call twice."""
         self._simulation.remove(self._robot)
-        for camera in self._cameras.values():
-            camera.close()
+        if self._owns_it:
+            self._simulation.close()
 
     def rest(self, longest: float) -> bool:
         """Sleep at most `longest` wall seconds until the pace and the camera allow a step."""
         rested = self._simulation.pace.rest(longest)
         return rested and all(
-            camera.await_picture(self.time, longest) for camera in self._cameras.values()
+            camera.await_picture(self.time, longest) for camera in self._robot.cameras.values()
         )
 
     @property
@@ -197,9 +170,3 @@ class SimulatedBody(Body, SimulatedWorld):
     def slept(self) -> float:
         """Wall seconds slept so far to keep the pace."""
         return self._simulation.pace.slept
-
-
-def _cameras(robot: RobotDescription) -> dict[str, CameraDescription | DepthCameraDescription]:
-    """Return the cameras of a robot by name."""
-    colour = {} if robot.camera is None else {CAMERA: robot.camera}
-    return {**colour, **robot.depth_cameras}

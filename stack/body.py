@@ -1,8 +1,8 @@
 """Body: the common interface of simulated, scripted, replayed and real robots.
 
 Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no command
-for DEAD_MAN seconds of its own time. What only a simulation can do is a second interface,
-`SimulatedWorld`; test for it with `isinstance(body, SimulatedWorld)`.
+for DEAD_MAN seconds of its own time. What only some bodies know or can do is in interfaces of its
+own, asked for by type: `SimulatedWorld` and `Replay`.
 """
 
 from __future__ import annotations
@@ -85,22 +85,11 @@ class Body(ABC):
 
     @property
     def is_real_time(self) -> bool:
-        """Whether time passes by itself, as on hardware; then nothing may block the loop."""
-        return False
+        """Whether time passes by itself, as on hardware; then no late result is waited for.
 
-    @property
-    def epoch(self) -> float:
-        """Time of `time` 0 in seconds since 1970; 0 in a simulation."""
-        return 0.0
-
-    @property
-    def recording_over(self) -> bool:
-        """Whether all measurements of a recording have been played; false for other bodies."""
-        return False
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether there is nothing more to sense, as after the end of a recording."""
+        The only switch of that kind: plans, optimised maps and detections are then used when they
+        come, and otherwise exactly at their latency.
+        """
         return False
 
     @abstractmethod
@@ -156,6 +145,20 @@ class SimulationEvent(NamedTuple):
     kind: str
     text: str
     fields: Mapping[str, Any] = MappingProxyType({})
+
+
+class Replay(ABC):
+    """What only a body that plays a recording knows."""
+
+    @property
+    @abstractmethod
+    def recording_over(self) -> bool:
+        """Whether all measurements of the recording have been played."""
+
+    @property
+    @abstractmethod
+    def has_ended(self) -> bool:
+        """Whether there is nothing more to sense."""
 
 
 class SimulatedWorld(ABC):

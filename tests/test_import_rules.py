@@ -118,9 +118,11 @@ MAY_IMPORT = {
 DATA = {"stack": set(), "missions": {"worlds", "parameters", "routes", "maps"}}
 """Folders that hold data."""
 
+PYBULLET_ENGINE = "stack/sim/physics/pybullet_engine"
+
 ONE_PLACE = {
-    "pybullet": {"stack/sim"},
-    "moderngl": {"stack/sim"},
+    "pybullet": {PYBULLET_ENGINE},
+    "moderngl": {"stack/sim/sensors"},
     "rerun": {"stack/telemetry"},
     "pyarrow": {"stack/telemetry/rerun"},
     "pymavlink": {"stack/telemetry", "robots"},
@@ -250,6 +252,19 @@ def test_heavy_libraries_are_imported_in_one_place(library):
     assert importers, f"nothing imports {library}: the row is out of date"
     places = ONE_PLACE[library]
     assert not [file for file in importers if not any(file.is_relative_to(p) for p in places)]
+
+
+def test_only_the_default_names_the_pybullet_engine():
+    """All of the simulation but this line works with another engine (stack/sim/physics)."""
+    package = PYBULLET_ENGINE.replace("/", ".")
+    outside = {
+        str(file.relative_to(ROOT))
+        for top in TOP
+        for file in files_of(top)
+        if not file.is_relative_to(ROOT / PYBULLET_ENGINE)
+        and any(covered(name, {package}) for name in imported_names(file))
+    }
+    assert outside == {"stack/sim/physics/default.py"}
 
 
 def test_every_library_is_a_dependency_or_in_the_table_of_optional_packages():

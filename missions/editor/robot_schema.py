@@ -5,7 +5,7 @@ from __future__ import annotations
 from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
 from missions.execution.component_choices import NAVIGATION_KINDS
-from robots.declared import BODY, PACKAGES, RADIUS, URDF_FILE, X, Y, Z, length
+from robots.declared import PACKAGES, RADIUS, URDF_FILE, X, Y, Z, length
 from robots.sensors import (
     CENTRE,
     COEFFICIENTS,
@@ -63,7 +63,10 @@ def robot_schema() -> Schema:
         "doc": documented({"type": "string"}, "Description."),
         "footprint": documented(_footprint(), "Outline in the base frame."),
         "height": _of(HEIGHT),
-        "body": _of(BODY),
+        "body": documented(
+            COMPONENT,
+            "What drives the robot: `simulated` (default), `scripted` or a plugin's body.",
+        ),
         "urdf": documented(_urdf(), "URDF or xacro file, relative to this file."),
         "wheels": documented(_wheels(), "Wheels and drive, which define the possible motions."),
         "limits": _part(Limits),

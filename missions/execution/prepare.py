@@ -45,6 +45,7 @@ from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import FaultyMissionError, read_mission
 from missions.language.reading.words import Draft
 from missions.run_options import RunOptions
+from robots.bodies import body_kind
 from robots.logs.recording import Recording
 from stack.components import Choice
 from stack.costmap.choosing import LayerChoice
@@ -203,7 +204,10 @@ def _check_installation(
 ) -> None:
     """Check that this installation has the packages, and that the simulation can do its part."""
     _gather(found, lambda: check_packages(choices, marks))
-    if scene.recording is None and (options.body or scene.robot.body) == "simulated":
+    if scene.recording is not None:
+        return
+    kind = _gather(found, lambda: body_kind(options.body or scene.robot.body))
+    if kind is not None and kind.simulates:
         _gather(found, lambda: check_renderer(scene.robot, options.renderer))
         _gather(found, lambda: check_rate(choices["loop"].parameters, marks))
 

@@ -155,7 +155,12 @@ class Run:
         runtime = self.engine.runtime
         if not runtime.state.is_over:
             return False
-        return self._steps_to_stop <= 0 or runtime.is_standing or self.engine.body.has_ended
+        return self._steps_to_stop <= 0 or runtime.is_standing or self._recording_ended
+
+    @property
+    def _recording_ended(self) -> bool:
+        """Whether a replay has nothing more to sense."""
+        return self.engine.replay is not None and self.engine.replay.has_ended
 
     @property
     def is_due(self) -> bool:
@@ -372,7 +377,7 @@ class Run:
         if self._telemetry.lost and self._options.on_lost_records == "stop":
             lost = "; ".join(record.text for record in self._telemetry.lost)
             runtime.end(MissionState.ABORTED, f"records lost: {lost}")
-        elif body.has_ended:
+        elif self._recording_ended:
             runtime.end(MissionState.INTERRUPTED, "the recording is over")
         elif body.time > MAX_SIMULATED_SECONDS:
             runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")

@@ -13,7 +13,7 @@ from missions.execution.report import Report
 from missions.execution.resources import find_mission
 from missions.execution.run import Run, RunWatch
 from missions.execution.running import rare_collections, run_in_turns
-from robots.bodies import sharing
+from robots.bodies import body_kind, sharing
 from stack.documents import read_file
 from stack.errors import InputError
 from stack.geometry.polygons import outline_points, points_inside
@@ -70,8 +70,7 @@ def prepare_together(
         out = None if options.out is None else options.out / label
         single = replace(options, seed=options.seed + number, arguments=own, out=out, identity="")
         entries.append(Entry(label, prepare(files[number], single), single))
-    if options.body != "simulated":
-        _check_bodies([entry.plan for entry in entries])
+    _check_bodies([entry.plan for entry in entries], options)
     _check_world([entry.plan for entry in entries])
     _check_starts([entry.plan for entry in entries])
     return entries
@@ -120,7 +119,6 @@ def _refuse_options_of_one_mission(options: RunOptions) -> None:
         "--watch": options.watch,
         "--replay": options.replay is not None,
         "--mavlink": options.mavlink is not None,
-        "--body": options.body not in ("", "simulated"),
     }
     for option, is_given in given.items():
         if is_given:
@@ -141,12 +139,13 @@ def _unique(names: Sequence[str]) -> list[str]:
     return found
 
 
-def _check_bodies(plans: Sequence[PreparedMission]) -> None:
-    """Raise InputError for a robot whose file chooses another body than the simulated one."""
+def _check_bodies(plans: Sequence[PreparedMission], options: RunOptions) -> None:
+    """Raise InputError for a robot whose body is in no simulation."""
     for plan in plans:
-        if plan.robot.body != "simulated":
+        body = options.body or plan.robot.body
+        if not body_kind(body).simulates:
             raise InputError(
-                f"{plan.mission.source.name}: the body of {plan.robot.name} is {plan.robot.body};"
+                f"{plan.mission.source.name}: the body of {plan.robot.name} is {body};"
                 " robots in one world must be simulated: add --body simulated"
             )
 

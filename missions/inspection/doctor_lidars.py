@@ -15,7 +15,7 @@ from missions.inspection.doctor import Diagnosis, counted
 from robots.load import robot_names
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.perception.own_body import OwnBody
-from stack.sim.physics.own_view import own_ranges
+from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.types import FloatArray, Observation, Scan
 
 EDGE = 0.5
@@ -56,7 +56,7 @@ def _lidar_lines(
     robot: RobotDescription, name: str, lidar: LidarDescription
 ) -> tuple[list[str], bool]:
     """Return the lines about a lidar, and whether it needs a mask that it lacks."""
-    ranges = own_ranges(robot.model, lidar)
+    ranges = DEFAULT_ENGINE.own_ranges(robot.model, lidar)
     seen = np.isfinite(ranges) & (ranges >= lidar.range_min)
     left = seen & np.isfinite(_after_removal(robot, name, lidar, ranges))
     lines = [_sight_line(name, lidar, ranges, run, left) for run in _runs(seen)]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -214,7 +215,9 @@ def _moved(measurement: Measurement, epoch: float) -> Measurement:
     """Return the measurement with its stamps on the body's clock."""
     if isinstance(measurement, Imu):
         return replace(measurement, stamps=measurement.stamps - epoch)
-    return replace(measurement, stamp=measurement.stamp - epoch)
+    record: Any = measurement  # a frozen dataclass
+    moved: Measurement = replace(record, stamp=measurement.stamp - epoch)
+    return moved
 
 
 def _joined(samples: list[Imu]) -> dict[str, Measurement]:

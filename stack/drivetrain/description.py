@@ -244,7 +244,8 @@ class RobotDescription:
         lidars: additional lidars by name.
         sonars: by name.
         depth_cameras: by name. One with a `scan` is a lidar as well, called NAME_scan.
-        body: which body drives it unless the command line says otherwise: simulated | scripted.
+        body: which body drives it unless the command line says otherwise.
+        body_parameters: of that body, as raw values.
         model: the URDF that the simulation loads: its root is the base frame, its meshes are named
             by absolute paths.
         warnings: about the robot file and the URDF.
@@ -270,6 +271,7 @@ class RobotDescription:
     depth_cameras: Mapping[str, DepthCameraDescription] = field(default_factory=dict)
     model: str = ""
     warnings: tuple[Finding, ...] = ()
+    body_parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def drawn_by(self, renderer: str) -> RobotDescription:
         """Return the robot with this renderer for all simulated cameras: tiny, gl or auto."""

@@ -260,9 +260,7 @@ class GoalDrive(Drive):
         current = progress.rest if progress is not None and reason == ROUTINE else None
         request = PlanRequest(copy.grid, pose, self._goals.left, self.partial, direction, current)
         due = p.plan_due(state.time)
-        self.task.future = self._tools.planner_worker.ask(
-            request, due, wait=p.wait_for_plan, over=copy.release
-        )
+        self.task.future = self._tools.planner_worker.ask(request, due, over=copy.release)
         self._reason, self._requested_at = reason, state.time
         self._has_evaded = False
         self._requested_from = self._tools.planner_worker.planner

@@ -95,13 +95,14 @@ class Navigator:
         goal_checker: GoalChecker, progress_checker: ProgressChecker,
         parameters: NavigationParameters, evasion: Evasion, local_costmap: CostmapLike,
         global_costmap: CostmapLike, emit: Emit, period: float,
-        log: Callable[[str], None] = lambda _: None,
+        log: Callable[[str], None] = lambda _: None, *, is_real_time: bool = False,
     ) -> None:  # fmt: skip
         self._emit = emit
         self._evasion = MotionEvasion(evasion, path_follower, emit)
         self._tools = DriveTools(
-            path_follower, goal_checker, progress_checker, PlannerWorker(planner, log), parameters,
-            local_costmap, global_costmap, emit,
+            path_follower, goal_checker, progress_checker,
+            PlannerWorker(planner, log, is_real_time=is_real_time), parameters, local_costmap,
+            global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
             motions=ReactiveMotions(robot, global_costmap, period),

@@ -19,9 +19,6 @@ class NavigationParameters:
     planning_latency: float = parameter(
         0.1, "s", at_least=0.0, help="time from the request of a plan to its use"
     )
-    wait_for_plan: bool = parameter(
-        True, help="wait for a late plan (simulation); false: drive on until it arrives (hardware)"
-    )
     replan_period: float = parameter(
         2.0, "s", above=0.0, public=True, help="time between two searches for a better path"
     )

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from math import hypot
 from typing import Any
 
-from stack.body import BodyCommand, SimulatedWorld
+from stack.body import BodyCommand, Replay, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.navigation.relocalisation import report_pose
 from stack.perception.smoothing import smooth_observation
@@ -68,6 +68,7 @@ class Runtime:
         self._pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
+        self._replay = parts.body if isinstance(parts.body, Replay) else None
         self._ticks_every = parameters.steps_per_tick
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
         self._commands = CommandHandler(parts, self.mission, self.end)
@@ -209,7 +210,7 @@ class Runtime:
     def stand_still(self, patience: float = 3.0) -> None:
         """Step with a zero command until the robot stands, at most `patience` seconds."""
         for _ in range(round(patience / self.period)):
-            if self.is_standing or self.parts.body.has_ended:
+            if self.is_standing or (self._replay is not None and self._replay.has_ended):
                 return
             self.step()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stack.body import HEALTHY, BodyHealth
+from stack.body import HEALTHY, BodyHealth, Replay
 from stack.frames.deskew import Deskewer
 from stack.perception.cameras.watch import COLOUR_CAMERA
 from stack.perception.own_body import OwnBody
@@ -96,7 +96,8 @@ class Sensing:
 
     def _watch_sensors(self, observation: Observation) -> None:
         """Report sensors that deliver nothing; after a recording none does."""
-        if self._parts.body.recording_over:
+        body = self._parts.body
+        if isinstance(body, Replay) and body.recording_over:
             return
         for event in self._sensors.update(observation, self._deskewer.dropped):
             self._parts.telemetry.emit(

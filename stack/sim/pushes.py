@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from math import cos, hypot, pi, sin
 
-from stack.sim.physics.physics_robot import PhysicsRobot
+from stack.sim.physics.engine import PhysicsRobot
 from stack.sim.worlds.world import Push
 from stack.types import Pose2D, Twist, wrap_angle
 
@@ -81,7 +81,7 @@ class PushMotion:
         )
 
     def _is_slow(self, given: tuple[float, float, float]) -> bool:
-        (_, _, _), _, (vx, vy, _), (_, _, spin) = self._physics.base_state()
+        _, _, _, (vx, vy, _), (_, _, spin) = self._physics.base_state()
         wanted = (given[0], given[1], TURNING_ARM * given[2])
         speed = hypot(*wanted)
         along = wanted[0] * vx + wanted[1] * vy + wanted[2] * TURNING_ARM * spin

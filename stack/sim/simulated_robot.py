@@ -3,31 +3,37 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
 from math import inf
 from typing import Any
 
 import numpy as np
 
 from stack.body import ContactTally, GroundTruth, SimulationEvent
-from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.description import (
+    CameraDescription,
+    DepthCameraDescription,
+    RobotDescription,
+)
 from stack.sim.battery import Battery
-from stack.sim.physics.contacts import ContactCounter, Touch, depths
+from stack.sim.physics.contacts import ContactCounter, depths
+from stack.sim.physics.engine import PhysicsEngine, Touch
 from stack.sim.physics.friction import FrictionZones
-from stack.sim.physics.own_view import own_ranges
-from stack.sim.physics.physics_robot import PhysicsRobot
-from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.pushes import PushMotion
 from stack.sim.scene_state import RobotShape, SceneState
+from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.imu import Imu
 from stack.sim.sensors.lidar import Lidar
 from stack.sim.sensors.odometry import Encoders, Odometry
+from stack.sim.sensors.requests import RenderSetup
 from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import Push, World
-from stack.types import DepthImage, Image, Measurement, Observation, Pose2D, Twist
+from stack.types import Measurement, Observation, Pose2D, Twist
+
+CAMERA = "camera"
+"""Name of the colour camera."""
 
 CLEARANCE_REACH = 1.0
 """Largest clearance that is measured, metres."""
@@ -46,7 +52,7 @@ class SimulatedRobot:
     Args:
         description: the robot.
         world: in which it drives.
-        physics: of that world.
+        engine: with that world.
         start: pose of the base frame, world frame.
         seed: of every random stream.
         settings: rates, and the charge of the battery.
@@ -54,6 +60,8 @@ class SimulatedRobot:
     Attributes:
         description: the robot.
         physics: the robot's bodies in the physics.
+        cameras: of colours and of distances, by name.
+        seed: of every random stream.
         drive: wheel controller; it takes the commands.
         clearance: smallest distance so far to an obstacle, metres; at most CLEARANCE_REACH.
         touched: by name, the depth by which the robot and what it touches overlap, metres.
@@ -63,29 +71,40 @@ class SimulatedRobot:
     """
 
     def __init__(  # noqa: PLR0913 - a robot, its world and the settings
-        self, description: RobotDescription, world: World, physics: PhysicsWorld, *,
+        self, description: RobotDescription, world: World, engine: PhysicsEngine, *,
         start: Pose2D, seed: int, settings: SimulationSettings,
     ) -> None:  # fmt: skip
-        self.description = description
-        self.due, self.wants_freeze = 0, False
+        self.description, self._world, self._settings = description, world, settings
         self.radius = description.footprint.circumscribed_radius
+        self._carrier = RobotShape(start, description.footprint, description.height)
+        self._own = {
+            name: engine.own_ranges(description.model, lidar)
+            for name, lidar in description.real_lidars.items()
+        }
+        self._physics_period = 1.0 / settings.physics_rate
+        self.physics = engine.add_robot(description, start)
+        self.cameras = {
+            name: Camera(RenderSetup(world, description.model, camera, name), type(engine))
+            for name, camera in _cameras(description).items()
+        }
+        self.restart(seed)
+
+    def restart(self, seed: int) -> None:
+        """Begin at time 0 with other random streams; the physics is at the start already."""
+        description, world, settings = self.description, self._world, self._settings
+        self.seed, self.due, self.wants_freeze = seed, 0, False
         self._plan_rates(description, settings)
         self.clearance = CLEARANCE_REACH
         self._events: list[SimulationEvent] = []
-        self.drive = WheelController(description.drivetrain, 1.0 / settings.physics_rate)
+        self.drive = WheelController(description.drivetrain, self._physics_period)
         self._odometry = Odometry(description, seed)
-        body = RobotShape(start, description.footprint, description.height)
         self._lidars = {
             name: Lidar(
-                lidar,
-                world,
-                seed,
-                "lidar" if name == "lidar" else f"lidar:{name}",
-                body,
-                own_ranges(description.model, lidar),
+                lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}",
+                self._carrier, self._own[name],
             )
             for name, lidar in description.real_lidars.items()
-        }
+        }  # fmt: skip
         self._sonars = {
             name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
         }
@@ -93,7 +112,7 @@ class SimulatedRobot:
         self._longest_scan = max((lidar.duration for lidar in self._lidars.values()), default=0.0)
         self._trail: deque[tuple[float, Pose2D]] = deque()
         self._imu = Imu(description.imu, seed) if description.imu else None
-        self._inertia_step, self._physics_period = 0, 1.0 / settings.physics_rate
+        self._inertia_step = 0
         self._battery = Battery(
             description.battery,
             description.limits,
@@ -105,9 +124,11 @@ class SimulatedRobot:
         self.touched: dict[str, float] = {}
         self._push: PushMotion | None = None
         self._pushed_at = -inf
-        self.physics = PhysicsRobot(physics, description, start)
         self._friction = FrictionZones(world, self.physics)
         self._wheel_motion = wheel_motion_of(description, self.physics, seed)
+        self._named: set[str] = set()
+        for camera in self.cameras.values():
+            camera.restart()
 
     @property
     def truth(self) -> GroundTruth:
@@ -176,15 +197,29 @@ class SimulatedRobot:
         if self._clearance_schedule.take(step):
             self.clearance = self.physics.distance(self.clearance)
 
-    def observation(self, time: float, pictures: Mapping[str, Image | DepthImage]) -> Observation:
-        """Return the measurements since the last call, with pictures by camera."""
+    def observation(self, time: float) -> Observation:
+        """Return the measurements since the last call, and the pictures that are due."""
+        pictures = {name: camera.take(time) for name, camera in self.cameras.items()}
+        for camera in self.cameras.values():
+            for problem in camera.take_problems():
+                self.report("renderer", problem)
+        taken = {name: picture for name, picture in pictures.items() if picture is not None}
+        for name in taken:
+            self._name_driver(name)
         measurements, self._measured = self._measured, {}
         measurements["wheels"] = self._odometry.reading
         measurements["battery"] = self._battery.reading(time)
         samples = self._imu.take() if self._imu else None
         if samples is not None:
             measurements["imu"] = samples
-        return Observation(time, {**measurements, **pictures})
+        return Observation(time, {**measurements, **taken})
+
+    def _name_driver(self, name: str) -> None:
+        """Report the driver of a camera's first picture: those of OpenGL differ between drivers."""
+        driver = self.cameras[name].driver
+        if driver and name not in self._named:
+            self._named.add(name)
+            self.report("renderer", f"{name}: pictures are drawn by OpenGL, {driver}")
 
     def set_charge(self, charge: float) -> None:
         """Set the battery charge, 0 to 1."""
@@ -222,7 +257,7 @@ class SimulatedRobot:
             self._push = None
             self.physics.grip()
         self.drive.halt()
-        self.physics.place_robot(pose)
+        self.physics.place(pose)
         self._trail.clear()
         self._friction.update(pose)
         if self._imu:
@@ -304,3 +339,9 @@ class SimulatedRobot:
             trail.append((time, pose))
         while len(trail) > 1 and trail[1][0] <= time - self._longest_scan + ROUNDING:
             trail.popleft()
+
+
+def _cameras(robot: RobotDescription) -> dict[str, CameraDescription | DepthCameraDescription]:
+    """Return the cameras of a robot by name."""
+    colour = {} if robot.camera is None else {CAMERA: robot.camera}
+    return {**colour, **robot.depth_cameras}

@@ -7,7 +7,8 @@ from dataclasses import replace
 from stack.drivetrain.description import RobotDescription
 from stack.sim.pace import Pace
 from stack.sim.people import People
-from stack.sim.physics.physics_world import PhysicsWorld
+from stack.sim.physics.default import DEFAULT_ENGINE
+from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.requests import RenderRequest
@@ -33,19 +34,35 @@ class Simulation:
         scene_changes: number of door movements so far.
     """
 
-    def __init__(self, world: World, settings: SimulationSettings) -> None:
-        self.world, self.settings, self.pace = world, settings, Pace(settings.pace)
-        self._step, self._period = 0, 1.0 / settings.physics_rate
+    def __init__(
+        self, world: World, settings: SimulationSettings,
+        engine: type[PhysicsEngine] = DEFAULT_ENGINE,
+    ) -> None:  # fmt: skip
+        self.world, self.settings = world, settings
+        self._period = 1.0 / settings.physics_rate
         self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
-        self.doors = {door.name: door.closed for door in world.doors}
-        self.scene_changes = 0
-        self.people = People(replace(world, people=()), 0)  # until all robots are known
-        self._people_seed = 0
-        self._timeline = Timeline(world.timeline)
-        self._physics = PhysicsWorld(world, settings)
+        self._engine = engine(world, settings)
         self._robots: list[SimulatedRobot] = []
-        self._active: list[SimulatedRobot] = []
-        self._has_begun = False
+        self._begin_again()
+
+    def _begin_again(self) -> None:
+        self.pace, self._step, self._has_begun = Pace(self.settings.pace), 0, False
+        self.doors = {door.name: door.closed for door in self.world.doors}
+        self.scene_changes = 0
+        self.people = People(replace(self.world, people=()), 0)  # until all robots are known
+        self._timeline = Timeline(self.world.timeline)
+        self._active = list(self._robots)
+
+    def reset(self, seed: int) -> None:
+        """Begin the next run, bit for bit as a new simulation with the same robots would.
+
+        The robots are at their starts again. The first one has the seed, the second one `seed + 1`,
+        and so on. The shapes of the world and of the robots, and the cameras' processes, are kept.
+        """
+        self._engine.reset()
+        self._begin_again()
+        for number, robot in enumerate(self._robots):
+            robot.restart(seed + number)
 
     @property
     def time(self) -> float:
@@ -60,10 +77,8 @@ class Simulation:
         """
         assert not self._has_begun
         robot = SimulatedRobot(
-            description, self.world, self._physics, start=start, seed=seed, settings=self.settings
+            description, self.world, self._engine, start=start, seed=seed, settings=self.settings
         )
-        if not self._robots:
-            self._people_seed = seed
         self._robots.append(robot)
         self._active.append(robot)
         return robot
@@ -74,8 +89,8 @@ class Simulation:
             return
         self._has_begun = True
         places = [(robot.truth.pose, robot.radius) for robot in self._robots]
-        self.people = People(self.world, self._people_seed, places)
-        self._physics.scene.place_people(self.people.positions)
+        self.people = People(self.world, self._robots[0].seed, places)
+        self._engine.place_people(self.people.positions)
         self._apply_due_events()
         for robot in self._robots:
             robot.begin(self.scene_around(robot))
@@ -103,20 +118,21 @@ class Simulation:
     def remove(self, robot: SimulatedRobot) -> None:
         """Wait for a robot no longer; it stays in the world, and its dead-man stops it.
 
-        With the last one, disconnect from the physics engine. Safe to call twice.
+        Safe to call twice.
         """
         if robot not in self._active:
             return
         self._active.remove(robot)
         if self._active:
             self._advance_to_due()
-        else:
-            self._physics.close()
 
     def close(self) -> None:
-        """Disconnect from the physics engine. Safe to call twice."""
+        """Close the physics engine and the cameras. Safe to call twice."""
         self._active.clear()
-        self._physics.close()
+        self._engine.close()
+        for robot in self._robots:
+            for camera in robot.cameras.values():
+                camera.close()
 
     def scene_around(self, robot: SimulatedRobot) -> SceneState:
         """Return what a robot's sensors can see besides the static parts of the world."""
@@ -125,16 +141,15 @@ class Simulation:
 
     def render_request(self, robot: SimulatedRobot) -> RenderRequest:
         """Return the state that a robot's camera renders: everything that moves, as of now."""
-        position, orientation = robot.physics.base_pose()
         state = robot.physics.base_state()
         others = tuple(
-            (other.description.model, *other.physics.base_pose())
+            (other.description.model, *other.physics.base_state()[:2])
             for other in self._robots
             if other is not robot
         )
         return RenderRequest(
-            self._step, position, orientation, self.people.all_places, dict(self.doors), others,
-            state.velocity, state.spin,
+            self._step, state.position, state.orientation, self.people.all_places,
+            dict(self.doors), others, state.velocity, state.spin, robot.seed,
         )  # fmt: skip
 
     def _advance_to_due(self) -> None:
@@ -169,9 +184,9 @@ class Simulation:
                     robot.drive_wheels()
                 for robot in pushed:
                     robot.advance_push(self._period)
-                self._physics.step()
+                self._engine.step()
         else:
-            self._physics.step(steps)
+            self._engine.step(steps)
         self._step = until
 
     def _measure(self) -> None:
@@ -196,7 +211,7 @@ class Simulation:
             for name, depth in robot.touched.items():
                 touched[name] = max(depth, touched.get(name, 0.0))
         if self.people.walk(period, places, self.doors, touched):
-            self._physics.scene.place_people(self.people.positions)
+            self._engine.place_people(self.people.positions)
         for robot, truth in zip(self._robots, truths, strict=True):
             robot.update_scene(self.time, period, truth)
 
@@ -218,7 +233,7 @@ class Simulation:
             robot.set_charge(event.battery)
 
     def _move_door(self, name: str, *, closed: bool) -> None:
-        self._physics.scene.place_door(name, closed)
+        self._engine.place_door(name, closed)
         self.doors[name] = closed
         self.scene_changes += 1
         for robot in self._robots:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from math import exp, sqrt
 
 from stack.drivetrain.description import RobotDescription
-from stack.sim.physics.physics_robot import PhysicsRobot
+from stack.sim.physics.engine import PhysicsRobot
 from stack.streams import stream
 
 
@@ -99,7 +99,7 @@ def wheel_motion_of(robot: RobotDescription, physics: PhysicsRobot, seed: int) -
     """Return how the wheels of a robot move on the floor."""
     if not robot.drivetrain.skids:
         return Rolling()
-    sides = physics.wheel_places[: len(physics.joints), 1]
+    sides = physics.wheel_places[: len(robot.drivetrain.driven_joints), 1]
     return Skidding(robot, float(sides.max() - sides.min()), seed)
 
 

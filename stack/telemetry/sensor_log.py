@@ -24,24 +24,10 @@ import msgpack
 import numpy as np
 
 from stack.documents.files import RECORD_BYTES, open_regular
-from stack.errors import InputError
+from stack.errors import BodyError, InputError
 from stack.parameters import values_of
-from stack.types import (
-    Battery,
-    DepthImage,
-    Image,
-    Imu,
-    Measurement,
-    Observation,
-    Odometry,
-    RangeReading,
-    Scan,
-)
-
-KINDS: dict[str, type] = {
-    kind.__name__: kind for kind in (Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
-}
-"""Measurement types by the name of their schema."""
+from stack.telemetry.record_types import record_type
+from stack.types import Measurement, Observation
 
 VERSION = "1"
 NANOSECONDS = 1e9
@@ -74,6 +60,7 @@ class SensorLog:
 
         Raises:
             OSError: the disk is full, or the file was removed.
+            BodyError: a measurement is of a type that no package registers: it could not be read.
         """
         for name, measurement in observation.measurements.items():
             fields = {"time": observation.time, **_plain(measurement)}
@@ -101,6 +88,7 @@ class SensorLog:
     def _channel(self, name: str, measurement: Measurement) -> int:
         if name not in self._channels:
             kind = type(measurement).__name__
+            self._check(name, type(measurement))
             if kind not in self._schemas:
                 doc = (type(measurement).__doc__ or "").encode()
                 self._schemas[kind] = self._writer.register_schema(kind, "text", doc)
@@ -108,6 +96,17 @@ class SensorLog:
                 topic=f"/{name}", message_encoding="msgpack", schema_id=self._schemas[kind]
             )
         return self._channels[name]
+
+    def _check(self, sensor: str, kind: type) -> None:
+        try:
+            registered = record_type(kind.__name__)
+        except InputError as error:
+            raise BodyError(f"the sensor {sensor} cannot be recorded: {error}") from error
+        if registered is not kind:
+            raise BodyError(
+                f"the sensor {sensor} cannot be recorded: {kind.__module__} and "
+                f"{registered.__module__} have types of measurements {kind.__name__!r}"
+            )
 
 
 def is_sensor_log(path: Path) -> bool:
@@ -144,7 +143,8 @@ def read_observations(path: Path) -> Iterator[Observation]:
     A message that was cut off by the end of the process ends the log.
 
     Raises:
-        InputError: the file is missing, not a sensor log, or damaged.
+        InputError: the file is missing, not a sensor log, or damaged, or has measurements of a type
+            that no package registers.
     """
     from mcap.records import Channel, Message, Schema
 
@@ -167,7 +167,7 @@ def read_observations(path: Path) -> Iterator[Observation]:
                     name, kind = channels[record.channel_id]
                     fields = msgpack.unpackb(record.data)
                     time = _read(fields.pop("time"), float)
-                    measurements[name] = _read(fields, KINDS[kind])
+                    measurements[name] = _read(fields, record_type(kind))
                 except (LookupError, TypeError, ValueError, AttributeError) as error:
                     raise InputError(
                         f"{path}: the message after {time:g} s is damaged: {error!r:.100}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -195,10 +195,18 @@ class Battery:
     stamp: float = 0.0
 
 
-Measurement = Scan | RangeReading | Odometry | Imu | Image | DepthImage | Battery
-"""A measurement of one sensor; each has its own stamp."""
+class Measurement(Protocol):
+    """A measurement of one sensor: a frozen dataclass with its own stamp.
 
-M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
+    The set of types is open: a body may bring its own (stack/telemetry/record_types.py).
+    """
+
+    @property
+    def stamp(self) -> float:
+        """Seconds on the body's clock."""
+
+
+M = TypeVar("M", bound=Measurement)
 
 
 @dataclass(frozen=True, slots=True)

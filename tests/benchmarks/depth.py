@@ -120,13 +120,13 @@ def _resized(camera: DepthCameraDescription, width: int) -> DepthCameraDescripti
 def _rendered(
     robot: RobotDescription, world: World, camera: DepthCameraDescription, poses: list[Pose2D]
 ) -> list[FloatArray]:
-    renderer = CameraRenderer(RenderSetup(world, robot.model, camera, 1, "depth"))
+    renderer = CameraRenderer(RenderSetup(world, robot.model, camera, "depth"))
     try:
         return [
             np.asarray(renderer.render(RenderRequest(
                 number, (pose.x, pose.y, 0.0),
                 (0.0, 0.0, np.sin(pose.heading / 2), np.cos(pose.heading / 2)),
-                np.empty((0, 3)), {},
+                np.empty((0, 3)), {}, seed=1,
             )))
             for number, pose in enumerate(poses)
         ]  # fmt: skip

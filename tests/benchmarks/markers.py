@@ -43,7 +43,7 @@ def run() -> Rows:
     robot = read_robot(find_robot("scout", Path()))
     assert robot.camera is not None
     world = replace(EMPTY, markers=(MARKER,), walls=(WALL,))
-    setup = RenderSetup(world, robot.model, robot.camera, 1, "camera")
+    setup = RenderSetup(world, robot.model, robot.camera, "camera")
     renderer, detector = CameraRenderer(setup), MarkerDetector([MARKER])
     places = [(distance, angle) for distance in DISTANCES for angle in ANGLES]
     try:
@@ -67,7 +67,7 @@ def _row(
         pose = Pose2D(float(way * cos(side)), float(way * sin(side)), float(turn))
         request = RenderRequest(
             number, (pose.x, pose.y, 0.0), (0.0, 0.0, sin(turn / 2), cos(turn / 2)),
-            np.empty((0, 3)), {},
+            np.empty((0, 3)), {}, seed=1,
         )  # fmt: skip
         image = Image(float(number), np.asarray(renderer.render(request), np.uint8), model)
         sightings = detector.sightings(image)

@@ -106,8 +106,8 @@ class Office:
         self.robot = load_robot("scout", MISSIONS)
         assert self.robot.camera is not None
         world = self.case.world
-        setup = RenderSetup(world, self.robot.model, self.robot.camera, seed)
-        self._renderer = CameraRenderer(setup)
+        setup = RenderSetup(world, self.robot.model, self.robot.camera)
+        self._seed, self._renderer = seed, CameraRenderer(setup)
         lidar = replace(self.robot.all_lidars["lidar"], rotation_time=0.0)
         self._lidar, self._taken = Lidar(lidar, world, seed), 0
 
@@ -118,7 +118,7 @@ class Office:
         half = pose.heading / 2.0
         request = RenderRequest(
             self._taken, (pose.x, pose.y, 0.0), (0.0, 0.0, sin(half), cos(half)),
-            np.zeros((0, 3)), {},
+            np.zeros((0, 3)), {}, seed=self._seed,
         )  # fmt: skip
         pixels = np.asarray(self._renderer.render(request), np.uint8)
         scan = self._lidar.scan([(0.0, pose)], SceneState(), self._taken, 0.0)

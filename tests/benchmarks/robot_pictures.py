@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from robots.load import find_robot, read_robot, robot_names
 from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.description import RobotDescription
-from stack.sim.physics import bullet as loader
-from stack.sim.physics.physics_robot import load_robot
+from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.robot import load_robot
 
 SIZE = (560, 460)
 SIGHT = (1.15, -28.0, 130.0)

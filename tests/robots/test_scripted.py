@@ -83,8 +83,8 @@ def test_a_shipped_mission_runs_on_the_scripted_body_of_the_robot_file(tmp_path)
 
 def test_bodies_are_found_by_name():
     setup = BodySetup(EQUIPPED, square_room(4.0), Pose2D(0.0, 0.0))
-    body = find_body("scripted")(setup)
+    body = find_body("scripted", {})(setup)
     assert not isinstance(body, SimulatedWorld)
     assert "lidar" in body.sense().of(Scan)
     with pytest.raises(InputError, match="no body 'simulatd'; did you mean 'simulated'"):
-        find_body("simulatd")
+        find_body("simulatd", {})

@@ -15,8 +15,8 @@ from robots.urdf.physics import physics_urdf
 from stack.documents import Findings
 from stack.documents.xml_file import parse_xml
 from stack.errors import InputError
-from stack.sim.physics.physics_robot import PhysicsRobot, load_robot
-from stack.sim.physics.physics_world import PhysicsWorld
+from stack.sim.physics.pybullet_engine.engine import BulletEngine
+from stack.sim.physics.pybullet_engine.robot import load_robot
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
@@ -167,8 +167,8 @@ def placed():
     opened = []
 
     def place(robot):
-        opened.append(PhysicsWorld(EMPTY, SimulationSettings()))
-        return opened[-1], PhysicsRobot(opened[-1], robot, Pose2D(0.0, 0.0))
+        opened.append(BulletEngine(EMPTY, SimulationSettings()))
+        return opened[-1], opened[-1].add_robot(robot, Pose2D(0.0, 0.0))
 
     yield place
     for physics in opened:

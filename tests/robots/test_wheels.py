@@ -14,8 +14,7 @@ from robots.load import find_robot, read_robot
 from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import InputError
-from stack.sim.physics.physics_robot import PhysicsRobot
-from stack.sim.physics.physics_world import PhysicsWorld
+from stack.sim.physics.pybullet_engine.engine import BulletEngine
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
@@ -205,8 +204,8 @@ def placed():
     def place(name):
         robot = read_robot(find_robot(name, Path()))
         world = World("empty", (-2.0, -2.0, 2.0, 2.0))
-        opened.append(PhysicsWorld(world, SimulationSettings()))
-        return robot, PhysicsRobot(opened[-1], robot, Pose2D(0.0, 0.0)).wheel_places
+        opened.append(BulletEngine(world, SimulationSettings()))
+        return robot, opened[-1].add_robot(robot, Pose2D(0.0, 0.0)).wheel_places
 
     yield place
     for physics in opened:
@@ -245,10 +244,9 @@ def test_an_axle_across_its_link_is_refused():
     robot = read_robot(find_robot("glide", Path()))
     askew = robot.model.replace('<axis xyz="0.0 1.0 0.0"/>', '<axis xyz="0.6 0.8 0"/>')
     assert askew != robot.model
+    engine = BulletEngine(World("empty", (-2.0, -2.0, 2.0, 2.0)), SimulationSettings())
     with pytest.raises(
         BodyError, match=r"axle of the wheel joint 'left_wheel' is .* use the axis 0 1"
     ):
-        PhysicsRobot(
-            PhysicsWorld(World("empty", (-2.0, -2.0, 2.0, 2.0)), SimulationSettings()),
-            replace(robot, model=askew), Pose2D(0.0, 0.0),
-        )  # fmt: skip
+        engine.add_robot(replace(robot, model=askew), Pose2D(0.0, 0.0))
+    engine.close()

@@ -46,13 +46,6 @@ class OnHangup(StrEnum):
     ABORT = "abort"
 
 
-class BodyChoice(StrEnum):
-    """Bodies that the command line offers."""
-
-    SIMULATED = "simulated"
-    SCRIPTED = "scripted"
-
-
 def run(  # noqa: PLR0913 - each is an option of the command
     missions: Annotated[
         list[str],
@@ -134,9 +127,14 @@ def run(  # noqa: PLR0913 - each is an option of the command
         typer.Option(metavar="FILE", help="play a sensors.mcap instead of driving"),
     ] = None,
     body: Annotated[
-        BodyChoice | None,
-        typer.Option(help="what drives the robot [default: the robot file's choice]"),
-    ] = None,
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="what drives the robot: simulated, scripted, or a plugin's "
+            "[default: the robot file's choice]",
+            show_default=False,
+        ),
+    ] = "",
     on_lost_records: Annotated[
         OnLostRecords,
         typer.Option(
@@ -191,7 +189,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),
         parameters=assignments(parameter or [], "--parameter"),
-        body=body.value if body else "", replay=replay,
+        body=body, replay=replay,
         record=tuple(item.value for item in record or ()),
         on_lost_records=on_lost_records.value, forget_kept=forget_kept,
     )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
@@ -16,8 +16,8 @@ from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
-from robots.bodies import BodySetup, MakeBody, find_body
-from stack.body import Body, SimulatedWorld
+from robots.bodies import BodySetup, MakeBody, chosen_body, playing
+from stack.body import Body, Replay, SimulatedWorld
 from stack.components import Estimator, OdometryFusion
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
@@ -65,6 +65,7 @@ class Engine:
 
     Attributes:
         simulation: the body as a simulated world; None for other bodies.
+        replay: the body as a replay; None for other bodies.
         scorer: compares with the ground truth; only in a simulation.
         between_steps: called before each step.
     """
@@ -75,6 +76,7 @@ class Engine:
     telemetry: Telemetry
     debugger: TreeDebugger
     simulation: SimulatedWorld | None = None
+    replay: Replay | None = None
     scorer: SimulationScorer | None = None
     sensor_log: SensorLog | None = None
     between_steps: Callable[[], None] = lambda: None
@@ -117,6 +119,7 @@ def build(
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _discard
     body = _body(plan, options, make_body)
+    replay = body if isinstance(body, Replay) else None
     announce_warnings(plan, telemetry)
     loop = plan.choices["loop"].parameters
     period = loop.period
@@ -125,9 +128,13 @@ def build(
     local_costmap, global_costmap = world_model.local_costmap, world_model.global_costmap
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
-    navigator = _navigator(plan, period, (local_costmap, global_costmap), telemetry, log)
-    if body.is_real_time:
-        navigator.configure(replace(navigator.parameters, wait_for_plan=False))
+    navigator = _navigator(
+        plan,
+        (local_costmap, global_costmap),
+        telemetry,
+        log,
+        is_real_time=body.is_real_time,
+    )
     estimator = _estimator(plan, grid, seed)
     if body.is_real_time:
         estimator.run_in_real_time()
@@ -146,9 +153,8 @@ def build(
         load_model(plan.choices["object_detector"].parameters) if robot.camera else None,
         camera, emitter(telemetry, "perception"), log,
         needed=local_costmap.needs_detections or global_costmap.needs_detections,
+        is_real_time=body.is_real_time,
     )  # fmt: skip
-    if body.is_real_time:
-        objects.run_in_real_time()
     depth_camera = CameraLease(CAMERA_TIME)
     maps = MapService(
         robot, estimator, global_costmap, grid if plan.is_mapped else None,
@@ -167,7 +173,7 @@ def build(
             global_costmap=global_costmap,
             store=PictureStore(folder),
             maps=maps,
-            recording_over=lambda: body.recording_over,
+            recording_over=lambda: replay is not None and replay.recording_over,
             emit=emitter(telemetry, "navigation"),
             markers=plan.markers,
             detector=detector,
@@ -221,7 +227,7 @@ def build(
         ack = runtime.apply(command)
         if not ack.done:
             raise InputError(ack.reason)
-    return Engine(runtime, body, tree, telemetry, debugger, simulation, scorer, sensor_log)
+    return Engine(runtime, body, tree, telemetry, debugger, simulation, replay, scorer, sensor_log)
 
 
 def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
@@ -235,16 +241,10 @@ def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
 
 def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
     setup = BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed)
-    recording = plan.recording
-    if recording is not None:
+    if plan.recording is not None:
         replay = plan.mission.replay if options.replay is None else None
-        setup = replace(
-            setup, recording=recording.play(), epoch=recording.epoch,
-            after=0.0 if replay is None else replay.after,
-        )  # fmt: skip
-        make_body = find_body("replayed")
-    make = make_body or find_body(options.body or plan.robot.body)
-    return make(setup)
+        return playing(plan.recording.play(), 0.0 if replay is None else replay.after)(setup)
+    return (make_body or chosen_body(plan.robot, options.body))(setup)
 
 
 def _sensor_log(
@@ -272,13 +272,14 @@ def _tunables_of(navigator: Navigator) -> dict[str, Tunable]:
 
 def _navigator(
     plan: PreparedMission,
-    period: float,
     costmaps: tuple[Costmap, Costmap],
     telemetry: Telemetry,
     log: Callable[[str], None],
+    *,
+    is_real_time: bool,
 ) -> Navigator:
     choices, robot = plan.choices, plan.robot
-    controller = choices["controller"]
+    controller, period = choices["controller"], choices["loop"].parameters.period
     return Navigator(
         robot=robot,
         planner=outline_checked(choices["planner"], robot),
@@ -292,6 +293,7 @@ def _navigator(
         emit=emitter(telemetry, "navigation"),
         period=period,
         log=log,
+        is_real_time=is_real_time,
     )
 
 

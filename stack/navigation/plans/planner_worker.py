@@ -120,27 +120,28 @@ class PlannerWorker:
         planner: may be replaced; open requests keep their planner.
     """
 
-    def __init__(self, planner: Planner, log: Callable[[str], None] = lambda _: None) -> None:
-        self.planner, self._log = planner, log
+    def __init__(
+        self, planner: Planner, log: Callable[[str], None] = lambda _: None, *,
+        is_real_time: bool = False,
+    ) -> None:  # fmt: skip
+        self.planner, self._log, self._waits = planner, log, not is_real_time
         self._worker = WorkerThread("the planner")
         self._open: list[PlanFuture] = []
 
     def ask(
-        self, request: PlanRequest, due: float, *, wait: bool,
-        over: Callable[[], None] = lambda: None,
-    ) -> PlanFuture:  # fmt: skip
+        self, request: PlanRequest, due: float, *, over: Callable[[], None] = lambda: None
+    ) -> PlanFuture:
         """Submit a request whose plan is due at time `due` (seconds, robot's clock).
 
         Args:
             request: to plan.
             due: time from which the result is available.
-            wait: whether `PlanFuture.result` waits for a late plan.
             over: called once nobody reads the request's costs any more, from any thread.
         """
         cancel = CancelToken()
         future = self._worker.submit(partial(plan_through, self.planner, request, cancel))
         future.add_done_callback(lambda _: over())
-        queued = PlanFuture(request, self._worker, future, cancel, due, wait, self._log)
+        queued = PlanFuture(request, self._worker, future, cancel, due, self._waits, self._log)
         self._open = [item for item in self._open if not item.over] + [queued]
         return queued
 

@@ -50,9 +50,7 @@ class PlanQueries:
             copy = tools.global_costmap.copied()
             request = PlanRequest(copy.grid, start, (planning.goal,))
             due = p.plan_due(state.time)
-            task.future = tools.planner_worker.ask(
-                request, due, wait=p.wait_for_plan, over=copy.release
-            )
+            task.future = tools.planner_worker.ask(request, due, over=copy.release)
             task.report("planning", 0.0)
         answer = task.future.result(state.time)
         if isinstance(answer, Plan):

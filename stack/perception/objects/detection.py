@@ -103,6 +103,7 @@ class ObjectDetection:
         emit: receives events about problems, each once.
         log: receives tracebacks; not hashed.
         needed: whether a costmap layer needs detections all the time.
+        is_real_time: of the body: results are used when they come, and not waited for.
 
     Attributes:
         newest: of the newest picture, the nearest first; None before the first one.
@@ -111,11 +112,12 @@ class ObjectDetection:
     def __init__(  # noqa: PLR0913 - what it is connected with
         self, parameters: ObjectDetectorParameters, model: ObjectModel | None,
         camera: CameraLease, emit: Emit, log: Callable[[str], None], *, needed: bool = False,
+        is_real_time: bool = False,
     ) -> None:  # fmt: skip
         self.parameters, self._model, self._camera = parameters, model, camera
         self._emit, self._log, self._needed = emit, log, needed
         self._lease = CameraLease()
-        self._waits = True
+        self._waits = not is_real_time
         self._worker = WorkerThread("the object detector")
         self._search: _Search | None = None
         self._people = PeopleFinder()
@@ -129,10 +131,6 @@ class ObjectDetection:
     def labels(self) -> tuple[str, ...]:
         """Labels of the model; empty without one."""
         return () if self._model is None else self._model.labels
-
-    def run_in_real_time(self) -> None:
-        """Use results when they come, and do not wait for them."""
-        self._waits = False
 
     def configure(self, parameters: ObjectDetectorParameters) -> None:
         """Apply new parameters from the next picture on.

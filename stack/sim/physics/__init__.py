@@ -1,1 +1,1 @@
-"""PyBullet physics: meshes, wheels, contacts, friction."""
+"""The physics engine: its interface, its settings, and the shapes of a world."""

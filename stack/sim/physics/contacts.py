@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
 
 from stack.body import ContactTally
+from stack.sim.physics.engine import Touch
 from stack.types import Twist
 
 EPISODE_GAP = 0.5
@@ -19,22 +19,6 @@ TILTED = 0.05
 
 SQUEEZED = 0.05
 """Metres by which what squeezes a robot overlaps it at least."""
-
-
-class Touch(NamedTuple):
-    """A place at which the robot touches something.
-
-    Attributes:
-        name: of what it touches.
-        place: x, y in the world frame, metres.
-        depth: by which the bodies overlap, metres.
-        is_person: whether it is a person of the world.
-    """
-
-    name: str
-    place: tuple[float, float]
-    depth: float = 0.0
-    is_person: bool = False
 
 
 def depths(touches: Iterable[Touch], tilt: float) -> dict[str, float]:

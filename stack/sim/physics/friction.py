@@ -5,7 +5,7 @@ Changing the wheel's friction gives the same motion as a patch of other floor wo
 
 from __future__ import annotations
 
-from stack.sim.physics.physics_robot import PhysicsRobot
+from stack.sim.physics.engine import PhysicsRobot
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 

@@ -13,6 +13,8 @@ from stack.child_process import Worker
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError, WorkerError
 from stack.schedule import Schedule
+from stack.sim.physics.default import DEFAULT_ENGINE
+from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.types import DepthImage, Image
 
@@ -35,16 +37,22 @@ class Camera:
     tells it.
 
     Attributes:
-        driver: of OpenGL, that has drawn a picture; empty for PyBullet's software renderer.
+        driver: that has drawn a picture, see `Renderer.driver`.
     """
 
-    def __init__(self, setup: RenderSetup) -> None:
-        self._setup, self.driver = setup, ""
+    def __init__(self, setup: RenderSetup, engine: type[PhysicsEngine] = DEFAULT_ENGINE) -> None:
+        self._setup = setup
         name = f"the renderer of the camera {setup.name}"
-        self._renderer = Worker(name, "stack.sim.sensors.camera_worker:renderer", setup)
+        self._renderer = Worker(name, "stack.sim.sensors.camera_worker:renderer", (setup, engine))
         self._exposures: deque[float] = deque()
-        self._schedule = Schedule(1.0 / setup.camera.rate)
-        self._losses = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again at time 0; the renderer process stays."""
+        while self._exposures:
+            self._received()  # of the run before
+        self._schedule = Schedule(1.0 / self._setup.camera.rate)
+        self._losses, self.driver = 0, ""
         self._problems: list[str] = []
 
     def is_ready(self, time: float) -> bool:
@@ -111,6 +119,7 @@ class Camera:
 
     def close(self) -> None:
         """Stop the renderer process. Safe to call twice."""
+        self._exposures.clear()
         self._renderer.close()
 
     def _is_due(self, time: float) -> bool:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.sensors.rendering import CameraRenderer
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 
 
-def renderer(setup: RenderSetup) -> Callable[[RenderRequest], tuple[bytes, str]]:
+def renderer(
+    setup: tuple[RenderSetup, type[PhysicsEngine]],
+) -> Callable[[RenderRequest], tuple[bytes, str]]:
     """Return a function that returns the pixels of a picture and the driver that drew it."""
-    drawing = CameraRenderer(setup)
+    drawing = CameraRenderer(*setup)
     return lambda request: (drawing.render(request).tobytes(), drawing.driver)

@@ -1,4 +1,4 @@
-"""Trial of OpenGL in a process of its own: a driver may crash, or hang.
+"""OpenGL without a window, and its trial in a process of its own: a driver may crash, or hang.
 
 `python -m stack.sim.sensors.gl_trial` is that process. It prints why OpenGL cannot be used.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import subprocess
 from functools import cache
+from typing import Any
 
 from stack.child_process import run_module
 from stack.errors import BodyError
@@ -14,6 +15,23 @@ from stack.optional_packages import MODERNGL
 
 LONGEST = 30.0
 """Wall seconds after which a trial is given up."""
+
+
+def make_context() -> Any:
+    """Return a new context of moderngl, without a window.
+
+    Raises:
+        BodyError: moderngl is not installed, or EGL or its driver do not work.
+    """
+    if not MODERNGL.is_installed:
+        raise BodyError(f"OpenGL needs {MODERNGL.absence}; {MODERNGL.hint}")
+    import moderngl
+
+    try:
+        create: Any = moderngl.create_context  # its types know one backend only
+        return create(standalone=True, backend="egl", require=330)
+    except Exception as error:  # glcontext raises plain exceptions, moderngl its own
+        raise BodyError(f"OpenGL on EGL cannot be used: {error}") from None
 
 
 @cache
@@ -31,8 +49,6 @@ def opengl_problem() -> str:
 
 
 def _main() -> None:
-    from stack.sim.sensors.gl_drawing import make_context
-
     try:
         make_context().release()
     except BodyError as error:

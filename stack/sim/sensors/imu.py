@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stack.drivetrain.description import ImuDescription
-from stack.sim.physics.physics_robot import BaseState
-from stack.sim.physics.physics_world import GRAVITY
+from stack.sim.physics.engine import GRAVITY, BaseState
 from stack.streams import stream
 from stack.types import Imu as ImuReading
 

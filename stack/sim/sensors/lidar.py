@@ -22,10 +22,9 @@ from stack.compilation import KernelTypes
 from stack.drivetrain.description import LidarDescription
 from stack.sim.physics.meshes import box_outline, slab, wall_pillars, wall_slabs
 from stack.sim.physics.mirrors import CLEAR_OF_MIRROR, mirror_faces, mirrors_at, reflected
-from stack.sim.physics.scene import PERSON_HEIGHT
 from stack.sim.scene_state import RobotShape, SceneState
 from stack.sim.sensors.noise import MeasurementStreams
-from stack.sim.worlds.world import Door, World
+from stack.sim.worlds.world import PERSON_HEIGHT, Door, World
 from stack.types import FloatArray, Pose2D, Scan
 
 Trail = Sequence[tuple[float, Pose2D]]

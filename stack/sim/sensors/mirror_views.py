@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.sim.physics.engine import PhysicsEngine, Renderer
 from stack.sim.physics.mirrors import MirrorFace
-from stack.sim.sensors.render_client import FLIP, NEAR, RenderClient, distances, tinted
+from stack.sim.sensors.pinhole import FLIP, NEAR, distances, tinted
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.types import CameraModel, FloatArray
 
@@ -27,24 +28,26 @@ _SIDEWAYS = np.diag([-1.0, 1.0, 1.0, 1.0])
 class MirrorViews:
     """Adds to pinhole pictures what mirrors show, with one drawing per mirror in the picture.
 
-    A face has a client of its own, from the first picture that shows it. What a mirror shows of
+    A face has a renderer of its own, from the first picture that shows it. What a mirror shows of
     another mirror is its colour, and has no depth.
 
     Args:
         setup: world, robot and camera.
+        engine: draws the pictures.
         model: the pinhole camera.
         faces: of the mirrors of the world.
     """
 
     def __init__(
-        self, setup: RenderSetup, model: CameraModel, faces: tuple[MirrorFace, ...]
-    ) -> None:
-        self._setup, self._faces = setup, faces
+        self, setup: RenderSetup, engine: type[PhysicsEngine], model: CameraModel,
+        faces: tuple[MirrorFace, ...],
+    ) -> None:  # fmt: skip
+        self._setup, self._engine, self._faces = setup, engine, faces
         self._shape = (model.height, model.width)
         across = model.rays(model.pixel_centres())
         self._rays = np.column_stack([across, np.ones(len(across))])
         self._reversed = replace(model, principal_point=(model.width - model.cx, model.cy))
-        self._clients: dict[MirrorFace, RenderClient] = {}
+        self._renderers: dict[MirrorFace, Renderer] = {}
 
     def add(
         self, colours: NDArray[np.uint8], depth: NDArray[np.float32], request: RenderRequest,
@@ -66,8 +69,8 @@ class MirrorViews:
             if not shown.any():
                 continue
             reflection = face.reflection()
-            client = self._client(face)
-            pixels, beyond = client.draw(request, _SIDEWAYS @ view @ reflection)
+            renderer = self._renderer(face)
+            pixels, beyond = renderer.draw(request, _SIDEWAYS @ view @ reflection)
             pixels, beyond = pixels[:, ::-1], beyond[:, ::-1].copy()
             for other in filter(face.shows, self._faces):
                 again = self._crossings(other, reflection @ world_from_optical)
@@ -78,15 +81,15 @@ class MirrorViews:
         return colours, depth
 
     def close(self) -> None:
-        """Disconnect all clients. Safe to call twice."""
-        for client in self._clients.values():
-            client.close()
-        self._clients.clear()
+        """Close all renderers. Safe to call twice."""
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers.clear()
 
-    def _client(self, face: MirrorFace) -> RenderClient:
-        if face not in self._clients:
-            self._clients[face] = RenderClient(self._setup, self._reversed, face)
-        return self._clients[face]
+    def _renderer(self, face: MirrorFace) -> Renderer:
+        if face not in self._renderers:
+            self._renderers[face] = self._engine.renderer(self._setup, self._reversed, face)
+        return self._renderers[face]
 
     def _crossings(self, face: MirrorFace, world_from_optical: FloatArray) -> FloatArray:
         """Return (height, width) depths at which the pixels' rays meet a face's front; or +inf."""

@@ -1,6 +1,6 @@
 """Pictures of a scene in colour or depth.
 
-The same request gives the same picture in any process, with the same renderer (drawing.py).
+The same request gives the same picture in any process, with the same renderer.
 """
 
 from __future__ import annotations
@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import DepthCameraDescription
+from stack.sim.physics.default import DEFAULT_ENGINE
+from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.physics.mirrors import mirror_faces
 from stack.sim.sensors.exposure import automatic_gain, mean_picture, moments
 from stack.sim.sensors.lens import Lens
 from stack.sim.sensors.mirror_views import MirrorViews
-from stack.sim.sensors.render_client import FLIP, RenderClient, distances, far_plane, transform
+from stack.sim.sensors.pinhole import FLIP, distances, far_plane, transform
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.streams import stream
 from stack.types import FloatArray
@@ -23,22 +25,22 @@ NOTHING = 0.9999
 
 
 class CameraRenderer:
-    """Renders pictures in a PyBullet client of its own that holds only visual shapes.
+    """Renders the pictures of one camera.
 
     Raises:
         BodyError: a marker of the world is unknown to OpenCV, or the URDF cannot be read.
     """
 
-    def __init__(self, setup: RenderSetup) -> None:
+    def __init__(self, setup: RenderSetup, engine: type[PhysicsEngine] = DEFAULT_ENGINE) -> None:
         self._setup, self._lens = setup, Lens(setup.camera.model)
         faces = mirror_faces(setup.world)
-        self._mirrors = MirrorViews(setup, self._lens.pinhole, faces) if faces else None
-        self._client = RenderClient(setup, self._lens.pinhole)
+        self._mirrors = MirrorViews(setup, engine, self._lens.pinhole, faces) if faces else None
+        self._drawing = engine.renderer(setup, self._lens.pinhole)
 
     @property
     def driver(self) -> str:
-        """Driver of OpenGL that draws the pictures; empty for PyBullet's software renderer."""
-        return self._client.driver
+        """See `Renderer.driver`."""
+        return self._drawing.driver
 
     def render(self, request: RenderRequest) -> NDArray[np.uint8] | NDArray[np.float32]:
         """Return the picture with its noise.
@@ -46,7 +48,7 @@ class CameraRenderer:
         (height, width, 3) uint8 RGB, or (height, width) float32 metres along the optical axis.
         """
         camera = self._setup.camera
-        random = stream(self._setup.seed, self._setup.name, request.step)
+        random = stream(request.seed, self._setup.name, request.step)
         if isinstance(camera, DepthCameraDescription):
             return measured_depth(self._rendered(request)[1], camera, random)
         shots = [self._rendered(moment)[0] for moment in moments(request, camera)]
@@ -63,14 +65,14 @@ class CameraRenderer:
     def _rendered(self, request: RenderRequest) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Return colours (height, width, 3) and the depth buffer (height, width)."""
         view = self._view(request)
-        colours, depth = self._client.draw(request, view)
+        colours, depth = self._drawing.draw(request, view)
         if self._mirrors is not None:
             colours, depth = self._mirrors.add(colours, depth, request, view)
         return self._lens.seen(colours, smooth=True), self._lens.seen(depth, smooth=False)
 
     def close(self) -> None:
         """Disconnect. Safe to call twice."""
-        self._client.close()
+        self._drawing.close()
         if self._mirrors is not None:
             self._mirrors.close()
 

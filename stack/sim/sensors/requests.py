@@ -14,7 +14,7 @@ Quaternion = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class RenderSetup:
-    """The constant inputs of a renderer: world, robot, camera, seed and the camera's name.
+    """The constant inputs of a renderer: world, robot, camera and the camera's name.
 
     `model` is the text of the robot's URDF.
     """
@@ -22,7 +22,6 @@ class RenderSetup:
     world: World
     model: str
     camera: CameraDescription | DepthCameraDescription
-    seed: int
     name: str = "camera"
 
 
@@ -31,7 +30,7 @@ class RenderRequest:
     """State of everything that moves, at the time of exposure.
 
     Attributes:
-        step: physics step; selects the image noise.
+        step: physics step; it selects the image noise, with the seed.
         position: (x, y, z) of the base frame, world frame, metres.
         orientation: quaternion x, y, z, w of the base frame.
         people: (n, 3) x, y, radius, world frame, metres; nan: not there.
@@ -39,6 +38,7 @@ class RenderRequest:
         robots: (model, position, orientation) of the other robots, always in the same order.
         velocity: of the base frame's origin, world frame, m/s.
         spin: angular velocity of the base frame, world frame, rad/s.
+        seed: of the image noise.
     """
 
     step: int
@@ -49,3 +49,4 @@ class RenderRequest:
     robots: tuple[tuple[str, Position, Quaternion], ...] = ()
     velocity: Position = (0.0, 0.0, 0.0)
     spin: Position = (0.0, 0.0, 0.0)
+    seed: int = 0

@@ -17,6 +17,9 @@ Colour = tuple[float, float, float]
 TEXTURES = ("plain", "wallpaper", "wood", "brick", "carpet", "tiles")
 """Of walls, boxes and floors; `plain` shows the colour (stack/sim/physics/textures.py)."""
 
+PERSON_HEIGHT = 1.7
+"""Metres."""
+
 POSTER = (0.6, 0.45)
 """Width and height of a poster, metres, unless its file says otherwise."""
 

@@ -149,7 +149,7 @@ class Killed(SimulatedBody):
     def sense(self) -> Observation:
         if self.time >= 1.5 and not self.killed:
             self.killed = True
-            os.kill(self._cameras["depth"]._renderer._process.pid, signal.SIGKILL)
+            os.kill(self._robot.cameras["depth"]._renderer._process.pid, signal.SIGKILL)
         return super().sense()
 
 

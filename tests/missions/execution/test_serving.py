@@ -119,7 +119,7 @@ def test_an_emergency_stop_does_not_wait_for_slow_motion(live):
 
 def test_an_emergency_stop_does_not_wait_for_a_picture(live, monkeypatch):
     run = live(PHOTO)
-    camera = run.engine.body._cameras["camera"]
+    camera = run.engine.body._robot.cameras["camera"]
     while not camera._exposures:
         run.steps()
     monkeypatch.setattr(camera._renderer, "has_answered", lambda longest: False)

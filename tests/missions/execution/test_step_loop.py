@@ -201,7 +201,7 @@ def test_a_fault_of_the_hardware_pauses_the_mission_and_says_so(live):
     assert run.runtime.state is MissionState.SUCCESS
 
 
-def test_nothing_waits_for_a_plan_where_time_cannot_be_frozen(live):
+def test_nothing_waits_for_slow_work_where_time_cannot_be_frozen(live):
     class Rover(ScriptedBody):
         @property
         def is_real_time(self):
@@ -212,7 +212,9 @@ def test_nothing_waits_for_a_plan_where_time_cannot_be_frozen(live):
             "run: {wait: {time: 1 s}}\n",
             make_body=lambda setup, body=body: body(setup.robot, start=setup.start),
         )
-        assert run.runtime.parts.navigator.parameters.wait_for_plan is waits
+        parts = run.runtime.parts
+        assert parts.navigator._tools.planner_worker._waits is waits
+        assert parts.objects._waits is waits
 
 
 def test_a_full_disk_ends_the_sensor_log_and_not_the_mission(live):

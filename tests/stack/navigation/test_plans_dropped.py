@@ -40,7 +40,7 @@ def drive(navigator):
 @pytest.mark.parametrize("end", ["cancel", "cancel_all", "newer"])
 def test_a_task_that_ends_takes_its_plan_with_it(make, ask, end):
     planner = Endless()
-    toy = make(planner=planner, wait_for_plan=False)
+    toy = make(planner=planner, is_real_time=True)
     task = ask(toy.navigator)
     toy.step()
     assert planner.begun.wait(60.0)
@@ -57,7 +57,7 @@ def test_a_task_that_ends_takes_its_plan_with_it(make, ask, end):
 
 
 def test_a_held_drive_is_cancelled_at_the_end_of_the_run(make):
-    toy = make(planner=Endless(), wait_for_plan=False)
+    toy = make(planner=Endless(), is_real_time=True)
     task = toy.navigator.navigate_to(GOAL)
     toy.step()
     toy.navigator.pause(toy.world.time)

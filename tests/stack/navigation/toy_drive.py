@@ -34,7 +34,7 @@ class ToyDrive:
 
     def __init__(
         self, world: ToyWorld, *, planner=None, follower=None, progress=None, globe=None,
-        **settings,
+        is_real_time=False, **settings,
     ) -> None:  # fmt: skip
         self.world, self.health, self.follow_changes = world, 0.9, True
         self.obscured, self.rivals = False, ()
@@ -55,7 +55,7 @@ class ToyDrive:
             StoppedGoalChecker(StoppedGoalParameters(), world.robot), self.progress_checker,
             replace(NavigationParameters(), **settings),
             Evasion(world.robot, EvasionParameters()), self.local, self.globe, self.emit,
-            world.period,
+            world.period, is_real_time=is_real_time,
         )  # fmt: skip
         self.safety = SafetyStage(world.robot, SafetyParameters(), world.period)
         self.commands = []

@@ -34,7 +34,7 @@ def box(x, y=0.0, colour="red", size=(0.3, 0.3, 0.3), **more):
 
 def picture(*boxes, light=1.0, base=Pose2D(0.0, 0.0)):
     world = replace(EMPTY, boxes=boxes, light=light)
-    renderer = CameraRenderer(RenderSetup(world, SCOUT.model, CAMERA, 1, "camera"))
+    renderer = CameraRenderer(RenderSetup(world, SCOUT.model, CAMERA, "camera"))
     try:
         turn = (0.0, 0.0, sin(base.heading / 2), cos(base.heading / 2))
         request = RenderRequest(0, (base.x, base.y, 0.0), turn, np.empty((0, 3)), {})

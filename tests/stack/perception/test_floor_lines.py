@@ -28,7 +28,7 @@ def seen(*lines, light=1.0, way=(Pose2D(0.0, 0.0),), colour="dark", width=0.05, 
     """What is known after a picture at each pose of a way, 0.2 s apart."""
     obstacles = parts.pop("obstacles", NOTHING)
     world = replace(EMPTY, lines=lines, light=light, **parts)
-    renderer = CameraRenderer(RenderSetup(world, SCOUT.model, CAMERA, 1, "camera"))
+    renderer = CameraRenderer(RenderSetup(world, SCOUT.model, CAMERA, "camera"))
     detector = FloorLineDetector()
     try:
         for number, at in enumerate(way):

@@ -35,7 +35,7 @@ NOTHING = np.empty((0, 2))
 
 
 def rendered(camera, base=Pose2D(0.0, 0.0), **parts):
-    setup = RenderSetup(replace(EMPTY, **parts), SCOUT.model, camera, 1, "camera")
+    setup = RenderSetup(replace(EMPTY, **parts), SCOUT.model, camera, "camera")
     renderer = CameraRenderer(setup)
     try:
         turn = (0.0, 0.0, sin(base.heading / 2), cos(base.heading / 2))

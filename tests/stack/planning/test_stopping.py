@@ -114,9 +114,9 @@ def test_a_cancelled_plan_stops_early_and_the_next_one_does_not_wait_for_it(name
     far = PlanRequest(grid, Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),))
     near = PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),))
     try:
-        first = worker.ask(far, 0.0, wait=True)
+        first = worker.ask(far, 0.0)
         assert begun.wait(60.0)
-        second = worker.ask(near, 0.0, wait=True)
+        second = worker.ask(near, 0.0)
         first.drop()
         assert second.result(0.0).path.length == pytest.approx(8**0.5, rel=0.01)
         answer = first.result(0.0)
@@ -128,7 +128,7 @@ def test_a_cancelled_plan_stops_early_and_the_next_one_does_not_wait_for_it(name
 def test_closing_the_worker_cancels_its_plans():
     worker = PlannerWorker(planner("theta_star"))
     tickets = [
-        worker.ask(PlanRequest(maze(), Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),)), 0.0, wait=True)
+        worker.ask(PlanRequest(maze(), Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),)), 0.0)
         for _ in range(3)
     ]
     worker.close()
@@ -144,10 +144,10 @@ def test_a_planner_that_hangs_fails_its_plans_and_does_not_hold_the_end(monkeypa
         def plan(self, costs, start, goal, options):
             Event().wait()
 
-    worker = PlannerWorker(Hanging())
+    worker = PlannerWorker(Hanging(), is_real_time=not wait)
     request = PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),))
     for _ in range(2):
-        ticket = worker.ask(request, 0.0, wait=wait)
+        ticket = worker.ask(request, 0.0)
         while not worker.await_plans(time, 0.01):
             pass
         failure = ticket.result(time)
@@ -162,7 +162,7 @@ def test_options_may_be_a_keyword_only_argument():
             return planner("astar").plan(costs, start, goal, options)
 
     worker = PlannerWorker(KeywordOnly(None, ROBOT))
-    ticket = worker.ask(PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),)), 0.0, wait=True)
+    ticket = worker.ask(PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),)), 0.0)
     assert ticket.result(0.0).path.length == pytest.approx(8**0.5, rel=0.01)
     worker.close()
 

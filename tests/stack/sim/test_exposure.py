@@ -20,7 +20,7 @@ POST = replace(EMPTY, boxes=(Box(Pose2D(2.15, 0.0), (0.02, 0.5, 3.0), (0.0, 0.0,
 
 
 def picture(request=STILL, camera=CAMERA, world=POST):
-    renderer = CameraRenderer(RenderSetup(world, ROVER.model, camera, 1))
+    renderer = CameraRenderer(RenderSetup(world, ROVER.model, camera))
     try:
         return renderer.render(request).astype(float)
     finally:

@@ -9,7 +9,7 @@ import pytest
 
 from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
-from stack.sim.sensors import gl_drawing
+from stack.sim.physics.pybullet_engine import gl_drawing
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.rendering import CameraRenderer
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
@@ -57,7 +57,7 @@ VIEWS = [request(0.0, 0.0, 0.0), request(0.3, -1.0, 0.5), request(1.0, 1.5, -0.7
 
 @cache
 def pictures(renderer, camera=CAMERA):
-    drawn = CameraRenderer(RenderSetup(WORLD, ROVER.model, replace(camera, renderer=renderer), 1))
+    drawn = CameraRenderer(RenderSetup(WORLD, ROVER.model, replace(camera, renderer=renderer)))
     try:
         return [drawn.render(view) for view in VIEWS]
     finally:
@@ -121,7 +121,7 @@ SHAPES = """\
 def shapes(folder, renderer, file="pyramid.obj"):
     (folder / "pyramid.obj").write_text(PYRAMID)
     (folder / file).write_text(PYRAMID)
-    setup = RenderSetup(EMPTY, ROVER.model, replace(CAMERA, renderer=renderer), 1)
+    setup = RenderSetup(EMPTY, ROVER.model, replace(CAMERA, renderer=renderer))
     shapes_text = SHAPES.replace("FILE", str(folder / file))
     other = ((shapes_text, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),)
     drawn = CameraRenderer(setup)
@@ -167,7 +167,7 @@ def test_a_lens_and_glass_look_alike():
 
 @needs_gl
 def test_the_process_names_the_driver_with_its_first_picture():
-    camera = Camera(RenderSetup(WORLD, ROVER.model, replace(CAMERA, renderer="auto"), 1))
+    camera = Camera(RenderSetup(WORLD, ROVER.model, replace(CAMERA, renderer="auto")))
     try:
         camera.expose(0.0, VIEWS[0])
         assert camera.driver == ""

@@ -200,7 +200,7 @@ DEPTH = DepthCameraDescription(CAMERA.model, noise=0.0, dropout=0.0, range_max=9
 
 
 def picture(world, camera, request=SHOT):
-    renderer = CameraRenderer(RenderSetup(world, ROVER.model, camera, 1))
+    renderer = CameraRenderer(RenderSetup(world, ROVER.model, camera))
     try:
         return renderer.render(request)
     finally:

@@ -8,7 +8,7 @@ import pytest
 
 from missions.inspection.doctor_lidars import diagnose_lidars, is_robot
 from robots.load import HERE, read_robot
-from stack.sim.physics.own_view import own_ranges
+from stack.sim.physics.pybullet_engine.own_view import own_ranges
 from stack.types import Pose2D
 
 ROBOT = """\

@@ -6,8 +6,7 @@ import pytest
 
 from stack.drivetrain.differential import Wheels
 from stack.errors import BodyError
-from stack.sim.physics.physics_robot import PhysicsRobot
-from stack.sim.physics.physics_world import PhysicsWorld
+from stack.sim.physics.pybullet_engine.engine import BulletEngine
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import Box
 from stack.types import Pose2D
@@ -21,8 +20,8 @@ def build():
     made = []
 
     def make(description=ROVER, world=EMPTY, start=Pose2D(0.0, 0.0)):
-        made.append(PhysicsWorld(world, SETTINGS))
-        return PhysicsRobot(made[-1], description, start)
+        made.append(BulletEngine(world, SETTINGS))
+        return made[-1].add_robot(description, start)
 
     yield make
     for physics in made:
@@ -95,7 +94,7 @@ def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
     physics.set_wheel_speeds(6.0, 6.0)
     for _ in range(500):
         physics.world.step()
-    physics.place_robot(Pose2D(-4.0, 2.0, 1.0))
+    physics.place(Pose2D(-4.0, 2.0, 1.0))
     heights = []
     for _ in range(250):
         physics.world.step()

@@ -19,7 +19,7 @@ QUIET = replace(CAMERA, noise=0.0)
 
 
 def picture(world):
-    renderer = CameraRenderer(RenderSetup(world, ROVER.model, QUIET, 1))
+    renderer = CameraRenderer(RenderSetup(world, ROVER.model, QUIET))
     try:
         return renderer.render(FACING).astype(int)
     finally:

@@ -32,7 +32,7 @@ STEP = Drop((1.0, -0.5, 1.8, 0.5), 0.12)
 
 
 def picture(*, at=Pose2D(0.0, 0.0), stamp=0.0, number=0, **parts):
-    setup = RenderSetup(replace(EMPTY, **parts), SCOUT.model, CAMERA, 1, "depth")
+    setup = RenderSetup(replace(EMPTY, **parts), SCOUT.model, CAMERA, "depth")
     renderer = CameraRenderer(setup)
     turn = (0.0, 0.0, sin(at.heading / 2), cos(at.heading / 2))
     try:

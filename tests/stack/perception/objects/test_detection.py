@@ -64,12 +64,14 @@ class ToyModel:
 class Rig:
     """Detection with a robot that stands at a pose of the map; one step in 50 ms."""
 
-    def __init__(self, model=None, *, at=Pose2D(0.0, 0.0), needed=True, **parameters):
+    def __init__(
+        self, model=None, *, at=Pose2D(0.0, 0.0), needed=True, is_real_time=False, **parameters
+    ):
         self.camera, self.events, self.time = CameraLease(), [], 0.0
         self.frames, self.at = TransformBuffer(), at
         self.detection = ObjectDetection(
             ObjectDetectorParameters(**parameters), model, self.camera, self.emit, print,
-            needed=needed,
+            needed=needed, is_real_time=is_real_time,
         )  # fmt: skip
         self.obstacles, self.tracks = ObstaclePoints(), ()
 
@@ -157,9 +159,8 @@ def test_the_loop_waits_for_a_late_result():
 
 
 def test_on_hardware_a_late_result_is_used_when_it_comes_and_told_once():
-    rig = Rig(model := ToyModel(CHAIR), latency=0.1, rate=5.0)
+    rig = Rig(model := ToyModel(CHAIR), is_real_time=True, latency=0.1, rate=5.0)
     model.may_end = Event()
-    rig.detection.run_in_real_time()
     assert rig.run(2.0) == []
     assert rig.detection.await_result(rig.time, 0.0)
     ((kind, level, text),) = rig.events
@@ -262,9 +263,7 @@ def test_a_model_that_hangs_is_off_and_the_rest_goes_on(monkeypatch, is_real):
     monkeypatch.setattr(Patience, "LONGEST", 0.2)
     model = ToyModel(CHAIR)
     model.may_end = SimpleNamespace(wait=lambda _: Event().wait())
-    rig = Rig(model, latency=0.3)
-    if is_real:
-        rig.detection.run_in_real_time()
+    rig = Rig(model, is_real_time=is_real, latency=0.3)
     assert rig.run(2.0) == []
     sentence = "the object detector is off: the object detector gave no result for 0.2 s"
     assert rig.events[-1] == ("detector", "error", sentence)

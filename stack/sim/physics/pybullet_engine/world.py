@@ -1,4 +1,4 @@
-"""PyBullet world: the bodies of a world file, and stepping.
+"""PyBullet client with the bodies of a world file.
 
 E. Coumans and Y. Bai, PyBullet, 2016-2021.
 """
@@ -9,15 +9,14 @@ from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from stack.sim.physics import bullet as loader
-from stack.sim.physics.scene import Scene
+from stack.sim.physics.engine import GRAVITY
+from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.scene import Scene, static_shape
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
 
-GRAVITY = 9.81
 
-
-class PhysicsWorld:
+class BulletWorld:
     """PyBullet client with the bodies of a world; robots are added to it.
 
     Args:
@@ -27,15 +26,23 @@ class PhysicsWorld:
     Attributes:
         bullet: the pybullet module.
         client: number of the client; -1 when closed.
+        scene: the bodies of the world.
         friction: of the floor outside the friction zones.
         steps: physics steps so far.
     """
 
     def __init__(self, world: World, settings: SimulationSettings) -> None:
         self.bullet: Any = loader.load()
-        bullet = self.bullet
+        self._world, self._settings = world, settings
+        self._static = static_shape(world)
+        self.friction = world.friction
+        self.connect()
+
+    def connect(self) -> None:
+        """Connect to a new client and fill it; the one before must be closed."""
+        bullet, settings = self.bullet, self._settings
         self.client: int = bullet.connect(bullet.DIRECT)
-        self.friction, self.steps = world.friction, 0
+        self.steps = 0
         self._robots: dict[int, str] = {}
         try:
             bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
@@ -46,7 +53,7 @@ class PhysicsWorld:
             )
             with TemporaryDirectory(prefix="treepilot-") as folder:
                 self.scene = Scene.with_collision_shapes(
-                    bullet, self.client, world, FilePath(folder)
+                    bullet, self.client, self._world, self._static, FilePath(folder)
                 )
         except BaseException:
             self.close()

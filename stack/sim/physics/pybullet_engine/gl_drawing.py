@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import BodyError
-from stack.optional_packages import MODERNGL
-from stack.sim.sensors.shapes import Shape, shape_of
+from stack.sim.physics.pybullet_engine.shapes import Shape, shape_of
+from stack.sim.sensors.gl_trial import make_context
 from stack.types import FloatArray
 
 VERTEX = """
@@ -176,23 +176,6 @@ class GlDrawing:
     def _turn(self, orientation: tuple[float, ...]) -> FloatArray:
         matrix: FloatArray = np.array(self._bullet.getMatrixFromQuaternion(orientation))
         return matrix.reshape(3, 3)
-
-
-def make_context() -> Any:
-    """Return a new context of moderngl, without a window.
-
-    Raises:
-        BodyError: moderngl is not installed, or EGL or its driver do not work.
-    """
-    if not MODERNGL.is_installed:
-        raise BodyError(f"OpenGL needs {MODERNGL.absence}; {MODERNGL.hint}")
-    import moderngl
-
-    try:
-        create: Any = moderngl.create_context  # its types know one backend only
-        return create(standalone=True, backend="egl", require=330)
-    except Exception as error:  # glcontext raises plain exceptions, moderngl its own
-        raise BodyError(f"OpenGL on EGL cannot be used: {error}") from None
 
 
 def _transform(position: tuple[float, ...], turn: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import BodyError
-from stack.sim.sensors.gl_drawing import GlDrawing
+from stack.sim.physics.pybullet_engine.gl_drawing import GlDrawing
 from stack.types import CameraModel, FloatArray
 
 
@@ -48,7 +48,7 @@ class TinyDrawing:
         bullet: the pybullet module.
         client: number of the client.
         model: a pinhole camera.
-        projection: (4, 4) of the camera, see `projection`.
+        projection: (4, 4) of the camera, see pinhole.py.
     """
 
     driver = ""
@@ -123,20 +123,3 @@ def instead(choice: str, tiny: TinyDrawing, error: BodyError) -> Drawing:
         raise error
     print(f"pictures are drawn by TinyRenderer: {error}", file=sys.stderr, flush=True)
     return tiny
-
-
-def projection(model: CameraModel, near: float, far: float) -> FloatArray:
-    """Return (4, 4) OpenGL clip space from eye frame, for a pinhole camera.
-
-    Args:
-        model: of the camera; its distortion is ignored.
-        near: clipping plane, metres.
-        far: clipping plane, metres.
-    """
-    width, height = model.width, model.height
-    matrix = np.zeros((4, 4))
-    matrix[0, 0], matrix[1, 1] = 2.0 * model.fx / width, 2.0 * model.fy / height
-    matrix[0, 2], matrix[1, 2] = 1.0 - 2.0 * model.cx / width, 2.0 * model.cy / height - 1.0
-    matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
-    matrix[3, 2] = -1.0
-    return matrix

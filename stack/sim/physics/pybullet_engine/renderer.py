@@ -9,27 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.drivetrain.description import CameraDescription, DepthCameraDescription
+from stack.drivetrain.description import DepthCameraDescription
 from stack.errors import BodyError
-from stack.sim.physics import bullet as loader
+from stack.sim.physics.engine import Renderer
 from stack.sim.physics.mirrors import MirrorFace
-from stack.sim.physics.physics_robot import load_robot
-from stack.sim.physics.scene import HIDDEN_HEIGHT, Scene
-from stack.sim.sensors.drawing import TinyDrawing, drawing_of, instead, projection
+from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.drawing import TinyDrawing, drawing_of, instead
+from stack.sim.physics.pybullet_engine.robot import load_robot
+from stack.sim.physics.pybullet_engine.scene import HIDDEN_HEIGHT, Scene
+from stack.sim.sensors.pinhole import far_plane, projection, tinted
 from stack.sim.sensors.requests import Position, Quaternion, RenderRequest, RenderSetup
 from stack.types import CameraModel, FloatArray
 
-NEAR = 0.02
-"""Near clipping plane, metres in front of the camera."""
 
-TINT = 0.12
-"""Share of a pixel's colour that is that of the glass in front; the rest shines through."""
-
-FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
-"""Transform between OpenGL's eye frame (y up, looking along -z) and the optical frame."""
-
-
-class RenderClient:
+class BulletRenderer(Renderer):
     """Draws colours and depths of a scene, as they are behind the lens.
 
     Args:
@@ -46,7 +39,7 @@ class RenderClient:
     ) -> None:
         self._bullet = bullet = loader.load()
         self._setup, self._model, self._mirror = setup, model, mirror
-        self._matrix = projection(model, NEAR, far_plane(setup.camera))
+        self._matrix = projection(model, far_plane(setup.camera))
         self._client: int = bullet.connect(bullet.DIRECT)
         with TemporaryDirectory(prefix="treepilot-") as folder:
             self._scene = Scene.with_visual_shapes(
@@ -67,12 +60,7 @@ class RenderClient:
     def draw(
         self, request: RenderRequest, view: FloatArray
     ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Return colours (height, width, 3) and the depth buffer (height, width).
-
-        Args:
-            request: where everything is.
-            view: (4, 4) OpenGL eye frame from world.
-        """
+        """As in `Renderer`: the depths are those of the depth buffer."""
         self._place_bodies(request)
         colours, depth = self._drawing.draw(view)
         if self._scene.has_glass and not isinstance(self._setup.camera, DepthCameraDescription):
@@ -121,40 +109,3 @@ class RenderClient:
             position = (0.0, 0.0, HIDDEN_HEIGHT)
         place = self._bullet.multiplyTransforms(position, orientation, *inertial)
         self._bullet.resetBasePositionAndOrientation(body, *place, physicsClientId=self._client)
-
-
-def transform(position: Position, orientation: Quaternion) -> FloatArray:
-    """Return (4, 4) world from body."""
-    matrix = np.eye(4)
-    turn = loader.load().getMatrixFromQuaternion(orientation)
-    matrix[:3, :3], matrix[:3, 3] = np.array(turn).reshape(3, 3), position
-    return matrix
-
-
-def tinted(
-    colours: NDArray[np.uint8], panes: NDArray[np.uint8], covered: NDArray[np.bool_]
-) -> NDArray[np.uint8]:
-    """Return a picture (height, width, 3) of what is seen through glass, or in a mirror.
-
-    Args:
-        colours: without the glass.
-        panes: with the glass as if it were not transparent.
-        covered: (height, width) where glass is in front; elsewhere `colours` is kept.
-    """
-    mixed = np.rint((1.0 - TINT) * colours + TINT * panes).astype(np.uint8)
-    return np.where(covered[:, :, None], mixed, colours)
-
-
-def distances(
-    buffer: NDArray[np.float32], camera: CameraDescription | DepthCameraDescription
-) -> FloatArray:
-    """Return distances along the optical axis, metres, from depths 0 near to 1 far, same shape."""
-    far = far_plane(camera)
-    found: FloatArray = far * NEAR / (far - (far - NEAR) * buffer.astype(np.float64))
-    return found
-
-
-def far_plane(camera: CameraDescription | DepthCameraDescription) -> float:
-    """Return the distance of the far clipping plane, metres; noise may bring what is beyond."""
-    beyond = 1.25 if isinstance(camera, DepthCameraDescription) else 1.0
-    return beyond * camera.range_max

@@ -7,24 +7,26 @@ uses base-frame poses and wheel angles.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import acos, atan2, cos, hypot, sin, sqrt
+from math import cos, sin, sqrt
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from stack.body import GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
-from stack.sim.physics import bullet as loader
-from stack.sim.physics.contacts import Touch
-from stack.sim.physics.drive_joints import STEERING_TORQUE, DriveJoints, find_drive_joints
+from stack.sim.physics.engine import GRAVITY, BaseState, PhysicsRobot, Touch
 from stack.sim.physics.meshes import file_name
-from stack.sim.physics.physics_world import GRAVITY, PhysicsWorld
-from stack.types import FloatArray, Pose2D, Twist
+from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.drive_joints import (
+    STEERING_TORQUE,
+    DriveJoints,
+    find_drive_joints,
+)
+from stack.sim.physics.pybullet_engine.world import BulletWorld
+from stack.types import FloatArray, Pose2D
 
-Vector = tuple[float, float, float]
 CASTER_TRAVEL = 0.002
 """Deflection, metres, of a caster or a wheel without motor under the whole robot's weight."""
 
@@ -32,27 +34,11 @@ STEERING_GAIN = 0.5
 """Share of the steering error that is corrected in one physics step."""
 
 
-class BaseState(NamedTuple):
-    """State of the base frame in space. Plain floats instead of arrays: it is asked for often.
-
-    Attributes:
-        position: metres, world frame.
-        rotation: the nine numbers of the matrix world from base, row by row.
-        velocity: m/s of the frame's origin, world frame.
-        spin: angular velocity, rad/s, world frame.
-    """
-
-    position: Vector
-    rotation: tuple[float, ...]
-    velocity: Vector
-    spin: Vector
-
-
-class PhysicsRobot:
+class BulletRobot(PhysicsRobot):
     """A wheeled robot in a PyBullet world.
 
     Args:
-        physics: the world to load it into.
+        world: to load it into.
         description: the robot; the root frame of its model is the base frame, on the floor.
         start: pose of the base frame, world frame.
 
@@ -66,17 +52,22 @@ class PhysicsRobot:
         joints: of the driven wheels.
     """
 
-    def __init__(self, physics: PhysicsWorld, description: RobotDescription, start: Pose2D) -> None:
-        self.world, self._bullet, self.client = physics, physics.bullet, physics.client
-        self._state: BaseState | None = None
-        self._truth: GroundTruth | None = None
-        self._state_step, self._slides = 0, False
-        self.robot = load_robot(self._bullet, self.client, description.model)
-        self._prepare_robot(description, physics.friction)
-        self.place_robot(start)
-        physics.add_robot(self.robot, description.name)
+    def __init__(self, world: BulletWorld, description: RobotDescription, start: Pose2D) -> None:
+        self.world, self._bullet = world, world.bullet
+        self._description, self._start = description, start
+        self.load()
 
-    def place_robot(self, pose: Pose2D) -> None:
+    def load(self) -> None:
+        """Load the robot at its start."""
+        self.client = self.world.client
+        self._state: BaseState | None = None
+        self._state_step, self._slides = 0, False
+        self.robot = load_robot(self._bullet, self.client, self._description.model)
+        self._prepare_robot(self._description, self.world.friction)
+        self.place(self._start)
+        self.world.add_robot(self.robot, self._description.name)
+
+    def place(self, pose: Pose2D) -> None:
         """Place the robot at a pose, at rest, with wheels at rest."""
         self._state = None
         turn = (0.0, 0.0, sin(pose.heading / 2.0), cos(pose.heading / 2.0))
@@ -159,7 +150,7 @@ class PhysicsRobot:
 
     def set_velocity(self, x: float, y: float, spin: float) -> None:
         """Set the velocity of the base frame: m/s in the world frame, rad/s."""
-        position, _, (_, _, vz), (wx, wy, _) = self.base_state()
+        position, _, _, (_, _, vz), (wx, wy, _) = self.base_state()
         com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
         rx, ry = com[0][0] - position[0], com[0][1] - position[1]
         self._bullet.resetBaseVelocity(
@@ -167,29 +158,6 @@ class PhysicsRobot:
             physicsClientId=self.client,
         )  # fmt: skip
         self._state = None
-
-    def truth(self) -> GroundTruth:
-        """Return pose and velocity of the base frame in the plane."""
-        state = self.base_state()
-        if self._truth is None:
-            (x, y, _), r, (vx, vy, _), (_, _, spin) = state
-            forward = hypot(r[0], r[3])
-            c, s = r[0] / forward, r[3] / forward
-            twist = Twist(c * vx + s * vy, spin, c * vy - s * vx)
-            self._truth = GroundTruth(Pose2D(x, y, atan2(s, c)), twist)
-        return self._truth
-
-    @property
-    def tilt(self) -> float:
-        """Angle between the base's z axis and the vertical, radians."""
-        return acos(max(-1.0, min(1.0, self.base_state().rotation[8])))
-
-    def base_pose(self) -> tuple[Vector, tuple[float, float, float, float]]:
-        """Return position and orientation (quaternion x, y, z, w) of the base, world frame."""
-        com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
-        pose: tuple[Vector, tuple[float, float, float, float]]
-        pose = self._bullet.multiplyTransforms(*com, *self._from_inertial)
-        return pose
 
     def base_state(self) -> BaseState:
         """Return the state of the base frame in space; computed once in a physics step.
@@ -209,8 +177,8 @@ class PhysicsRobot:
             velocity[2] + spin[0] * ry - spin[1] * rx,
         )
         rotation = self._bullet.getMatrixFromQuaternion(turn)
-        self._state = BaseState(origin, rotation, base_velocity, spin)
-        self._truth, self._state_step = None, self.world.steps
+        self._state = BaseState(origin, turn, rotation, base_velocity, spin)
+        self._state_step = self.world.steps
         return self._state
 
     def touching(self) -> list[Touch]:

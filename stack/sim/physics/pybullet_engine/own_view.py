@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from stack.drivetrain.description import LidarDescription
-from stack.sim.physics import bullet as loader
-from stack.sim.physics.physics_robot import load_robot
+from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.robot import load_robot
 from stack.types import FloatArray
 
 REACH = 5.0
@@ -23,17 +23,7 @@ TOUCHING = 1e-3
 
 @lru_cache(maxsize=32)
 def own_ranges(model: str, lidar: LidarDescription) -> FloatArray:
-    """Return (beams,) the distance along each beam to the robot itself, metres; +inf: none.
-
-    Shapes that the sensor is in are left out: its housing. Joints are at 0.
-
-    Args:
-        model: text of the robot's URDF; its root frame is the base frame, on the floor.
-        lidar: with its mount, height and beams.
-
-    Raises:
-        BodyError: the URDF cannot be read.
-    """
+    """See `PhysicsEngine.own_ranges`."""
     bullet = loader.load()
     client = bullet.connect(bullet.DIRECT)
     try:

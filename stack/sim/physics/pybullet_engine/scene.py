@@ -31,12 +31,11 @@ from stack.sim.physics.textures import (
     texture_picture,
     write_picture,
 )
-from stack.sim.worlds.world import Colour, Door, World
+from stack.sim.worlds.world import PERSON_HEIGHT, Colour, Door, World
 from stack.types import Pose2D
 
 Key = TypeVar("Key", str, Colour)
 
-PERSON_HEIGHT = 1.7
 HIDDEN_HEIGHT = -20.0
 """Height of an open door, metres: below the floor, out of sight and reach."""
 
@@ -46,6 +45,12 @@ UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 PIT_COLOUR: Colour = (0.30, 0.28, 0.26)
 FLOOR_COLOUR: Colour = (0.42, 0.43, 0.44)
 PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
+
+
+def static_shape(world: World) -> str:
+    """Return the mesh of all static parts of a world as a Wavefront OBJ text; empty: none."""
+    meshes = static_meshes(world)
+    return merged(meshes).obj() if meshes else ""
 
 
 class Scene:
@@ -71,7 +76,7 @@ class Scene:
 
     @classmethod
     def with_collision_shapes(
-        cls, bullet: Any, client: int, world: World, folder: FilePath
+        cls, bullet: Any, client: int, world: World, static: str, folder: FilePath
     ) -> Scene:
         """Build a scene for the physics: one concave mesh for all static parts, doors, people.
 
@@ -79,6 +84,7 @@ class Scene:
             bullet: the pybullet module.
             client: number of the physics client.
             world: what to build.
+            static: `static_shape` of the world.
             folder: for generated files; may be deleted afterwards.
         """
         scene = cls(bullet, client, world, folder)
@@ -86,11 +92,10 @@ class Scene:
         scene.floor = scene._add_static_body(collision=plane)
         # Bullet multiplies the two friction coefficients: the wheels have that of the floor.
         bullet.changeDynamics(scene.floor, -1, lateralFriction=1.0, physicsClientId=client)
-        meshes = static_meshes(world)
-        if meshes:
+        if static:
             shape = bullet.createCollisionShape(
                 bullet.GEOM_MESH,
-                fileName=str(scene._write(merged(meshes))),
+                fileName=str(scene._write_text(static)),
                 flags=bullet.GEOM_FORCE_CONCAVE_TRIMESH,
                 physicsClientId=client,
             )
@@ -193,7 +198,9 @@ class Scene:
         )
 
     def _write(self, mesh: Mesh) -> FilePath:
-        text = mesh.obj()
+        return self._write_text(mesh.obj())
+
+    def _write_text(self, text: str) -> FilePath:
         path = self._folder / file_name(text, "obj")
         path.write_text(text)
         return path
@@ -233,9 +240,7 @@ class Scene:
 
     def _add_tiled(self, mesh: Mesh, texture: str) -> int:
         """Add a mesh that a texture covers."""
-        text = mesh.tiled_obj(TILE_SIDES[texture])
-        path = self._folder / file_name(text, "obj")
-        path.write_text(text)
+        path = self._write_text(mesh.tiled_obj(TILE_SIDES[texture]))
         return self._add_picture(path, write_picture(texture_picture(texture), self._folder))
 
     def _add_visual_floor(self, world: World) -> int:

@@ -1,0 +1,1 @@
+"""PyBullet as the physics engine; only this package imports it."""
