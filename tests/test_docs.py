@@ -80,17 +80,18 @@ OPTIONS = {
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
     "bench flats": ["--worlds", "1", "--seed", "2", "--people", "none", "--jobs", "1"],
 }
-"""What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT
-in place of a mission that would take minutes, and a second mission is BESIDE."""
+"""What is added to a command: the last of two equal options counts. `run` gets FIRST and, for
+a second mission, BESIDE in place of what is named; `tune` gets SHORT."""
 
-BESIDE = """\
-mission: beside
+FIRST = """\
+mission: first
 robot: scout
 world: small_room
-start: [1.0, 3.2, 0 deg]
+start: dock
 run: {wait: 1 s}
 """
-"""For a robot that begins beside the one of SHORT."""
+BESIDE = FIRST.replace("first", "beside").replace("dock", "[1.0, 3.2, 0 deg]")
+"""Run in place of missions that take minutes; robots that begin side by side."""
 
 TIME_LIMIT, RULES = "missions.bench.people.runs.TIME_LIMIT", "missions.bench.course_bench.RULES"
 """Limits of the runs of benches. They end after BRIEF simulated seconds here: a command only has to
@@ -277,12 +278,17 @@ class Follower:
             rest = words[2:]
             if name == "run" and rest and not rest[0].startswith("-"):
                 find_mission(rest[0])
-                rest[0] = str(self.folder / "beside.yaml")
-                Path(rest[0]).write_text(BESIDE, "utf-8")
-            words = [name, SHORT, *rest]
+                rest[0] = self.written("beside.yaml", BESIDE)
+            mission = self.written("first.yaml", FIRST) if name == "run" else SHORT
+            words = [name, mission, *rest]
         done = CliRunner().invoke(app, [*words, *OPTIONS.get(name, [])], catch_exceptions=False)
         assert done.exit_code == 0, done.output
         self.output = done.stdout
+
+    def written(self, name: str, mission: str) -> str:
+        """Write a mission into the folder of the page; return its path."""
+        (self.folder / name).write_text(mission, "utf-8")
+        return str(self.folder / name)
 
     def pytest(self, *words: str) -> None:
         done = subprocess.run(

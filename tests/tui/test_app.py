@@ -325,11 +325,11 @@ async def test_ctrl_c_interrupts_a_run_that_was_begun_here(source):
     assert app.return_value == "interrupt"
 
 
-@pytest.mark.parametrize("key", ["q", "ctrl+c", "ctrl+q"])
 @pytest.mark.parametrize(
-    ("answer", "result", "sent"),
-    [([], None, []), (["down"], "leave", []), (["down", "down"], "abort", ["abort"])],
-)
+    ("key", "answer", "result", "sent"),
+    [("q", [], None, []), ("ctrl+c", ["down"], "leave", []),
+     ("ctrl+q", ["down", "down"], "abort", ["abort"])],
+)  # fmt: skip
 async def test_leaving_a_running_mission_asks(source, key, answer, result, sent):
     app = Dashboard(source, live=False)
     async with app.run_test(size=(80, 24)) as pilot:

@@ -347,28 +347,9 @@ def wait_for_events(folder: Path, count: int, patience: float = 60.0) -> None:
 @pytest.mark.slow
 def test_ctrl_c_stops_the_robot_writes_the_report_and_exits_130(tmp_path):
     process = begin(tmp_path, "--no-rerun")
-    wait_for_events(tmp_path / "run", 20)
+    wait_for_events(tmp_path / "run", 3)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=30)
     assert process.returncode == 130
     report = json.loads((tmp_path / "run" / "report.json").read_text())
     assert report["status"] == "interrupted"
-
-
-@pytest.mark.slow
-def test_kill_9_leaves_whole_lines_and_a_recording_that_opens(tmp_path):
-    process = begin(tmp_path)
-    wait_for_events(tmp_path / "run", 20)
-    process.kill()
-    process.communicate(timeout=30)
-    folder = tmp_path / "run"
-    assert not (folder / "report.json").exists()
-    lines = (folder / "events.jsonl").read_bytes().split(b"\n")
-    numbers = [json.loads(line)["number"] for line in lines[:-1]]
-    assert numbers == list(range(len(numbers)))
-    rerun = Path(sys.executable).with_name("rerun")
-    done = subprocess.run(
-        [rerun, "rrd", "stats", str(folder / "mission.rrd")], capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr

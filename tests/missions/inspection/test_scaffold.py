@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -16,8 +15,7 @@ from robots.load import read_robot
 from stack.errors import InputError
 
 ROOT = Path(__file__).parents[3]
-LAYERS = find_spec("stack.costmap.layer") is not None
-KINDS = ["planner", "controller", "estimator", *(["layer"] if LAYERS else [])]
+KINDS = ["planner", "controller", "estimator", "layer"]
 
 MISSION = """
 mission: own way
@@ -98,7 +96,6 @@ def test_the_plan_holds_the_components_of_the_folder(folder):
     assert choices["controller"].component.__name__ == "NoseFirst"
 
 
-@pytest.mark.skipif(not LAYERS, reason="costmaps without layers")
 def test_a_layer_of_the_folder_stands_in_its_place(folder):
     new_component("layer", "quiet_corner", folder / "my_plugins")
     layers = "costmap: {layers: [static, {use: quiet_corner, radius: 2 m}]}"

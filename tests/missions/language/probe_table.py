@@ -1,8 +1,8 @@
 """The probe table: wrong and unusual right missions in probes/*.yaml.
 
 A probe is `wrong: title` or `right: title` with the `text` of a mission. In a wrong one, the lines
-that must be reported end with `#! CODE`; `says` is a part of one of the messages. Missing required
-keys are put behind the text.
+that must be reported, and no others, end with `#! CODE` or `#! CODE CODE`; `says` is a part of one
+of the messages. Missing required keys are put behind the text.
 """
 
 import re
@@ -13,7 +13,7 @@ import yaml
 
 FOLDER = Path(__file__).parent / "probes"
 HEAD = {"mission": "probe", "robot": "scout", "world": "office"}
-_EXPECTED = re.compile(r"#! (\w+)$")
+_EXPECTED = re.compile(r"#! (\w+(?: \w+)*)$")
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Probe:
     def expected(self) -> set[tuple[str, int]]:
         lines = enumerate(self.text.splitlines(), 1)
         found = ((_EXPECTED.search(line), number) for number, line in lines)
-        return {(match[1], number) for match, number in found if match}
+        return {(code, number) for match, number in found if match for code in match[1].split()}
 
     def mission(self) -> str:
         """The text of the mission file, complete."""

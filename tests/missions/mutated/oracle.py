@@ -14,10 +14,13 @@ from stack.documents import Mark
 
 COMPOSITES = ("sequence", "reactive", "fallback", "reactive_fallback", "round_robin", "parallel")
 BESIDE = (
-    "name", "when", "while", "on_failure", "repeat", "recover", "retry", "timeout", "every", "with",
-    "out", "do",
+    "name", "when", "finally", "on_failure", "while", "invert", "repeat", "recover", "retry",
+    "timeout", "every", "with", "out", "do",
 )  # fmt: skip
-OUTER = ("every", "timeout", "retry", "recover", "repeat", "on_failure", "while", "when")
+OUTER = (
+    "every", "timeout", "retry", "recover", "repeat", "invert", "while", "on_failure", "finally",
+    "when",
+)  # fmt: skip
 """Modifiers from the node outwards, as docs/language.md orders them."""
 
 LOOPS = ("for_each", "follow_waypoints")
@@ -28,8 +31,11 @@ Outline = tuple[str, list[Any]]
 def outline(mission: dict[str, Any]) -> Outline:
     """Return the nested kinds of the nodes that `run` and `events` of the file describe."""
     trees = mission.get("trees") or {}
-    root = _node(mission["run"], trees)
-    events = mission.get("events") or []
+    return _with_events(mission, _node(mission["run"], trees), trees)
+
+
+def _with_events(declared: dict[str, Any], root: Outline, trees: dict[str, Any]) -> Outline:
+    events = declared.get("events") or []
     if not events:
         return root
     made = [("event", [_node(body["do"], trees)]) for event in events for body in event.values()]
@@ -44,15 +50,21 @@ def _node(node: Any, trees: dict[str, Any]) -> Outline:
         given = node.get(word)
         if given is None or (word == "on_failure" and (given == "fail" or kind in LOOPS)):
             continue
-        recoveries = given["round_robin"] if word == "recover" else []
-        made = word, [made, *(_node(recovery, trees) for recovery in recoveries)]
+        if word == "invert" and not given:
+            continue
+        beside = given["round_robin"] if word == "recover" else [given] * (word == "finally")
+        made = word, [made, *(_node(other, trees) for other in beside)]
     return made
 
 
 def _body(kind: str, node: dict[str, Any], trees: dict[str, Any]) -> Outline:
     below = node[kind]
     if kind == "use":
-        return "use", [_node(trees[below]["do"], trees)]
+        tree = trees[below]
+        return "use", [_with_events(tree, _node(tree["do"], trees), trees)]
+    if kind == "switch":
+        nodes = [*below["cases"].values(), *filter(None, [below.get("default")])]
+        return kind, [("case", [_node(case, trees)]) for case in nodes]
     if kind == "for_each":
         return "for_each", [_node(node["do"], trees)]
     if kind == "follow_waypoints":

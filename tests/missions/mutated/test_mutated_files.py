@@ -72,7 +72,7 @@ def read(path: Path) -> Mission:
 def bench(tmp_path_factory):
     folder = tmp_path_factory.mktemp("damaged") / "missions"
     shutil.copytree(MISSIONS / "worlds", folder.parent / "worlds")
-    for part in ("logs", "maps", "my_behaviours", "parameters", "routes"):
+    for part in ("logs", "maps", "my_behaviours", "parameters", "routes", "shared_trees"):
         shutil.copytree(MISSIONS / part, folder / part)
     made = Bench(folder, {}, {})
     for file in FILES:
@@ -105,9 +105,9 @@ def place_exists(finding: Finding) -> bool:
 def asked_for(bench: Bench, mission: Path) -> oracle.Outline:
     data = read_text(mission.read_text("utf-8"), mission.name).plain()
     trees = dict(data.get("trees") or {})
-    if data.get("include"):
-        shared = (bench.folder / "trees.yaml").read_text("utf-8")
-        trees |= read_text(shared, "trees.yaml").plain()["trees"]
+    for name in data.get("include") or []:
+        shared = (bench.folder / name).read_text("utf-8")
+        trees |= read_text(shared, name).plain()["trees"]
     return oracle.outline({**data, "trees": trees})
 
 

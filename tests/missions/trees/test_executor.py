@@ -24,7 +24,7 @@ from missions.trees.mission_tree import MissionTree
 from stack.documents import Mark
 
 WORDS = {"s": Status.SUCCESS, "f": Status.FAILURE, "r": Status.RUNNING}
-TREES, TICKS = 5000, 25
+TREES, TICKS = 1500, 25
 
 
 class Scripted(Behaviour):
