@@ -39,11 +39,11 @@ from robots.urdf.one_axle import on_one_axle
 from robots.urdf.physics import physics_urdf
 from robots.urdf.reading import UrdfSource, read_urdf
 from robots.wheels import (
+    as_modelled,
     check_joints,
     check_lateral_speed,
     read_skid,
     read_wheels,
-    steered_as_modelled,
 )
 from stack.documents import Finding, Findings, Node, Section, read_document
 from stack.drivetrain.description import (
@@ -132,7 +132,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
         check_radii(top, model, wheels)
         simulated = on_one_axle(model, wheels.sides, wheels.radius)
         placement = place_on_wheels(top, simulated, wheels)
-        wheels = steered_as_modelled(top, wheels, placement.at)
+        wheels = as_modelled(top, wheels, placement.at)
     findings.raise_errors()
     assert footprint is not None and wheels is not None and source is not None
     assert model is not None and placement is not None and simulated is not None

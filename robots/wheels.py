@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from math import degrees
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -68,6 +67,8 @@ KEYS: dict[str, tuple[Declaration, ...]] = {
 
 LEAST_SINGULAR_VALUE = 1e-3
 """Of the wheels' Jacobian; below it some velocity needs wheels a thousand times as fast."""
+
+TIGHT = "use a smaller steering_angle, a longer wheelbase or a narrower track"
 
 
 def read_wheels(top: Section) -> WheelGeometry | None:
@@ -203,38 +204,29 @@ def _steered(section: Section) -> SteeredWheels | None:
         return None
     assert pairs[0] is not None and pairs[1] is not None
     wheels = SteeredWheels(pairs[0], pairs[1], *values[2:])
-    return wheels if _turns_outside(section, wheels, wheels.track, "rear wheels") else None
+    try:
+        wheels.check_turning(wheels.track, "rear wheels")
+    except ValueError as error:
+        section.findings.error(SHAPE, section.node.mark, str(error), TIGHT)
+        return None
+    return wheels
 
 
-def steered_as_modelled(
+def as_modelled(
     top: Section, wheels: WheelGeometry, at: Mapping[str, tuple[float, float]]
 ) -> WheelGeometry:
-    """Return the wheels of a car with its steering joints where the URDF has them.
+    """Return the wheels with what only the URDF tells.
 
     Args:
         top: the robot file.
-        wheels: as described; other kinds are returned as they are.
+        wheels: as described.
         at: (x, y) of the joints, base frame, metres.
     """
-    if not isinstance(wheels, SteeredWheels):
+    try:
+        return wheels.as_modelled(at)
+    except ValueError as error:
+        top.findings.error(SHAPE, top.node.mark, str(error), TIGHT)
         return wheels
-    left, right = wheels.steering
-    apart = at[left][1] - at[right][1]
-    _turns_outside(top, wheels, apart, "steering joints")
-    return replace(wheels, steered_track=apart)
-
-
-def _turns_outside(section: Section, wheels: SteeredWheels, track: float, of: str) -> bool:
-    """Report a car whose tightest circle has its centre between two wheels."""
-    if wheels.turning_radius > track / 2.0:
-        return True
-    sentence = (
-        f"wheels: with a steering_angle of {degrees(wheels.steering_angle):.0f} deg the centre of "
-        f"rotation is {wheels.turning_radius:.2f} m from the middle, between the {of}"
-    )
-    hint = "use a smaller steering_angle, a longer wheelbase or a narrower track"
-    section.findings.error(SHAPE, section.node.mark, sentence, hint)
-    return False
 
 
 def _pair(

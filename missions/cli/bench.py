@@ -1,7 +1,5 @@
 """`treepilot bench`: benchmarks of driving in simulation."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -163,7 +161,7 @@ def named(words: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in words.split(",") if word.strip())
 
 
-def _measure(bench: Bench[E, R], options: Options) -> None:
+def _measure(bench: "Bench[E, R]", options: "Options") -> None:
     """Fill the table of a bench and print it."""
     from missions.bench.resumable import measured
 

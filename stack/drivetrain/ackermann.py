@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import atan, copysign, tan
+from dataclasses import dataclass, replace
+from math import atan, copysign, degrees, tan
 
 from stack.drivetrain.differential import mean_of, places_on_sides
 from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand
@@ -75,6 +75,34 @@ class SteeredWheels:
             Length("steering", "distance of the steering joints", abs(front), front),
             Length("wheelbase", "wheelbase", self.wheelbase, base),
         ]
+
+    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> SteeredWheels:
+        """Return the wheels with the distance of the steering joints.
+
+        Raises:
+            ValueError: the centre of the tightest circle is between these joints.
+        """
+        left, right = self.steering
+        apart = at[left][1] - at[right][1]
+        self.check_turning(apart, "steering joints")
+        return replace(self, steered_track=apart)
+
+    def check_turning(self, track: float, of: str) -> None:
+        """Check that the centre of the tightest circle is not between two wheels or joints.
+
+        Args:
+            track: distance between them, metres.
+            of: what they are.
+
+        Raises:
+            ValueError: it is.
+        """
+        if self.turning_radius <= track / 2.0:
+            raise ValueError(
+                f"wheels: with a steering_angle of {degrees(self.steering_angle):.0f} deg the "
+                f"centre of rotation is {self.turning_radius:.2f} m from the middle, between the "
+                f"{of}"
+            )
 
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""

@@ -41,6 +41,10 @@ class Wheels:
         apart = mean_of(at, self.left)[1] - mean_of(at, self.right)[1]
         return [Length("separation", "separation", self.separation, apart)]
 
+    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> Wheels:
+        """Return the wheels as they are: the description says all."""
+        return self
+
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""
         return Differential(self, limits)

@@ -89,6 +89,17 @@ class WheelGeometry(Protocol):
         """
         ...
 
+    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> WheelGeometry:
+        """Return the wheels with what only the URDF tells.
+
+        Args:
+            at: as of `lengths`.
+
+        Raises:
+            ValueError: the robot cannot drive with them; the message says why.
+        """
+        ...
+
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""
         ...

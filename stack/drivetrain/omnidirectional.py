@@ -54,6 +54,10 @@ class OmniWheels:
             for axis, described, modelled in zip("xy", (mount.x, mount.y), at[joint], strict=True)
         ]
 
+    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> OmniWheels:
+        """Return the wheels as they are: the description says all."""
+        return self
+
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""
         return Omnidirectional(self, limits)

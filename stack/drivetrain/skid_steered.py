@@ -49,6 +49,10 @@ class SkidWheels:
         """Compare nothing: the URDF's wheels may be closer together than the track."""
         return []
 
+    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> SkidWheels:
+        """Return the wheels as they are: the description says all."""
+        return self
+
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""
         return SkidSteered(self, limits)

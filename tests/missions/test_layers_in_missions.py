@@ -81,19 +81,6 @@ def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
         engine.body.close()
 
 
-@pytest.mark.parametrize("evades", ["never", "driving"])
-def test_nobody_follows_people_unless_a_part_needs_it(tmp_path, evades):
-    path = tmp_path / "bare.yaml"
-    path.write_text(
-        "mission: bare\nrobot: scout\nworld: office\nrun: {wait: {time: 1 s}}\n"
-        "navigation: {costmap: {layers: [static, obstacle]}}\n", "utf-8",
-    )  # fmt: skip
-    given = {"safety.predict_motion": "false", "evasion.when": evades}
-    engine = wired(prepare(path, RunOptions(serve=False, parameters=given)))
-    assert (engine.runtime.parts.world_model.tracker is None) == (evades == "never")
-    engine.body.close()
-
-
 def test_by_default_no_costmap_adds_costs_around_people():
     engine = wired(prepare("01_drive_to_a_point", RunOptions(serve=False)))
     world_model = engine.runtime.parts.world_model

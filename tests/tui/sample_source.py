@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from missions.language.kinds import glyph_of
+from missions.language.kinds.leaf import CONDITION_GLYPH
 from stack.telemetry.records import (
     Ack,
     Command,
@@ -96,6 +97,11 @@ EVENTS = (
     (31.1, "info", "tree", "recovery", "back up: 0.30 m"),
     (31.2, "info", "navigation", "replan", "new path to lab, 14.2 m, 31 ms"),
 )  # fmt: skip
+
+
+def shown_glyph(kind):
+    """The glyph of a row, as its node states it."""
+    return CONDITION_GLYPH if kind in ("check", "wait_until") else glyph_of(kind)
 
 
 class SampleSource:
@@ -202,7 +208,7 @@ class SampleSource:
 
 def _tree(now: float) -> tuple[TreeRow, ...]:
     return tuple(
-        TreeRow(number, parent, name, kind, status, message, min(since, now), glyph_of(kind))
+        TreeRow(number, parent, name, kind, status, message, min(since, now), shown_glyph(kind))
         for number, (parent, name, kind, status, message, since) in enumerate(TREE)
     )
 

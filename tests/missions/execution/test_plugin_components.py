@@ -94,5 +94,5 @@ def test_what_does_not_fit_says_what_to_write(mission, navigation, sentence):
 
 
 def test_checkers_are_described_with_their_parameters():
-    text = description_of("pose_progress", installed())
+    text = description_of("pose_progress", installed(), expert=True)
     assert "angle" in text and "distance" in text and "default 8 s" in text

@@ -96,7 +96,7 @@ def test_a_body_s_own_measurements_are_observed_recorded_and_replayed(warm, tmp_
     options = RunOptions(out=tmp_path / "run", record=("sensors",), serve=False)
     run = Run(prepare(file, options), options, make_body=make)
     run_in_turns([run])
-    state = run.engine.runtime.parts.state
+    state = run.engine.runtime.perceived
     assert same(state.newest("motor", warm.Temperatures), measured(warm, state.time))
     log = tmp_path / "run" / "sensors.mcap"
     found = [

@@ -59,9 +59,7 @@ run: {relocalise: {}, timeout: 1 s}
 """
 CASES = {
     "pure_pursuit, astar": SHORT_DRIVE.format(planner="astar", controller="pure_pursuit"),
-    "mppi, hybrid_astar": SHORT_DRIVE.format(
-        planner="hybrid_astar", controller="{use: mppi, linear_deadband: 0.03}"
-    ),
+    "mppi, hybrid_astar": SHORT_DRIVE.format(planner="hybrid_astar", controller="mppi"),
     "dwb, lattice": SHORT_DRIVE.format(planner="lattice", controller="dwb"),
     "graceful, theta_star": SHORT_DRIVE.format(planner="theta_star", controller="graceful"),
     "unknown start": UNKNOWN_START,
