@@ -9,11 +9,13 @@ from __future__ import annotations
 import random
 import shutil
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from missions.execution import resources as execution_resources
 from missions.execution.prepare import Diagnosis, diagnose
 from missions.execution.resources import (
     MISSIONS,
@@ -62,6 +64,15 @@ class Bench:
             given = {key: [pose.x, pose.y, pose.heading] for key, pose in world.items()}
             said["places"] = {**given, **(said.get("places") or {})}
         return said, oracle.meaning(mission)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def each_robot_and_world_read_once():
+    """None of them changes here, and each mission names one of each: half of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        for reader in (execution_resources.read_robot, execution_resources.read_any_world):
+            patch.setattr(execution_resources, reader.__name__, cache(reader))
+        yield
 
 
 def read(path: Path) -> Mission:
