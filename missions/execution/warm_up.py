@@ -76,13 +76,13 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
         replayed: whether a recording replaces the simulated sensors.
     """
     choices = plan.choices
-    costs = choices["costmap"]
+    costs, safety = choices["costmap"], choices["safety"]
     memory = ObstacleMemory.kernels(plan.robot)
     found: dict[str, KernelTypes] = {
         "sensors": () if replayed else _sensor_kernels(plan),
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
         "perception": (*_scan_kernels(plan.robot), *memory),
-        "safety": Safety.kernels(blind=bool(memory)),
+        "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": (*Navigator.kernels(), *Evasion.kernels()),
     }
     names = {leaf.behaviour.name for leaf in every_leaf(plan.mission)}

@@ -267,8 +267,8 @@ def share_where_unseen(
 CONTACT = (
     (time_to_contact, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),
     (time_to_meeting, (f8[:, ::1], f8[:, ::1], *8 * (f8,))),
-    (nearest, (f8[:, ::1], f8[:, ::1])),
 )
 """Entry points, with the types that the collision monitor calls them with; then of
-the limit in unseen ground."""
+the limit in unseen ground, and of zones."""
 UNSEEN = ((share_where_unseen, (f8[:, ::1], f8[:, ::1], *7 * (f8,), f8[:, ::1], *6 * (f8,))),)
+ZONES = ((nearest, (f8[:, ::1], f8[:, ::1])),)

@@ -36,9 +36,6 @@ class Contact:
 
 NOTHING_NEAR = Contact(inf)
 
-TOUCHING = 0.02
-"""Metres by which points of what the robot touches may lie inside its outline: noise of a lidar."""
-
 
 class CollisionMonitor:
     """Sweeps the footprint along a twist against obstacle points, without a costmap.
@@ -85,34 +82,6 @@ class CollisionMonitor:
             twist.linear, twist.lateral, twist.angular, horizon, moving_padding,
         )  # fmt: skip
         return Contact(time, *moving[which, :2]) if time < found.time else found
-
-    def contact_beside(
-        self, twist: Twist, points: FloatArray, horizon: float, padding: float
-    ) -> Contact:
-        """Return the first contact of a twist along what the robot touches or nearly touches.
-
-        Each side of the way keeps the padding, or the clearance that it has: the points of a wall
-        ahead may come as near as those beside the robot are, less the slack.
-
-        Args:
-            twist: to check.
-            points: (m, 2) obstacle points, base frame, metres.
-            horizon: seconds to look ahead.
-            padding: distance kept free where it is free now, metres.
-        """
-        found = NOTHING_NEAR
-        for side in _sides(twist, points):
-            clearance = float(self._kernels.nearest(side, self._corners))
-            kept = min(padding, max(-TOUCHING, clearance - self.SLACK))
-            contact = self.contact(twist, side, horizon, kept)
-            found = contact if contact.time < found.time else found
-        return found
-
-
-def _sides(twist: Twist, points: FloatArray) -> list[FloatArray]:
-    """Return the points (m, 2), base frame, to the left and to the right of the way of a twist."""
-    left = twist.linear * points[:, 1] - twist.lateral * points[:, 0] >= 0.0
-    return [points[left], points[~left]]
 
 
 def moving_discs(tracks: Sequence[TrackedObject], base: Pose2D) -> FloatArray:

@@ -17,8 +17,7 @@ class SafetyParameters:
     )  # fmt: skip
     tight_padding: float = parameter(
         0.015, "m", at_least=0.0, at_most=0.5,
-        help="distance kept free up to tight_speed, where it is free now; if not below padding, "
-        "padding always holds",
+        help="distance kept free up to tight_speed; if not below padding, padding always holds",
     )  # fmt: skip
     tight_speed: float = parameter(
         0.15, "m/s", at_least=0.0, not_above="padding_speed",

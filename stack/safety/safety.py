@@ -76,11 +76,12 @@ class Safety:
     """
 
     @staticmethod
-    def kernels(*, blind: bool = False) -> KernelTypes:
-        """Return the kernels of the stage; more for a robot with blind sectors."""
+    def kernels(zones: Sequence[SafetyZone], *, blind: bool = False) -> KernelTypes:
+        """Return the kernels of the stage with these zones, and for a robot with blind sectors."""
         from stack.safety import kernels
 
-        return (*kernels.CONTACT, *kernels.UNSEEN) if blind else kernels.CONTACT
+        found = (*kernels.CONTACT, *kernels.ZONES) if zones else kernels.CONTACT
+        return (*found, *kernels.UNSEEN) if blind else found
 
     def __init__(
         self, robot: RobotDescription, parameters: SafetyParameters, period: float,
@@ -265,20 +266,8 @@ class Safety:
         return STANDSTILL
 
     def _contact(self, twist: Twist, around: _Around, horizon: float, padding: float) -> Contact:
-        """Return the first contact of a twist.
-
-        At most at tight_speed a robot beside something may drive along it or away, however near it
-        is: each side keeps the padding, or the clearance that it has.
-        """
         beside = self.parameters.moving_padding if padding else 0.0
-        found = self._monitor.contact(twist, around.points, horizon, padding, around.moving, beside)
-        if found.time == inf or self._rim_speed(twist) > self.parameters.tight_speed + 1e-9:
-            return found
-        sides = self._monitor.contact_beside(twist, around.points, horizon, padding)
-        walking = self._monitor.contact(
-            twist, around.points[:0], horizon, padding, around.moving, beside
-        )
-        return min(sides, walking, key=lambda contact: contact.time)
+        return self._monitor.contact(twist, around.points, horizon, padding, around.moving, beside)
 
     def _tight_share(self, twist: Twist, around: _Around) -> float:
         """Share of a twist's speed at which the robot may pass obstacles within the padding.

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import cos, radians, sin
+from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from stack.safety.parameters import SafetyParameters
@@ -91,58 +89,3 @@ def test_only_a_round_robot_turns_freely_where_it_touches_a_wall(footprint, spee
     for _ in range(20):
         twist = safety.limit(Twist(angular=1.0), world.odometry, world.obstacles)
     assert twist.angular == pytest.approx(speed)
-
-
-@dataclass
-class NoisyWorld(ToyWorld):
-    """The toy world with the noise of a common lidar, 1 cm a beam before it is smoothed."""
-
-    def __post_init__(self) -> None:
-        self._random = np.random.default_rng(5)
-        super().__post_init__()
-
-    def _see(self) -> None:
-        super()._see()
-        ranges = self.scan.ranges + self._random.normal(0.0, 0.01, self.beams)
-        self.scan = self.scan.with_ranges(ranges.astype(np.float32))
-
-
-def beside_a_wall(gap, twist, *, seconds=2.0, inwards=0.0, circles=(), world=NoisyWorld):
-    """Where a box ends that drives a twist, a gap in metres to the left of it or to the right."""
-    side = -1.0 if twist.linear < 0.0 else 1.0
-    away = side * (0.2 * cos(inwards) + 0.25 * abs(sin(inwards)) + gap)
-    pose = Pose2D(4.0, away if side > 0.0 else 8.0 + away, -inwards)
-    toy = world(room(8, 8), robot(), pose, list(circles), beams=720)
-    safety = SafetyStage(toy.robot, PARAMETERS, toy.period)
-    for _ in range(round(seconds / toy.period)):
-        toy.drive(safety.limit(twist, toy.odometry, toy.obstacles))
-    return toy
-
-
-@pytest.mark.parametrize("speed", [0.5, -0.5])
-@pytest.mark.parametrize("gap", [0.001, 0.008, 0.016, 0.03])
-def test_a_robot_beside_a_wall_drives_along_it_and_away_however_near_it_is(gap, speed):
-    """It creeps, at 0.15 m/s; the points of the wall ahead are no nearer than those beside it."""
-    along = beside_a_wall(gap, Twist(speed))
-    assert abs(along.pose.x - 4.0) > 0.2
-    assert along.nearest == pytest.approx(gap, abs=1e-3)
-    away = beside_a_wall(gap, Twist(speed, 0.05))  # forward on the right: to the left; mirrored
-    assert abs(away.pose.x - 4.0) > 0.2
-
-
-@pytest.mark.parametrize("speed", [0.5, -0.5])
-@pytest.mark.parametrize("gap", [0.001, 0.01])
-def test_a_robot_beside_a_wall_does_not_drive_into_it(gap, speed):
-    """At 10 deg the front is 2.6 cm nearer after 15 cm, and 1.7 cm after the 10 cm of a second."""
-    world = beside_a_wall(gap, Twist(speed), inwards=radians(10.0), seconds=4.0)
-    assert world.nearest > 0.0
-    assert abs(world.pose.x - 4.0) < 0.05
-
-
-@pytest.mark.parametrize("beyond", [0.02, 0.1, 0.18])
-def test_a_robot_that_touches_a_wall_stops_before_what_stands_ahead(beyond):
-    """A post on its way, 2 cm to 18 cm from the wall; noise hides at most the first 2 cm of it."""
-    post = [(4.8, 0.005 + 0.03 + beyond, 0.03)]
-    world = beside_a_wall(0.005, Twist(0.5), circles=post, seconds=6.0)
-    assert 4.0 < world.pose.x < 4.8 - 0.25 - 0.03
-    assert world.nearest > 0.0
