@@ -72,6 +72,12 @@ class Keyed(Protocol):
         ...
 
 
+def robot_label(robot: str) -> str:
+    """Return the name of a robot for keys: a file called robot.yaml is named by its folder."""
+    path = Path(robot)
+    return path.resolve().parent.name if path.name == "robot.yaml" else path.stem
+
+
 @dataclass(frozen=True)
 class RobotEntry:
     """A run of one robot with one seed.
@@ -89,12 +95,12 @@ class RobotEntry:
     @property
     def key(self) -> Key:
         """Unique key in the table."""
-        return Path(self.robot).stem, self.seed
+        return robot_label(self.robot), self.seed
 
     @property
     def label(self) -> str:
         """Name of the settings that it shares with others."""
-        return Path(self.robot).stem
+        return robot_label(self.robot)
 
 
 class Row:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from functools import partial
@@ -28,9 +29,14 @@ def measured(bench: Bench[E, R], options: Options, log: Log) -> list[R]:
     """Make the runs of a bench that are missing in the table; return all.
 
     Raises:
-        InputError: a mission or an option has errors, or the folder has results of other settings.
+        InputError: a mission or an option has errors, two runs have the same key, or the folder
+            has results of other settings.
     """
     entries = bench.entries(options)
+    key, count = Counter(entry.key for entry in entries).most_common(1)[0] if entries else ((), 1)
+    if count > 1:
+        what = ", ".join(map(str, key))
+        raise InputError(f"{count} runs have the name {what}: give their files different names")
     first = {entry.label: entry for entry in reversed(entries)}
     settings = {label: bench.settings(entry) for label, entry in first.items()}
     record_settings(options.out, settings)

@@ -28,6 +28,7 @@ class Origin:
         source: `default`, `--parameter`, or the file that sets it, with the line if known.
         help: one-line description.
         public: whether users may need it; the others are for experts.
+        is_set: whether a file or the command line sets it.
     """
 
     name: str
@@ -35,11 +36,7 @@ class Origin:
     source: str
     help: str
     public: bool = True
-
-    @property
-    def is_set(self) -> bool:
-        """Whether the value is not the default."""
-        return self.source != DEFAULT
+    is_set: bool = False
 
 
 def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origin]:
@@ -57,7 +54,10 @@ def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origi
         for kind, choice in plan.choices.items()
         for origin in _of(plan, kind, choice, settings[kind])
     ]
-    return [replace(item, source=COMMAND_LINE) if item.name in given else item for item in found]
+    return [
+        replace(item, source=COMMAND_LINE, is_set=True) if item.name in given else item
+        for item in found
+    ]
 
 
 def for_users(origins: list[Origin], wanted: str) -> list[Origin]:
@@ -104,21 +104,21 @@ def lines_of(origins: list[Origin]) -> list[str]:
 
 def _of(plan: PreparedMission, kind: str, choice: Choice, settings: Component) -> Iterator[Origin]:
     if choice.name != kind:
-        source = _source(plan, kind, "use", settings.mark)
-        yield Origin(f"{kind}.use", choice.name, source, "chosen component")
+        source, is_set = _source(plan, kind, "use", settings.mark)
+        yield Origin(f"{kind}.use", choice.name, source, "chosen component", is_set=is_set)
     values = values_of(choice.parameters)
     for name, declared in declarations(cast("type", type(choice.parameters))).items():
-        source = _source(plan, kind, name, settings.marks.get(name))
+        source, is_set = _source(plan, kind, name, settings.marks.get(name))
         value = _shown(declared, values[name])
-        yield Origin(f"{kind}.{name}", value, source, declared.help, declared.public)
+        yield Origin(f"{kind}.{name}", value, source, declared.help, declared.public, is_set)
 
 
-def _source(plan: PreparedMission, kind: str, name: str, mark: Mark | None) -> str:
-    """Return the file and line of a setting; the robot's have no line, defaults no file."""
+def _source(plan: PreparedMission, kind: str, name: str, mark: Mark | None) -> tuple[str, bool]:
+    """Return the file and line of a setting, and whether there is one: defaults have no file."""
     if mark is None or not mark.file:
-        return _default_of(plan, kind, name)
+        return _default_of(plan, kind, name), False
     file = _short(plan, mark.file)
-    return file if mark == mark_of_robot(plan.robot) else f"{file}:{mark.line}"
+    return (file if mark == mark_of_robot(plan.robot) else f"{file}:{mark.line}"), True
 
 
 def _default_of(plan: PreparedMission, kind: str, name: str) -> str:

@@ -344,9 +344,3 @@ def _follows_path(motion: MotionExecutor | None) -> bool:
 
 def _text(pose: Pose2D) -> str:
     return f"({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg)"
-
-
-def _positive(name: str, value: float) -> float:
-    if not value > 0.0:
-        raise ParameterError(name, f"{value:g} must be above 0")
-    return value

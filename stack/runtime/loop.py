@@ -283,6 +283,7 @@ class Runtime:
         self._idle()
         self._install_next_tree()
         self._commands.apply_all(held=True)
+        self.perceived = self._at(self.perceived, self.parts.estimator.estimate)
         self.parts.telemetry.publish(lambda: compose_snapshot(self))
 
     @property

@@ -43,10 +43,10 @@ class Simulation:
         self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
         self._engine = engine(world, settings)
         self._robots: list[SimulatedRobot] = []
-        self._begin_again()
+        self._begin_again(settings.pace)
 
-    def _begin_again(self) -> None:
-        self.pace, self._step, self._has_begun = Pace(self.settings.pace), 0, False
+    def _begin_again(self, pace: float) -> None:
+        self.pace, self._step, self._has_begun = Pace(pace), 0, False
         self.doors = {door.name: door.closed for door in self.world.doors}
         self.scene_changes = 0
         self.people = People(replace(self.world, people=()), 0)  # until all robots are known
@@ -57,10 +57,11 @@ class Simulation:
         """Begin the next run, bit for bit as a new simulation with the same robots would.
 
         The robots are at their starts again. The first one has the seed, the second one `seed + 1`,
-        and so on. The shapes of the world and of the robots, and the cameras' processes, are kept.
+        and so on. The shapes of the world and of the robots, and the cameras' processes, are kept,
+        and the pace.
         """
         self._engine.reset()
-        self._begin_again()
+        self._begin_again(self.pace.factor)
         for number, robot in enumerate(self._robots):
             robot.restart(seed + number)
 

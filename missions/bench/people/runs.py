@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from missions.bench.bench import FAILED, PASSED, Group, Options, Row
+from missions.bench.bench import FAILED, PASSED, Group, Options, Row, robot_label
 from missions.bench.conditions import conditions, world_of
 from missions.bench.drive_recorder import DriveRecorder, is_end_of_motion
 from missions.bench.people.oracle import Task, judge
@@ -65,12 +65,12 @@ class PeopleEntry:
     @property
     def key(self) -> tuple[str, str, str, int]:
         """Unique key of the run in a table."""
-        return self.scene, Path(self.robot).stem, self.people, self.seed
+        return self.scene, robot_label(self.robot), self.people, self.seed
 
     @property
     def label(self) -> str:
         """Scene and robot."""
-        return f"{self.scene} {Path(self.robot).stem}"
+        return f"{self.scene} {robot_label(self.robot)}"
 
 
 @dataclass(frozen=True)
