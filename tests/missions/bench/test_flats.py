@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from missions.bench.bench import Options
+from missions.bench.bench import Options, robot_label
 from missions.bench.people.flats import (
     FLATS,
     GOALS,
@@ -26,7 +26,7 @@ from missions.bench.people.runs import (
     PeopleRow,
     settings_of,
 )
-from missions.bench.resumable import record_settings
+from missions.bench.resumable import measured, record_settings
 from missions.inspection.file_scaffold import new_mission
 from robots.load import find_robot
 from stack.errors import InputError
@@ -161,3 +161,14 @@ def test_a_run_reaches_its_goals_and_a_crash_is_a_row(tmp_path):
     assert row.line.startswith("flats, scout, social_force, seed 2: 4/4 goals")
     crash = PeopleRow.crashed(entry(tmp_path).key, "ValueError: no")
     assert (crash.success, crash.cause) == (False, "ValueError: no")
+
+
+def test_robots_in_files_called_robot_yaml_are_named_by_their_folders(tmp_path):
+    names = ("scout", str(tmp_path / "mine/robot.yaml"), "../yours/robot.yaml", "a/b.yaml")
+    assert [robot_label(name) for name in names] == ["scout", "mine", "yours", "b"]
+
+
+def test_two_runs_of_the_same_name_are_refused(tmp_path):
+    options = Options(tmp_path / "out", robots=("scout", "scout"), people=("none",))
+    with pytest.raises(InputError, match="2 runs have the name flats, scout, none, 0"):
+        measured(FLATS, options, print)

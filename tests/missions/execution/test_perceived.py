@@ -129,6 +129,19 @@ def test_a_jump_clears_the_costmaps_before_the_navigator_plans_on_them(hall):
     assert seen.navigated[-1].estimate.pose.x == 8.0
 
 
+def test_a_jump_while_the_simulation_is_frozen_clears_the_costmaps_on_display(hall):
+    run = hall(LOOK)
+    model, cleared = run.runtime.parts.world_model, []
+    run.runtime.pause("a look around")
+    run.steps(20)
+    assert run.runtime.is_frozen
+    for costmap in (model.local_costmap, model.global_costmap):
+        costmap.clear = lambda: cleared.append(run.runtime.is_frozen)
+    set_pose(run, Pose2D(8.0, 4.0, pi))
+    run.steps()
+    assert cleared == [True, True]
+
+
 def test_a_small_correction_keeps_what_was_sensed(hall):
     run = hall(LOOK)
     seen, pose = Seen(run), run.runtime.parts.facade.pose
