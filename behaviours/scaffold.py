@@ -43,7 +43,8 @@ class {Class}(RobotBehaviour):
 
     def update(self) -> Status:
         """Called on every tick: read, command, and return at once."""
-        if abs(self.robot.speed.linear) > 0.01 or abs(self.robot.speed.angular) > 0.01:
+        speed = self.robot.base.speed
+        if abs(speed.linear) > 0.01 or abs(speed.angular) > 0.01:
             self._since_motion.restart()
         self.waited = self._since_start.elapsed
         if self._since_motion.is_over(self.still_for):

@@ -86,10 +86,11 @@ def _no_fit(pose: Pose2D) -> float:
 
 @dataclass
 class ScriptedRobot:
-    """A stack.robot.Robot of plain attributes.
+    """A stack.robot.Robot of plain attributes, which is each of its own capabilities.
 
-    The test sets what the behaviour reads: `robot.battery = Battery(0.1)`. Every call of the
-    behaviour is recorded in `calls` as (name, arguments); the newest task is `task`.
+    `robot.base`, `robot.map` and so on are the robot itself. The test sets what the behaviour
+    reads: `robot.battery = Battery(0.1)`. Every call of the behaviour is recorded in `calls` as
+    (name, arguments); the newest task is `task`.
 
     Attributes:
         picture: returned by `image()`.
@@ -112,7 +113,7 @@ class ScriptedRobot:
         task: the newest task; the test sets its outcome.
         motion: the newest motion task; a newer one cancels it.
         edges: ids of the edges of the route graph.
-        map: the map so far.
+        grid: the map so far.
         known_area: square metres.
         recording_over: whether a replayed log is over.
         frontier_list: returned by `frontiers()`.
@@ -122,7 +123,7 @@ class ScriptedRobot:
     time: float = 0.0
     pose: Pose2D = Pose2D(0.0, 0.0)
     odometry: Pose2D = Pose2D(0.0, 0.0)
-    localisation_health: float = 1.0
+    health: float = 1.0
     covariance: FloatArray = field(default_factory=lambda: np.diag([0.0025, 0.0025, 0.001]))
     rivals: tuple[RivalPose, ...] = ()
     speed: Twist = STANDSTILL
@@ -148,13 +149,33 @@ class ScriptedRobot:
     task: ScriptedTask = field(default_factory=ScriptedTask)
     motion: ScriptedTask = field(default_factory=ScriptedTask)
     edges: tuple[str, ...] = ()
-    map: OccupancyGrid = field(
+    grid: OccupancyGrid = field(
         default_factory=lambda: OccupancyGrid(np.zeros((1, 1), np.int8), 0.1)
     )
     known_area: float = 0.0
     recording_over: bool = False
     frontier_list: list[Frontier] = field(default_factory=list)
     lanes: CoveragePlan = field(default_factory=lambda: CoveragePlan((), np.zeros((0, 2)), 0.1))
+
+    @property
+    def base(self) -> ScriptedRobot:
+        """The robot itself, as each of the next three."""
+        return self
+
+    @property
+    def localisation(self) -> ScriptedRobot:
+        """The robot itself."""
+        return self
+
+    @property
+    def map(self) -> ScriptedRobot:
+        """The robot itself."""
+        return self
+
+    @property
+    def perception(self) -> ScriptedRobot:
+        """The robot itself."""
+        return self
 
     def advance(self, seconds: float) -> None:
         """Advance the clock. A subclass can override this to move the robot."""
@@ -167,9 +188,7 @@ class ScriptedRobot:
     @property
     def estimate(self) -> PoseEstimate:
         """The pose estimate: pose, covariance, health and rivals."""
-        return PoseEstimate(
-            self.pose, self.covariance, self.localisation_health, rivals=self.rivals
-        )
+        return PoseEstimate(self.pose, self.covariance, self.health, rivals=self.rivals)
 
     def frontiers(
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
@@ -187,14 +206,14 @@ class ScriptedRobot:
         )
         return self.lanes
 
-    def save_map(self, name: str) -> str:
+    def save(self, name: str) -> str:
         """Record the call; return the name."""
-        self.calls.append(("save_map", {"name": name}))
+        self.calls.append(("save", {"name": name}))
         return name
 
-    def load_map(self, name: str, pose: Pose2D | None = None) -> None:
+    def load(self, name: str, pose: Pose2D | None = None) -> None:
         """Record the call."""
-        self.calls.append(("load_map", {"name": name, "pose": pose}))
+        self.calls.append(("load", {"name": name, "pose": pose}))
 
     def set_mapping(self, is_mapping: bool) -> None:
         """Record the call."""
@@ -297,7 +316,7 @@ class ScriptedRobot:
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
         contact: ContactZone | None = None, gives_way: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> ScriptedTask:  # fmt: skip
         """Store the velocity in `twist`; cancel the motion task, as the real robot does.
 
         Raises:
@@ -309,6 +328,7 @@ class ScriptedRobot:
         self.twist, self.contact = twist, contact
         self.gives_way = gives_way
         self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
+        return ScriptedTask()
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None

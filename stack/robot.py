@@ -1,4 +1,4 @@
-"""Interface of the robot for behaviours. Plugins import this module, stack.types, stack.errors.
+"""Interface of the robot for behaviours, by capability.
 
 No call blocks. A call that takes time returns a task, which keeps its own outcome; a new motion
 task cancels the previous one. Names follow nav2_simple_commander.
@@ -72,32 +72,12 @@ class Task(Protocol):
         ...
 
 
-class Robot(Protocol):
-    """Interface of the robot for behaviours."""
-
-    @property
-    def time(self) -> float:
-        """Seconds on the robot's clock: simulated time in simulation."""
-        ...
-
-    @property
-    def estimate(self) -> PoseEstimate:
-        """Pose in the map frame with covariance and health of the localisation."""
-        ...
-
-    @property
-    def pose(self) -> Pose2D:
-        """Estimated pose of the robot, map frame."""
-        ...
+class Base(Protocol):
+    """The drive of the robot: goals on the map, and motions by odometry and range sensors."""
 
     @property
     def odometry(self) -> Pose2D:
         """Dead-reckoned pose, odom frame: drifts but never jumps. For distances and turns."""
-        ...
-
-    @property
-    def localisation_health(self) -> float:
-        """Calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees."""
         ...
 
     @property
@@ -108,186 +88,6 @@ class Robot(Protocol):
     @property
     def footprint(self) -> Footprint:
         """Outline of the robot in the base frame."""
-        ...
-
-    @property
-    def battery(self) -> Battery:
-        """State of charge."""
-        ...
-
-    @property
-    def scan(self) -> Scan | None:
-        """The newest scan of the lidar that the localisation uses; None without one."""
-        ...
-
-    @property
-    def markers(self) -> tuple[Marker, ...]:
-        """The known markers of the map, map frame."""
-        ...
-
-    @property
-    def tracks(self) -> tuple[TrackedObject, ...]:
-        """Moving objects around the robot, such as people, at `time`; map frame.
-
-        Who has moved and stands still now is one of them. An object that is out of sight is
-        expected where its velocity takes it for a second, with a growing covariance; then it is
-        forgotten. It gets another id when it is seen again.
-        """
-        ...
-
-    @property
-    def standing_objects(self) -> tuple[StandingObject, ...]:
-        """Objects in the newest scan that are not on the map and have not moved; map frame.
-
-        Round things up to the tracker's `largest_radius`, and people who stood already when they
-        were seen first: a scan does not tell which. Who begins to move is one of `tracks` from then
-        on, with the same id. Out of sight, they get another id when they are seen again.
-        """
-        ...
-
-    @property
-    def map(self) -> OccupancyGrid:
-        """The map so far: drawn by the estimator, the mission's, or what the sensors have seen."""
-        ...
-
-    @property
-    def known_area(self) -> float:
-        """Area of the map's free and occupied cells, square metres."""
-        ...
-
-    @property
-    def recording_over(self) -> bool:
-        """Whether all measurements of a replayed log have been played; else false."""
-        ...
-
-    def frontiers(
-        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
-        avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
-    ) -> list[Frontier]:  # fmt: skip
-        """Places where the robot can see unknown space, the nearest first; takes milliseconds.
-
-        Args:
-            sensor_range: distance at which a view shows unknown space, metres.
-            least_size: shorter frontiers are ignored, metres.
-            least_gain: views that show less are ignored, square metres.
-            avoided: views that are not returned again, for example because no way leads there.
-            seen_from: places where the robot has looked around; what the map does not show to be
-                in view of them counts as unknown. None: only what the map does not know.
-        """
-        ...
-
-    def coverage(
-        self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
-    ) -> CoveragePlan:
-        """Lanes that cover an area; takes milliseconds.
-
-        Args:
-            corners: of a polygon, map frame; empty: the room in which the robot is.
-            spacing: distance of two lanes, metres.
-            clearance: of the robot's centre from obstacles, metres; None: the robot's own.
-        """
-        ...
-
-    def save_map(self, name: str) -> str:
-        """Save the map as a folder; return its name.
-
-        Args:
-            name: a path relative to the run folder, or an absolute one.
-
-        Raises:
-            NavigationError: it cannot be written.
-        """
-        ...
-
-    def load_map(self, name: str, pose: Pose2D | None = None) -> None:
-        """Load a saved map and use it from now on.
-
-        Args:
-            name: a folder or map.yaml; relative to the run folder or else to the mission's folder.
-            pose: of the robot in that map; None: unknown.
-
-        Raises:
-            NavigationError: the files are wrong, or the estimator cannot change its map.
-        """
-        ...
-
-    def set_mapping(self, is_mapping: bool) -> None:
-        """Begin or cease to change the map; the robot localises itself on it in either case.
-
-        Raises:
-            NavigationError: the estimator draws no map.
-        """
-        ...
-
-    def image(self) -> Image | None:
-        """The newest camera picture; each call keeps the camera on for another second."""
-        ...
-
-    def point_cloud(
-        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
-    ) -> PointCloud | None:
-        """Points in the newest picture of a depth camera, one for each voxel; takes a millisecond.
-
-        Each call keeps the depth cameras on for another second. None before the first picture.
-
-        Args:
-            camera: name of the depth camera; empty: the robot's first.
-            voxel: side of a voxel, metres; a point is the mean of those in its voxel.
-            above: height above the floor in metres up to which points are left out, such as 0.04
-                to remove the floor; None: keep all.
-
-        Raises:
-            ParameterError: the robot has no such depth camera.
-        """
-        ...
-
-    def marker_sightings(self) -> tuple[MarkerSighting, ...]:
-        """Known markers in the newest picture; keeps the camera on, as `image` does."""
-        ...
-
-    @property
-    def keyframes(self) -> int:
-        """Number of keyframes of the map that pictures can be compared with; 0 without any."""
-        ...
-
-    def place_sightings(self) -> tuple[PlaceSighting, ...]:
-        """Poses from which the newest picture can have been taken, by the keyframes of the map.
-
-        Those that explain most of the picture come first. Keeps the camera on, as `image` does.
-        """
-        ...
-
-    def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
-        """Lines on the floor around the robot; keeps the camera on, as `image` does.
-
-        None before the first picture, and when the newest one is out of date.
-
-        Args:
-            colour: of the lines; `dark` and `light` are relative to the floor.
-            width: of the lines, metres.
-        """
-        ...
-
-    def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
-        """Objects of a colour on the floor, the nearest first; keeps the camera on, as `image`.
-
-        None before the first picture, and when the newest one is out of date.
-        """
-        ...
-
-    def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
-        """Objects in the newest picture that the object detector searched, the nearest first.
-
-        Each call keeps detector and camera on for another second. None before the first result,
-        when the newest one is out of date, and without a detector.
-
-        Args:
-            label: of the objects; None: all.
-        """
-        ...
-
-    def fit_at(self, pose: Pose2D) -> float:
-        """Health in [0, 1] that localisation would have with the newest scan at this pose."""
         ...
 
     def navigate_to(
@@ -375,10 +175,11 @@ class Robot(Protocol):
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
         contact: ContactZone | None = None, gives_way: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> Task:  # fmt: skip
         """Drive a velocity for some seconds, for behaviours with their own control loop.
 
-        Safety still limits the velocity. Cancels the current motion task.
+        Safety still limits the velocity. Cancels the current motion task; a call while the last one
+        is driven renews that one's task, which succeeds when the time is over.
 
         Args:
             twist: base frame.
@@ -394,15 +195,10 @@ class Robot(Protocol):
         """
         ...
 
-    def clear_costmap(
-        self, which: str = "both", *, radius: float | None = None, layer: str | None = None
-    ) -> None:
-        """Clear sensed obstacles from the costmaps. The static map is kept.
+    def disambiguate(self) -> Task:
+        """Drive to where the estimate and its rivals differ until one pose is left.
 
-        Args:
-            which: `local`, `global` or `both`.
-            radius: clear only within this distance of the robot, metres; None: everywhere.
-            layer: clear only this layer; None: all layers.
+        Succeeds at once without rivals. Fails with AMBIGUOUS when no reachable place differs.
         """
         ...
 
@@ -414,18 +210,27 @@ class Robot(Protocol):
         """
         ...
 
-    def relocalise(self) -> Task:
-        """Find the pose anywhere on the map from the lidar.
 
-        Fails with AMBIGUOUS if other poses explain the scans as well; `estimate.rivals` has them.
-        """
+class Localisation(Protocol):
+    """Where the robot is, and how it finds its pose."""
+
+    @property
+    def estimate(self) -> PoseEstimate:
+        """Pose in the map frame with covariance and health of the localisation."""
         ...
 
-    def disambiguate(self) -> Task:
-        """Drive to where the estimate and its rivals differ until one pose is left.
+    @property
+    def pose(self) -> Pose2D:
+        """Estimated pose of the robot, map frame."""
+        ...
 
-        Succeeds at once without rivals. Fails with AMBIGUOUS when no reachable place differs.
-        """
+    @property
+    def health(self) -> float:
+        """Calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees."""
+        ...
+
+    def fit_at(self, pose: Pose2D) -> float:
+        """Health in [0, 1] that localisation would have with the newest scan at this pose."""
         ...
 
     def set_pose(
@@ -439,6 +244,242 @@ class Robot(Protocol):
             heading_deviation: standard deviation of the heading, radians.
             source: origin of the pose for the report, e.g. `marker`.
         """
+        ...
+
+    def relocalise(self) -> Task:
+        """Find the pose anywhere on the map from the lidar.
+
+        Fails with AMBIGUOUS if other poses explain the scans as well; `estimate.rivals` has them.
+        """
+        ...
+
+
+class Map(Protocol):
+    """What is known of the surroundings, and the costmaps for planning."""
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map so far: drawn by the estimator, the mission's, or what the sensors have seen."""
+        ...
+
+    @property
+    def known_area(self) -> float:
+        """Area of the map's free and occupied cells, square metres."""
+        ...
+
+    @property
+    def markers(self) -> tuple[Marker, ...]:
+        """The known markers of the map, map frame."""
+        ...
+
+    def frontiers(
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
+        avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
+    ) -> list[Frontier]:  # fmt: skip
+        """Places where the robot can see unknown space, the nearest first; takes milliseconds.
+
+        Args:
+            sensor_range: distance at which a view shows unknown space, metres.
+            least_size: shorter frontiers are ignored, metres.
+            least_gain: views that show less are ignored, square metres.
+            avoided: views that are not returned again, for example because no way leads there.
+            seen_from: places where the robot has looked around; what the map does not show to be
+                in view of them counts as unknown. None: only what the map does not know.
+        """
+        ...
+
+    def coverage(
+        self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
+    ) -> CoveragePlan:
+        """Lanes that cover an area; takes milliseconds.
+
+        Args:
+            corners: of a polygon, map frame; empty: the room in which the robot is.
+            spacing: distance of two lanes, metres.
+            clearance: of the robot's centre from obstacles, metres; None: the robot's own.
+        """
+        ...
+
+    def clear_costmap(
+        self, which: str = "both", *, radius: float | None = None, layer: str | None = None
+    ) -> None:
+        """Clear sensed obstacles from the costmaps. The static map is kept.
+
+        Args:
+            which: `local`, `global` or `both`.
+            radius: clear only within this distance of the robot, metres; None: everywhere.
+            layer: clear only this layer; None: all layers.
+        """
+        ...
+
+    def save(self, name: str) -> str:
+        """Save the map as a folder; return its name.
+
+        Args:
+            name: a path relative to the run folder, or an absolute one.
+
+        Raises:
+            NavigationError: it cannot be written.
+        """
+        ...
+
+    def load(self, name: str, pose: Pose2D | None = None) -> None:
+        """Load a saved map and use it from now on.
+
+        Args:
+            name: a folder or map.yaml; relative to the run folder or else to the mission's folder.
+            pose: of the robot in that map; None: unknown.
+
+        Raises:
+            NavigationError: the files are wrong, or the estimator cannot change its map.
+        """
+        ...
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map; the robot localises itself on it in either case.
+
+        Raises:
+            NavigationError: the estimator draws no map.
+        """
+        ...
+
+
+class Perception(Protocol):
+    """What sensors see: scans, moving objects, pictures and what is found in them."""
+
+    @property
+    def scan(self) -> Scan | None:
+        """The newest scan of the lidar that the localisation uses; None without one."""
+        ...
+
+    @property
+    def tracks(self) -> tuple[TrackedObject, ...]:
+        """Moving objects around the robot, such as people, at `time`; map frame.
+
+        Who has moved and stands still now is one of them. An object that is out of sight is
+        expected where its velocity takes it for a second, with a growing covariance; then it is
+        forgotten. It gets another id when it is seen again.
+        """
+        ...
+
+    @property
+    def standing_objects(self) -> tuple[StandingObject, ...]:
+        """Objects in the newest scan that are not on the map and have not moved; map frame.
+
+        Round things up to the tracker's `largest_radius`, and people who stood already when they
+        were seen first: a scan does not tell which. Who begins to move is one of `tracks` from then
+        on, with the same id. Out of sight, they get another id when they are seen again.
+        """
+        ...
+
+    def image(self) -> Image | None:
+        """The newest camera picture; each call keeps the camera on for another second."""
+        ...
+
+    def point_cloud(
+        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
+    ) -> PointCloud | None:
+        """Points in the newest picture of a depth camera, one for each voxel; takes a millisecond.
+
+        Each call keeps the depth cameras on for another second. None before the first picture.
+
+        Args:
+            camera: name of the depth camera; empty: the robot's first.
+            voxel: side of a voxel, metres; a point is the mean of those in its voxel.
+            above: height above the floor in metres up to which points are left out, such as 0.04
+                to remove the floor; None: keep all.
+
+        Raises:
+            ParameterError: the robot has no such depth camera.
+        """
+        ...
+
+    def marker_sightings(self) -> tuple[MarkerSighting, ...]:
+        """Known markers in the newest picture; keeps the camera on, as `image` does."""
+        ...
+
+    @property
+    def keyframes(self) -> int:
+        """Number of keyframes of the map that pictures can be compared with; 0 without any."""
+        ...
+
+    def place_sightings(self) -> tuple[PlaceSighting, ...]:
+        """Poses from which the newest picture can have been taken, by the keyframes of the map.
+
+        Those that explain most of the picture come first. Keeps the camera on, as `image` does.
+        """
+        ...
+
+    def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
+        """Lines on the floor around the robot; keeps the camera on, as `image` does.
+
+        None before the first picture, and when the newest one is out of date.
+
+        Args:
+            colour: of the lines; `dark` and `light` are relative to the floor.
+            width: of the lines, metres.
+        """
+        ...
+
+    def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
+        """Objects of a colour on the floor, the nearest first; keeps the camera on, as `image`.
+
+        None before the first picture, and when the newest one is out of date.
+        """
+        ...
+
+    def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
+        """Objects in the newest picture that the object detector searched, the nearest first.
+
+        Each call keeps detector and camera on for another second. None before the first result,
+        when the newest one is out of date, and without a detector.
+
+        Args:
+            label: of the objects; None: all.
+        """
+        ...
+
+
+class Robot(Protocol):
+    """Interface of the robot for behaviours: its capabilities, its clock, its operator.
+
+    A behaviour that asks a capability of a robot without it finds nothing: `needs` of the behaviour
+    lets `check` refuse such a mission.
+    """
+
+    @property
+    def base(self) -> Base:
+        """Its drive."""
+        ...
+
+    @property
+    def localisation(self) -> Localisation:
+        """Where it is."""
+        ...
+
+    @property
+    def map(self) -> Map:
+        """What it knows of its surroundings."""
+        ...
+
+    @property
+    def perception(self) -> Perception:
+        """What its sensors see."""
+        ...
+
+    @property
+    def time(self) -> float:
+        """Seconds on the robot's clock: simulated time in simulation."""
+        ...
+
+    @property
+    def battery(self) -> Battery:
+        """State of charge."""
+        ...
+
+    @property
+    def recording_over(self) -> bool:
+        """Whether all measurements of a replayed log have been played; else false."""
         ...
 
     def save_image(

@@ -23,7 +23,7 @@ class DrivingBehaviour(RobotBehaviour):
         """Stop the robot if this node was running; another node may drive it otherwise."""
         super().terminate(new_status)
         if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def advance(self, steps: Steps) -> Status:
         """Go on until the next `yield`; steps that end with False have set `failure`."""

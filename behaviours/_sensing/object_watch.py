@@ -110,21 +110,23 @@ class ObjectWatch:
             self._silence.restart()
         for detection in seen or ():
             self._add(detection)
-        here = self._robot.pose
+        here = self._robot.localisation.pose
         confirmed = [item for item in self._candidates if item.pictures >= CONFIRMED]
         return sorted(confirmed, key=lambda item: hypot(item.x - here.x, item.y - here.y))
 
     def _coloured(self) -> Iterable[Detection] | None:
         """Return the detections of a new picture; None without one."""
-        image = self._robot.image()
+        image = self._robot.perception.image()
         if image is None or image.stamp <= self._newest:
             return None
         self._newest = image.stamp
-        return self._robot.coloured_objects(cast(ObjectColour, self._wanted.colour)) or ()
+        return (
+            self._robot.perception.coloured_objects(cast(ObjectColour, self._wanted.colour)) or ()
+        )
 
     def _labelled(self) -> Iterable[Detection] | None:
         """Return what is new of the newest detections; None while there are none."""
-        found = self._robot.detections(self._wanted.label)
+        found = self._robot.perception.detections(self._wanted.label)
         if found is None:
             return None
         new = [item for item in found if item.stamp > self._newest]

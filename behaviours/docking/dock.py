@@ -107,7 +107,7 @@ class Dock(DrivingBehaviour):
 
     def initialise(self) -> None:
         """Drive to the place in front of the dock."""
-        self._front = self.robot.footprint.front
+        self._front = self.robot.base.footprint.front
         self._fitter, self._shape = DockFitter(DockShape()), DockShape()
         self._trail, self._stamp = OdometryTrail(), self.robot.time
         self._timer, self._since_measured = self.start_timer(), self.start_timer()
@@ -115,14 +115,14 @@ class Dock(DrivingBehaviour):
         self._fits, self._attempt = 0, 1
         self.attempts = 1
         self.position_error = 0.0
-        place = self.standing_pose(self.dock, self.robot.footprint, {"staging": self.staging})
+        place = self.standing_pose(self.dock, self.robot.base.footprint, {"staging": self.staging})
         assert place is not None
-        self._task = self.robot.navigate_to(place)
+        self._task = self.robot.base.navigate_to(place)
         self._phase = _Phase.STAGING
 
     def update(self) -> Status:
         """Go on with the current phase."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         self.feedback_message = self._phase.value
         if self._phase in (_Phase.STAGING, _Phase.BACKING):
             return self._after_task()
@@ -152,13 +152,13 @@ class Dock(DrivingBehaviour):
 
     def _measure(self) -> None:
         """Measure the dock in a new scan, and average."""
-        scan = self.robot.scan
+        scan = self.robot.perception.scan
         if scan is None or scan.stamp <= self._stamp:
             return
         self._stamp = scan.stamp
-        here = self.robot.odometry
+        here = self.robot.base.odometry
         points = self._trail.since(scan.stamp).inverse().transform(scan.points())
-        guess = self.dock.relative_to(self.robot.pose)
+        guess = self.dock.relative_to(self.robot.localisation.pose)
         if self._in_odom is not None:
             guess = self._in_odom.relative_to(here)
         found = self._fitter.fit(points, guess)
@@ -179,7 +179,7 @@ class Dock(DrivingBehaviour):
                 FailureCode.DOCK_NOT_FOUND,
                 f"no dock within 0.3 m and 20 deg of [{self.dock.x:.2f}, {self.dock.y:.2f}]",
             )
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
         return Status.RUNNING
 
     def _approach(self) -> Status:
@@ -192,17 +192,17 @@ class Dock(DrivingBehaviour):
         if to_go <= AT_DOCK:
             self.position_error = hypot(to_go, robot.y)
             self._enter(_Phase.CONTACT)
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
             return Status.RUNNING
         speed = min(self.speed, max(SLOWEST, SLOWER * to_go))
         target = Pose2D(self._front + self.gap - TARGET_BEYOND, 0.0, pi)
-        self.robot.drive_for(steered(robot, target, speed), TIME_TO_LIVE, contact=self._zone())
+        self.robot.base.drive_for(steered(robot, target, speed), TIME_TO_LIVE, contact=self._zone())
         return Status.RUNNING
 
     def _confirm(self) -> Status:
         if self.robot.battery.charging:
             return Status.SUCCESS
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
         if self._timer.is_over(CHARGE_TIME):
             return self._again(
                 FailureCode.NOT_CHARGING, f"at the dock, but not charging after {CHARGE_TIME:g} s"
@@ -218,14 +218,14 @@ class Dock(DrivingBehaviour):
         back = self._front + self.staging
         if self._in_odom is not None:
             back -= self._pose_at_dock().x
-        self._task = self.robot.back_up(max(0.1, back))
+        self._task = self.robot.base.back_up(max(0.1, back))
         self._enter(_Phase.BACKING)
         return Status.RUNNING
 
     def _pose_at_dock(self) -> Pose2D:
         """Return the robot's pose in the dock's frame."""
         assert self._in_odom is not None
-        return self.robot.odometry.relative_to(self._in_odom)
+        return self.robot.base.odometry.relative_to(self._in_odom)
 
     def _zone(self) -> ContactZone:
         """Return the rectangle around the dock."""

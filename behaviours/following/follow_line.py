@@ -114,7 +114,7 @@ class FollowLine(RobotBehaviour):
         """Start to look for the line."""
         self._trail = OdometryTrail()
         self._since_seen = self.start_timer()
-        self._watch = StuckWatch(self.start_timer(), self.robot.odometry)
+        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
         self._stamp = self.robot.time
         self._since_start = self.start_timer()
         self._line: CentreLine | None = None
@@ -126,8 +126,8 @@ class FollowLine(RobotBehaviour):
     def update(self) -> Status:
         """Trace the line in the newest picture, and steer along it."""
         robot = self.robot
-        self._trail.record(robot.time, robot.odometry)
-        lines = robot.floor_lines(cast(LineColour, self.colour), self.width)
+        self._trail.record(robot.time, robot.base.odometry)
+        lines = robot.perception.floor_lines(cast(LineColour, self.colour), self.width)
         if lines is not None and lines.stamp > self._stamp:
             self._stamp = lines.stamp
             self._since_seen.restart()
@@ -135,7 +135,7 @@ class FollowLine(RobotBehaviour):
         self._record_progress()
         if self._is_over():
             return Status.SUCCESS
-        if self._sweep is None and self._watch.is_stuck(robot.odometry):
+        if self._sweep is None and self._watch.is_stuck(robot.base.odometry):
             return self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
         if self._since_seen.is_over(BLIND_TIME):
             return self.fail(
@@ -144,18 +144,18 @@ class FollowLine(RobotBehaviour):
         command = self._command()
         if command is None:
             return self.fail(FailureCode.NO_LINE, self._where_lost())
-        robot.drive_for(command, TIME_TO_LIVE)
+        robot.base.drive_for(command, TIME_TO_LIVE)
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
         """Stop the robot."""
         super().terminate(new_status)
         if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _look(self, lines: FloorLines) -> None:
         """Trace the line again from where the robot is on it, or look for one."""
-        here, line = self.robot.odometry, self._line
+        here, line = self.robot.base.odometry, self._line
         if line is not None and self._end is LineEnd.MARK and line.remaining < MARK_KNOWN:
             return
         if line is None or self._sweep is not None:
@@ -196,7 +196,7 @@ class FollowLine(RobotBehaviour):
 
     def _follow(self, before: FloatArray, trace: LineTrace) -> None:
         """Follow a traced line, which comes after points `before` it."""
-        here = self.robot.odometry
+        here = self.robot.base.odometry
         points = np.concatenate([before, trace.points])
         is_marked = trace.end is LineEnd.MARK and self.until_mark
         if not is_marked:
@@ -215,7 +215,7 @@ class FollowLine(RobotBehaviour):
 
     def _command(self) -> Twist | None:
         """Return the velocity; None if there is no line."""
-        here, line = self.robot.odometry, self._line
+        here, line = self.robot.base.odometry, self._line
         if self._sweep is not None:
             self.feedback_message = "turning, looking for the line"
             return self._sweep.command(here.heading)
@@ -231,7 +231,7 @@ class FollowLine(RobotBehaviour):
             return STANDSTILL
         slowest = SLOWEST if self._end is LineEnd.MARK else SLOWEST_ON
         speed = min(self.speed, line.speed_limit(), max(slowest, SLOWER * line.remaining))
-        moving = self.robot.speed
+        moving = self.robot.base.speed
         soon = here.compose(Pose2D(moving.linear * DELAY, 0.0, moving.angular * DELAY))
         return steer(line.offset(soon, moving.linear), speed)
 
@@ -240,11 +240,13 @@ class FollowLine(RobotBehaviour):
         if line is None:
             self.travelled, self.junctions, self.error_rms = 0.0, 0, 0.0
             return
-        line.advance(self.robot.odometry)
+        line.advance(self.robot.base.odometry)
         if self._is_on_line:
             if record.start is None:
-                record.start = FollowStart(self.start_timer(), distance, self.robot.pose)
-            error = line.offset(self.robot.odometry, 0.0).error
+                record.start = FollowStart(
+                    self.start_timer(), distance, self.robot.localisation.pose
+                )
+            error = line.offset(self.robot.base.odometry, 0.0).error
             record.count += 1
             record.squares += error**2
             self.feedback_message = f"{100 * error:.0f} cm beside the line"
@@ -259,7 +261,7 @@ class FollowLine(RobotBehaviour):
             self.until_travelled, self.until_time, self.until_place, self.place_radius
         )
         at_mark = self._end is LineEnd.MARK and line.remaining <= AT_END
-        return at_mark or limits.are_reached(start, self.travelled, self.robot.pose)
+        return at_mark or limits.are_reached(start, self.travelled, self.robot.localisation.pose)
 
     def _where_lost(self) -> str:
         if self._record.start is None:

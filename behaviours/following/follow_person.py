@@ -123,24 +123,24 @@ class FollowPerson(RobotBehaviour):
 
     def initialise(self) -> None:
         """Look for the person to follow."""
-        self._front = self.robot.footprint.front
+        self._front = self.robot.base.footprint.front
         self._trail = OdometryTrail()
         self._unseen, self._stood, self._since_plan = (self.start_timer() for _ in range(3))
         self._supposed = self.start_timer()
         self._unplanned, self._start = self.start_timer(), self._begin()
-        self._watch = StuckWatch(self.start_timer(), self.robot.odometry)
+        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
         self._followed_person: FollowedPerson | None = None
         self._query: Task | None = None
         self._drive: Task | None = None
         self._search: Steps | None = None
         self._why: Failure | None = None
-        self._walked, self._first = False, self.robot.pose
+        self._walked, self._first = False, self.robot.localisation.pose
         self._beside = 0.0
         self.times_lost, self.travelled = 0, 0.0
 
     def update(self) -> Status:
         """Follow, or search."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         self.travelled = self._trail.distance
         person = self._person()
         if person is None:
@@ -165,14 +165,14 @@ class FollowPerson(RobotBehaviour):
         super().terminate(new_status)
         self._end_query()
         if self.status is Status.RUNNING:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _begin(self) -> FollowStart:
-        return FollowStart(self.start_timer(), 0.0, self.robot.pose)
+        return FollowStart(self.start_timer(), 0.0, self.robot.localisation.pose)
 
     def _person(self) -> FollowedPerson | None:
         """Return the person as they are now; None before a person was chosen."""
-        now, tracks = self.robot.time, self.robot.tracks
+        now, tracks = self.robot.time, self.robot.perception.tracks
         person = self._followed_person
         if person is None:
             track = self._choice(tracks)
@@ -184,7 +184,7 @@ class FollowPerson(RobotBehaviour):
             for timer in (self._unseen, self._supposed, self._stood, self._unplanned):
                 timer.restart()
         else:
-            person.update(tracks, now, self.robot.standing_objects)
+            person.update(tracks, now, self.robot.perception.standing_objects)
         if person.visible:
             self._unseen.restart()
         if not person.is_supposed:
@@ -197,14 +197,14 @@ class FollowPerson(RobotBehaviour):
 
     def _choice(self, tracks: tuple[TrackedObject, ...]) -> TrackedObject | None:
         """Return whom to follow; None while nobody fits."""
-        pose, near = self.robot.pose, self.near
+        pose, near = self.robot.localisation.pose, self.near
         seen = [track for track in tracks if deviation(track) <= SURE]
         if near is None:
             near = pose
             seen = [track for track in seen if abs(_bearing(pose, track.position)) <= AHEAD]
         else:
             seen += [
-                item for item in self.robot.standing_objects
+                item for item in self.robot.perception.standing_objects
                 if _distance(near, item) <= AT_PLACE and item.radius <= LARGEST_PERSON
             ]  # fmt: skip
         return min(seen, key=partial(_distance, near), default=None)
@@ -215,7 +215,7 @@ class FollowPerson(RobotBehaviour):
             return self.fail(
                 FailureCode.PERSON_LOST, f"no walking person {where} within {self.patience:g} s"
             )
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
         self.feedback_message = "waiting for a person who walks"
         return Status.RUNNING
 
@@ -227,7 +227,7 @@ class FollowPerson(RobotBehaviour):
 
     def _gap(self, person: FollowedPerson) -> float:
         x, y = person.expected(self.robot.time)
-        pose = self.robot.pose
+        pose = self.robot.localisation.pose
         return hypot(x - pose.x, y - pose.y) - self._front - person.radius
 
     def _why_lost(self) -> str | None:
@@ -248,7 +248,7 @@ class FollowPerson(RobotBehaviour):
         limits = FollowLimits(
             self.until_travelled, self.until_time, self.until_place, self.place_radius
         )
-        if limits.are_reached(self._start, self._trail.distance, self.robot.pose):
+        if limits.are_reached(self._start, self._trail.distance, self.robot.localisation.pose):
             return True
         stands = self.until_stands
         there = self._gap(person) <= self.distance + SET_OFF + SLACK
@@ -263,7 +263,7 @@ class FollowPerson(RobotBehaviour):
             self._stand(person, gap)
             return
         self.feedback_message = f"following, {gap:.1f} m to the person"
-        if self._watch.is_stuck(self.robot.odometry):
+        if self._watch.is_stuck(self.robot.base.odometry):
             self._why = Failure(
                 FailureCode.NO_PROGRESS,
                 f"the person walks on, but no progress for {STUCK_TIME:g} s",
@@ -272,7 +272,7 @@ class FollowPerson(RobotBehaviour):
         self._take_plan(person)
         if self._query is None and (not drives or self._since_plan.is_over(PLAN_PERIOD)):
             self._since_plan.restart()
-            self._query = self.robot.plan(self._goal(person))
+            self._query = self.robot.base.plan(self._goal(person))
         if self._drive is None:
             self._face(person)
         elif self.follow(self._drive) is not Status.RUNNING:
@@ -281,12 +281,12 @@ class FollowPerson(RobotBehaviour):
 
     def _is_in_line(self, person: FollowedPerson) -> bool:
         """Whether the straight lane to the person is free; else a wall may soon hide them."""
-        if self.robot.scan is None:
+        if self.robot.perception.scan is None:
             return True
         x, y = person.expected(self.robot.time)
-        here = Pose2D(x, y).relative_to(self.robot.pose)
+        here = Pose2D(x, y).relative_to(self.robot.localisation.pose)
         length = hypot(here.x, here.y)
-        points = self.robot.scan.points()
+        points = self.robot.perception.scan.points()
         along = (points[:, 0] * here.x + points[:, 1] * here.y) / max(length, 1e-6)
         aside = np.abs(points[:, 1] * here.x - points[:, 0] * here.y) / max(length, 1e-6)
         between = (along > self._front) & (along < length - person.radius - OWN_POINTS)
@@ -295,7 +295,7 @@ class FollowPerson(RobotBehaviour):
     def _goal(self, person: FollowedPerson) -> Pose2D:
         """Return where the person is soon, map frame."""
         (x, y), (u, v) = person.expected(self.robot.time), person.seen.velocity
-        pose, lead = self.robot.pose, 0.0 if person.stands else LEAD
+        pose, lead = self.robot.localisation.pose, 0.0 if person.stands else LEAD
         bearing = atan2(y - pose.y, x - pose.x)
         self._beside = 0.0
         if person.stands and person.visible:
@@ -318,7 +318,7 @@ class FollowPerson(RobotBehaviour):
         keep = self.distance + self._front + person.radius - self._beside
         path = shortened(query.path, keep, self.speed)
         if path is not None and path.length > SLACK and len(path.points) > 1:
-            self._drive = self.robot.follow_path(path)
+            self._drive = self.robot.base.follow_path(path)
 
     def _end_drive(self) -> None:
         """Forget a drive that is over; another plan replaces it."""
@@ -337,17 +337,17 @@ class FollowPerson(RobotBehaviour):
         self._end_query()
         self._drive, self._followed = None, None  # `drive_for` cancels it
         self._unplanned.restart()
-        self._watch = StuckWatch(self.start_timer(), self.robot.odometry)
+        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
         self.feedback_message = f"standing, {gap:.1f} m to the person"
         self._face(person)
 
     def _face(self, person: FollowedPerson) -> None:
         """Turn to the person; leave their way if they come towards the robot."""
-        bearing = _bearing(self.robot.pose, person.expected(self.robot.time))
+        bearing = _bearing(self.robot.localisation.pose, person.expected(self.robot.time))
         turn = min(max(TURN_GAIN * bearing, -FASTEST_TURN), FASTEST_TURN)
         still = abs(bearing) <= POINTED or self._gap(person) < STILL
         twist = STANDSTILL if still else Twist(angular=turn)
-        self.robot.drive_for(twist, TIME_TO_LIVE, gives_way=True)
+        self.robot.base.drive_for(twist, TIME_TO_LIVE, gives_way=True)
 
     def _look_for(self, person: FollowedPerson) -> None:
         """Go on with the search for a person out of sight."""
@@ -368,9 +368,9 @@ class FollowPerson(RobotBehaviour):
         for seconds in (0.0,) if person.stands else (0.0, FARTHER):
             goal = Pose2D(x + seconds * u, y + seconds * v, atan2(v, u))
             yield from self._do(
-                self.robot.navigate_to(goal, tolerance=SEARCH_TOLERANCE, partial=True)
+                self.robot.base.navigate_to(goal, tolerance=SEARCH_TOLERANCE, partial=True)
             )
-        yield from self._do(self.robot.spin(2.0 * pi))
+        yield from self._do(self.robot.base.spin(2.0 * pi))
         yield from self._waiting()
 
     def _do(self, task: Task) -> Steps:
@@ -380,7 +380,7 @@ class FollowPerson(RobotBehaviour):
 
     def _waiting(self) -> Steps:
         while True:
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
             yield
 
 

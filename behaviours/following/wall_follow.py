@@ -79,17 +79,17 @@ class WallFollow(DrivingBehaviour):
 
     def initialise(self) -> None:
         """Start to search for the wall."""
-        self._radius = self.robot.footprint.circumscribed_radius
+        self._radius = self.robot.base.footprint.circumscribed_radius
         self._trail = OdometryTrail()
         self._since_seen = self.start_timer()
-        self._watch = StuckWatch(self.start_timer(), self.robot.odometry)
-        self._course = self.robot.odometry.heading
+        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
+        self._course = self.robot.base.odometry.heading
         self._record = _Record()
         self._turned_back_at = -TURNED_BACK
 
     def update(self) -> Status:
         """Steer towards a point ahead on the curve along the wall."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         self._write_outputs()
         if self.distance <= self._radius:
             return self.fail(
@@ -99,7 +99,7 @@ class WallFollow(DrivingBehaviour):
             )
         if self._is_over():
             return Status.SUCCESS
-        if self._watch.is_stuck(self.robot.odometry):
+        if self._watch.is_stuck(self.robot.base.odometry):
             return self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
         if self._record.start is None and self._trail.distance > self.search:
             return self.fail(FailureCode.NO_WALL, f"no wall found within {self.search:g} m")
@@ -107,18 +107,18 @@ class WallFollow(DrivingBehaviour):
         if points is None:
             return self._wait_for_scan()
         self._since_seen.restart()
-        self.robot.drive_for(self._command(points), TIME_TO_LIVE)
+        self.robot.base.drive_for(self._command(points), TIME_TO_LIVE)
         return Status.RUNNING
 
     def _points(self) -> FloatArray | None:
         """Return the newest scan's points, (n, 2) metres, in the current base frame."""
-        scan = self.robot.scan
+        scan = self.robot.perception.scan
         if scan is None or self.robot.time - scan.stamp > BLIND_TIME:
             return None
         return self._trail.since(scan.stamp).inverse().transform(scan.points())
 
     def _wait_for_scan(self) -> Status:
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
         if self._since_seen.is_over(BLIND_TIME):
             return self.fail(FailureCode.NO_WALL, f"no lidar scan for {BLIND_TIME:g} s")
         self.feedback_message = "waiting for the lidar"
@@ -136,7 +136,7 @@ class WallFollow(DrivingBehaviour):
 
     def _curve(self, contour: FloatArray) -> geometry.OffsetCurve | None:
         """Return the curve ahead. After turning back in a dead end, less clearance is allowed."""
-        turn = wrap_angle(self._course - self.robot.odometry.heading)
+        turn = wrap_angle(self._course - self.robot.base.odometry.heading)
         tangent = np.array([cos(turn), sin(turn)])
         turned_back = self._trail.distance - self._turned_back_at < TURNED_BACK
         spare = SPARE_ROOM_BACK if turned_back else SPARE_ROOM
@@ -151,7 +151,7 @@ class WallFollow(DrivingBehaviour):
             self._turned_back_at = self._trail.distance
         else:
             direction = curve.tangent
-        heading = self.robot.odometry.heading + atan2(direction[1], direction[0])
+        heading = self.robot.base.odometry.heading + atan2(direction[1], direction[0])
         self._course = wrap_angle(heading)
         return curve
 
@@ -160,7 +160,7 @@ class WallFollow(DrivingBehaviour):
         off_course = abs(atan2(curve.tangent[1], curve.tangent[0]))
         record, distance = self._record, self._trail.distance
         if record.start is None and abs(curve.error) < 0.1 and off_course < 0.35:
-            record.start = FollowStart(self.start_timer(), distance, self.robot.pose)
+            record.start = FollowStart(self.start_timer(), distance, self.robot.localisation.pose)
         if record.start is None or _bend(curve.points) > STRAIGHT:
             record.bent_at = distance
         elif distance - record.bent_at > SETTLING:
@@ -169,7 +169,7 @@ class WallFollow(DrivingBehaviour):
         self.feedback_message = f"{curve.wall_distance:.2f} m from the wall"
 
     def _is_over(self) -> bool:
-        start, here = self._record.start, self.robot.pose
+        start, here = self._record.start, self.robot.localisation.pose
         if start is None:
             return False
         travelled = self._trail.distance - start.travelled

@@ -23,9 +23,9 @@ class Disambiguate(RobotBehaviour):
 
     def initialise(self) -> None:
         """Start the task."""
-        self._task = self.robot.disambiguate()
+        self._task = self.robot.base.disambiguate()
 
     def update(self) -> Status:
         """Return the status of the task."""
-        self.rivals = len(self.robot.estimate.rivals)
+        self.rivals = len(self.robot.localisation.estimate.rivals)
         return self.follow(self._task)

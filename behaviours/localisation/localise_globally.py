@@ -27,11 +27,11 @@ class LocaliseGlobally(RobotBehaviour):
 
     def initialise(self) -> None:
         """Start the search."""
-        self._task = self.robot.relocalise()
+        self._task = self.robot.localisation.relocalise()
 
     def update(self) -> Status:
         """Return the status of the search."""
-        self.rivals = len(self.robot.estimate.rivals)
+        self.rivals = len(self.robot.localisation.estimate.rivals)
         failure = self._task.failure
         if failure is not None and failure.code == FailureCode.AMBIGUOUS and not self.unique:
             self.feedback_message = failure.sentence

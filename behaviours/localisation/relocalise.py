@@ -77,16 +77,16 @@ class Relocalise(DrivingBehaviour):
 
     def update(self) -> Status:
         """Run the search until its next tick."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         if self._uses_camera():
-            self.robot.image()  # a request keeps the camera on between two stops
+            self.robot.perception.image()  # a request keeps the camera on between two stops
         return self.advance(self._steps)
 
     def _search(self) -> Steps:
         """Search by camera, then by lidar; if nothing fits, move and search by lidar again."""
         if self.only_if_lost and (yield from self._is_fine()):
             return self._found("kept")
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
         if self._uses_camera() and (yield from self._by_camera()):
             return self._found(self._source)
         if (yield from self._by_lidar()):
@@ -106,13 +106,13 @@ class Relocalise(DrivingBehaviour):
         return True
 
     def _uses_camera(self) -> bool:
-        return self.use_camera and bool(self.robot.markers or self.robot.keyframes)
+        return self.use_camera and bool(self.robot.map.markers or self.robot.perception.keyframes)
 
     def _is_fine(self) -> Steps:
         """Stand and look whether the pose is good without a search."""
         look, fine = self.start_timer(), self.start_timer()
-        while not look.is_over(LOOK_TIME) and not self.robot.estimate.ambiguous:
-            if not self.robot.estimate.is_good:
+        while not look.is_over(LOOK_TIME) and not self.robot.localisation.estimate.ambiguous:
+            if not self.robot.localisation.estimate.is_good:
                 fine = self.start_timer()
             elif fine.is_over(FINE_TIME):
                 return True
@@ -135,7 +135,7 @@ class Relocalise(DrivingBehaviour):
                 last = next((one for one in self._known if one.source == "marker"), None)
                 return last is not None and (yield from self._try(last))
             self.feedback_message = f"looking around, turned {degrees(turned):.0f} deg"
-            if not (yield from self._done(self.robot.spin(step, while_lost=True))):
+            if not (yield from self._done(self.robot.base.spin(step, while_lost=True))):
                 return False
             turned += step
             self._looked_until = self.robot.time  # pictures taken while turning do not count
@@ -158,7 +158,7 @@ class Relocalise(DrivingBehaviour):
         """Return the next picture that was exposed after the last one; None after `patience` s."""
         timer = self.start_timer()
         while not timer.is_over(patience):
-            picture = self.robot.image()
+            picture = self.robot.perception.image()
             if picture is not None and picture.stamp > self._looked_until:
                 self._looked_until = picture.stamp
                 return picture
@@ -170,11 +170,15 @@ class Relocalise(DrivingBehaviour):
 
         A picture without a known marker is compared with the keyframes of the map.
         """
-        now, then, fit = self.robot.odometry, self._trail.at(stamp), self.robot.fit_at
-        seen = [one for one in self.robot.marker_sightings() if one.stamp == stamp]
+        now, then, fit = (
+            self.robot.base.odometry,
+            self._trail.at(stamp),
+            self.robot.localisation.fit_at,
+        )
+        seen = [one for one in self.robot.perception.marker_sightings() if one.stamp == stamp]
         new = [one for sighting in seen for one in hypotheses(sighting, then, now, fit)]
         if not seen:
-            places = [one for one in self.robot.place_sightings() if one.stamp == stamp]
+            places = [one for one in self.robot.perception.place_sightings() if one.stamp == stamp]
             recognised = place_hypothesis(places, then, now, fit, self.min_fit)
             new = [] if recognised is None else [recognised]
         self._known = merged(self._known, [one for one in new if one.fit >= self.min_fit], now)
@@ -188,8 +192,8 @@ class Relocalise(DrivingBehaviour):
 
     def _try(self, hypothesis: Hypothesis) -> Steps:
         """Set the pose of a hypothesis and wait for the localisation to confirm it."""
-        pose = hypothesis.pose(self.robot.odometry)
-        self.robot.set_pose(
+        pose = hypothesis.pose(self.robot.base.odometry)
+        self.robot.localisation.set_pose(
             pose, position_deviation=DEVIATION, heading_deviation=DEVIATION,
             source=hypothesis.source,
         )  # fmt: skip
@@ -202,8 +206,8 @@ class Relocalise(DrivingBehaviour):
     def _is_confirmed(self) -> Steps:
         timer = self.start_timer()
         while not timer.is_over(CONFIRM_WITHIN):
-            self.feedback_message = f"health {self.robot.localisation_health:.2f}"
-            good = self.robot.localisation_health >= self.min_health
+            self.feedback_message = f"health {self.robot.localisation.health:.2f}"
+            good = self.robot.localisation.health >= self.min_health
             if good and timer.is_over(CONFIRM_AFTER):
                 return True
             yield
@@ -211,21 +215,21 @@ class Relocalise(DrivingBehaviour):
 
     def _by_lidar(self) -> Steps:
         """Search the whole map; if several places look alike, drive to where they differ."""
-        if not (yield from self._done(self.robot.relocalise())):
+        if not (yield from self._done(self.robot.localisation.relocalise())):
             if not self._is_ambiguous:
                 return False
-            if not (yield from self._done(self.robot.disambiguate())):
+            if not (yield from self._done(self.robot.base.disambiguate())):
                 return False
         if (yield from self._is_confirmed()):
             return True
-        health = self.robot.localisation_health
+        health = self.robot.localisation.health
         sentence = f"health {health:.2f} at the pose found, expected at least {self.min_health:g}"
         self.fail(FailureCode.LOST, sentence)
         return False
 
     def _move_for_another_view(self) -> Steps:
         """Drive up to a metre in the direction with most room, for another view."""
-        scan = self.robot.scan
+        scan = self.robot.perception.scan
         if scan is None:
             return False
         ranges = np.nan_to_num(scan.ranges.astype(np.float64), posinf=scan.range_max)
@@ -233,7 +237,7 @@ class Relocalise(DrivingBehaviour):
         around = np.pad(ranges, (window // 2, window - 1 - window // 2), mode="edge")
         room = np.lib.stride_tricks.sliding_window_view(around, window).min(axis=1)
         direction = wrap_angle(float(scan.angles[int(np.argmax(room))]) + scan.mount.heading)
-        if not (yield from self._done(self.robot.spin(direction, while_lost=True))):
+        if not (yield from self._done(self.robot.base.spin(direction, while_lost=True))):
             return False
         end, timer = self._trail.distance + MOVE_DISTANCE, self.start_timer()
         while (
@@ -242,14 +246,14 @@ class Relocalise(DrivingBehaviour):
             and self._room() > MOVE_SPARE
         ):
             self.feedback_message = "moving for another view"
-            self.robot.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE, while_lost=True)
+            self.robot.base.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE, while_lost=True)
             yield
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
         return True
 
     def _room(self) -> float:
         """Return the free distance ahead of the footprint, metres; 0 without a scan."""
-        scan, radius = self.robot.scan, self.robot.footprint.circumscribed_radius
+        scan, radius = self.robot.perception.scan, self.robot.base.footprint.circumscribed_radius
         return room_ahead(scan.points(), radius + 0.05) - radius if scan is not None else 0.0
 
     def _done(self, task: Task) -> Steps:

@@ -24,7 +24,7 @@ class SetPose(RobotBehaviour):
 
     def update(self) -> Status:
         """Set the pose."""
-        self.robot.set_pose(
+        self.robot.localisation.set_pose(
             self.pose,
             position_deviation=self.position_deviation,
             heading_deviation=self.heading_deviation,

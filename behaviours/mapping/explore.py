@@ -78,7 +78,7 @@ class Explore(RobotBehaviour):
 
     def initialise(self) -> None:
         """Remember the start."""
-        self._home = self.robot.pose
+        self._home = self.robot.localisation.pose
         self._timer, self._trail = self.start_timer(), OdometryTrail()
         self._tried: list[_Tried] = []
         self._avoided: list[Pose2D] = []
@@ -86,11 +86,11 @@ class Explore(RobotBehaviour):
 
     def update(self) -> Status:
         """Go on; write the outputs at the end."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         try:
             next(self._steps)
         except StopIteration as end:
-            self.known_area = self.robot.known_area
+            self.known_area = self.robot.map.known_area
             self.path_length, self.time_taken = self._trail.distance, self._timer.elapsed
             self.unreachable = sum(item.is_forgotten for item in self._tried)
             if end.value:
@@ -104,7 +104,7 @@ class Explore(RobotBehaviour):
             if not self.return_home:
                 return True
             looked = self.start_timer()
-            task = self.robot.navigate_to(self._home)
+            task = self.robot.base.navigate_to(self._home)
             while (status := self.follow(task)) is Status.RUNNING:
                 self.feedback_message = "everything reachable is known; returning"
                 yield
@@ -135,12 +135,12 @@ class Explore(RobotBehaviour):
         place = self._place(frontier)
         place.drives += 1
         looked = self.start_timer()
-        task = self.robot.navigate_to(frontier.pose)
+        task = self.robot.base.navigate_to(frontier.pose)
         while (status := self.follow(task)) is Status.RUNNING:
             x, y = frontier.middle
             self.feedback_message = (
                 f"to the frontier at ({x:.1f}, {y:.1f}), {frontier.gain:.1f} m² to see; "
-                f"{self.robot.known_area:.0f} m² known"
+                f"{self.robot.map.known_area:.0f} m² known"
             )
             yield
             if not looked.is_over(LOOK_PERIOD):
@@ -163,7 +163,7 @@ class Explore(RobotBehaviour):
 
     def _look_around(self) -> Steps:
         """Turn a little, so that the map gets a scan from here, and wait until it is drawn."""
-        task = self.robot.spin(LOOK_ANGLE)
+        task = self.robot.base.spin(LOOK_ANGLE)
         while self.follow(task) is Status.RUNNING:
             yield
         self.failure = None
@@ -181,7 +181,7 @@ class Explore(RobotBehaviour):
         return float(frontier.gain**GAIN_EXPONENT / (frontier.distance + self.detour))
 
     def _frontiers(self) -> list[Frontier]:
-        return self.robot.frontiers(
+        return self.robot.map.frontiers(
             sensor_range=self.sensor_range, least_size=self.least_size, least_gain=self.least_gain,
             avoided=self._avoided,
         )  # fmt: skip

@@ -26,7 +26,7 @@ class LoadMap(RobotBehaviour):
     def update(self) -> Status:
         """Load the map."""
         try:
-            self.robot.load_map(self.path, self.pose)
+            self.robot.map.load(self.path, self.pose)
         except NavigationError as error:
             return self.fail(error.failure.code, error.failure.sentence)
         return Status.SUCCESS

@@ -23,7 +23,7 @@ class SaveMap(RobotBehaviour):
     def update(self) -> Status:
         """Save the map."""
         try:
-            self.saved = self.robot.save_map(self.path)
+            self.saved = self.robot.map.save(self.path)
         except NavigationError as error:
             return self.fail(error.failure.code, error.failure.sentence)
         self.feedback_message = f"saved {self.saved}"

@@ -22,7 +22,7 @@ class SetMapping(RobotBehaviour):
     def update(self) -> Status:
         """Switch."""
         try:
-            self.robot.set_mapping(self.enabled)
+            self.robot.map.set_mapping(self.enabled)
         except NavigationError as error:
             return self.fail(error.failure.code, error.failure.sentence)
         return Status.SUCCESS

@@ -31,7 +31,7 @@ class AssistedTeleop(RobotBehaviour):
     def initialise(self) -> None:
         """Give control to the operator."""
         self.robot.say("the operator may drive: arrow keys, enter when done")
-        self._task = self.robot.assisted_teleop(self.time, silence=self.silence)
+        self._task = self.robot.base.assisted_teleop(self.time, silence=self.silence)
 
     def update(self) -> Status:
         """Return the status of the teleoperation task."""

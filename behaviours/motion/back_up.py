@@ -20,7 +20,7 @@ class BackUp(RobotBehaviour):
 
     def initialise(self) -> None:
         """Start the task."""
-        self._task = self.robot.back_up(self.distance, speed=self.speed)
+        self._task = self.robot.base.back_up(self.distance, speed=self.speed)
 
     def update(self) -> Status:
         """Return the status of the task."""

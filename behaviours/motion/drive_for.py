@@ -27,6 +27,6 @@ class DriveFor(DrivingBehaviour):
         if self._timer.is_over(self.time):
             return Status.SUCCESS
         left = self._timer.left(self.time)
-        self.robot.drive_for(Twist(self.linear, self.angular), min(left, TIME_TO_LIVE))
+        self.robot.base.drive_for(Twist(self.linear, self.angular), min(left, TIME_TO_LIVE))
         self.feedback_message = f"{left:.1f} s left"
         return Status.RUNNING

@@ -30,7 +30,7 @@ class DriveOnHeading(RobotBehaviour):
 
     def initialise(self) -> None:
         """Start the task."""
-        self._task = self.robot.drive_on_heading(
+        self._task = self.robot.base.drive_on_heading(
             self.distance, speed=self.speed, direction=self.direction
         )
 

@@ -33,7 +33,7 @@ class FreeSpaceEscape(RobotBehaviour):
 
     def initialise(self) -> None:
         """Start the task."""
-        self._task = self.robot.escape(
+        self._task = self.robot.base.escape(
             clearance=self.clearance, distance=self.distance, speed=self.speed
         )
 

@@ -22,7 +22,7 @@ class Spin(RobotBehaviour):
 
     def initialise(self) -> None:
         """Start the task."""
-        self._task = self.robot.spin(self.angle, speed=self.speed)
+        self._task = self.robot.base.spin(self.angle, speed=self.speed)
 
     def update(self) -> Status:
         """Return the status of the task."""

@@ -18,5 +18,5 @@ class ClearCostmap(RobotBehaviour):
 
     def update(self) -> Status:
         """Clear the costmaps."""
-        self.robot.clear_costmap(self.which)
+        self.robot.map.clear_costmap(self.which)
         return Status.SUCCESS

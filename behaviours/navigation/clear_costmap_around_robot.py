@@ -18,5 +18,5 @@ class ClearCostmapAroundRobot(RobotBehaviour):
 
     def update(self) -> Status:
         """Clear the costmaps."""
-        self.robot.clear_costmap(self.which, radius=self.radius, layer=self.layer or None)
+        self.robot.map.clear_costmap(self.which, radius=self.radius, layer=self.layer or None)
         return Status.SUCCESS

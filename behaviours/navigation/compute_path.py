@@ -25,7 +25,7 @@ class ComputePath(RobotBehaviour):
 
     def initialise(self) -> None:
         """Ask for the plan."""
-        self._task = self.robot.plan(self.goal, self.start)
+        self._task = self.robot.base.plan(self.goal, self.start)
 
     def update(self) -> Status:
         """Return the status of the plan; write the path."""

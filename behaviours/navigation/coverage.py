@@ -47,9 +47,9 @@ class Coverage(RobotBehaviour):
 
     def initialise(self) -> None:
         """Plan the lanes."""
-        self._width = self.width or 2.0 * self.robot.footprint.half_width
+        self._width = self.width or 2.0 * self.robot.base.footprint.half_width
         spacing = self._width * (1.0 - self.overlap)
-        self._plan = self.robot.coverage(list(self.area), spacing)
+        self._plan = self.robot.map.coverage(list(self.area), spacing)
         self._seen = np.zeros(len(self._plan.points), dtype=bool)
         self._timer, self._trail = self.start_timer(), OdometryTrail()
         self._left_out: Failure | None = None
@@ -57,7 +57,7 @@ class Coverage(RobotBehaviour):
 
     def update(self) -> Status:
         """Go on; write the outputs at the end."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         self._mark()
         if not self._plan.lanes:
             zones = " and ".join(repr(name) for name in self._plan.zones)
@@ -91,12 +91,12 @@ class Coverage(RobotBehaviour):
         if not (yield from self._drive(start)):
             return False
         path = _straight(start, end)
-        if (yield from self._done(self.robot.follow_path(path))):
+        if (yield from self._done(self.robot.base.follow_path(path))):
             return True
         return (yield from self._drive(end))
 
     def _drive(self, goal: Pose2D) -> Steps:
-        return (yield from self._done(self.robot.navigate_to(goal)))
+        return (yield from self._done(self.robot.base.navigate_to(goal)))
 
     def _done(self, task: Task) -> Steps:
         while (status := self.follow(task)) is Status.RUNNING:
@@ -107,7 +107,7 @@ class Coverage(RobotBehaviour):
 
     def _mark(self) -> None:
         """Mark the points under the robot as covered."""
-        pose, half = self.robot.pose, 0.5 * self._width
+        pose, half = self.robot.localisation.pose, 0.5 * self._width
         away = np.hypot(self._plan.points[:, 0] - pose.x, self._plan.points[:, 1] - pose.y)
         self._seen |= away <= half
 

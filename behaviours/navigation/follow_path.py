@@ -31,7 +31,7 @@ class FollowPath(RobotBehaviour):
 
     def update(self) -> Status:
         """Return the status of the drive; change to a new path."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         path = self._newest()
         if path is not self._path:
             self._follow(path)
@@ -49,4 +49,4 @@ class FollowPath(RobotBehaviour):
             return self._path
 
     def _follow(self, path: Path) -> None:
-        self._path, self._task = path, self.robot.follow_path(path)
+        self._path, self._task = path, self.robot.base.follow_path(path)

@@ -35,7 +35,9 @@ class NavigateThrough(RobotBehaviour):
     def initialise(self) -> None:
         """Start the drive, unless the list is empty."""
         goals = list(self.goals)
-        self._task = self.robot.navigate_through(goals, tolerance=self.tolerance) if goals else None
+        self._task = (
+            self.robot.base.navigate_through(goals, tolerance=self.tolerance) if goals else None
+        )
         self._timer = self.start_timer()
         self._trail = OdometryTrail()
 
@@ -43,7 +45,7 @@ class NavigateThrough(RobotBehaviour):
         """Return the status of the drive; write the outputs at its end."""
         if self._task is None:
             return self.fail(FailureCode.FAILED, "goals is an empty list; give at least one pose")
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         status = self.follow(self._task)
         if status is not Status.RUNNING:
             self.path_length = self._trail.distance

@@ -68,7 +68,7 @@ class NavigateToPose(RobotBehaviour):
 
     def update(self) -> Status:
         """Return the status of the drive; write the outputs at its end."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         goal = self.goal
         if goal != self._goal and self._since_goal.is_over(GOAL_PERIOD):
             self._drive_to(goal)
@@ -79,7 +79,7 @@ class NavigateToPose(RobotBehaviour):
             status = Status.RUNNING  # at the former goal; the next change is due soon
         if status is not Status.RUNNING:
             self.path_length = self._trail.distance
-            self.remaining = self.robot.pose.distance_to(self.goal)
+            self.remaining = self.robot.localisation.pose.distance_to(self.goal)
             self.time_taken = self._timer.elapsed
         return status
 
@@ -87,7 +87,7 @@ class NavigateToPose(RobotBehaviour):
         """Cancel the drive; a halted one still has its distance."""
         super().terminate(new_status)
         if new_status is Status.INVALID:
-            self._trail.record(self.robot.time, self.robot.odometry)
+            self._trail.record(self.robot.time, self.robot.base.odometry)
             self.path_length = self._trail.distance
 
     def _drive_to(self, goal: Pose2D) -> None:
@@ -96,14 +96,14 @@ class NavigateToPose(RobotBehaviour):
         self._task = self._drive(goal, self.tolerance)
 
     def _drive(self, goal: Pose2D, tolerance: float | None) -> Task:
-        return self.robot.navigate_to(goal, tolerance=tolerance, partial=self.partial)
+        return self.robot.base.navigate_to(goal, tolerance=tolerance, partial=self.partial)
 
     def _accepts(self) -> bool:
         """Whether to drive with the coarser tolerance from now on."""
         task, accept = self._task, self.accept
         if accept is None or self._coarse or task.status is TaskStatus.SUCCEEDED:
             return False
-        near = self.robot.pose.distance_to(self._goal) <= accept
+        near = self.robot.localisation.pose.distance_to(self._goal) <= accept
         if not near:
             self._near = None
         elif self._near is None:

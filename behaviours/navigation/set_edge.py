@@ -23,7 +23,7 @@ class SetEdge(RobotBehaviour):
     def update(self) -> Status:
         """Close or open the edge."""
         try:
-            self.robot.set_edge(self.edge, closed=self.closed)
+            self.robot.base.set_edge(self.edge, closed=self.closed)
         except ParameterError as error:
             hint = f"; {error.hint}" if error.hint else ""
             return self.fail(FailureCode.FAILED, f"{error.sentence}{hint}")

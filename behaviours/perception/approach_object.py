@@ -74,7 +74,7 @@ class ApproachObject(DrivingBehaviour):
 
     def initialise(self) -> None:
         """Prepare the drive; it begins with the first tick."""
-        self._front = self.robot.footprint.front
+        self._front = self.robot.base.footprint.front
         self._wanted = Wanted(self.colour, self.label)
         self._watch = ObjectWatch(self.robot, self._wanted, self.start_timer())
         self._target = self.object
@@ -117,7 +117,7 @@ class ApproachObject(DrivingBehaviour):
                 self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self._wanted} in view")
                 return False
             self.feedback_message = f"looking for the {self._wanted}"
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
             yield
         return True
 
@@ -127,7 +127,9 @@ class ApproachObject(DrivingBehaviour):
         for bearing in BEARINGS:
             while True:
                 planned = self._known_target
-                task = self.robot.navigate_to(_beside(planned, self.robot.pose, bearing, away))
+                task = self.robot.base.navigate_to(
+                    _beside(planned, self.robot.localisation.pose, bearing, away)
+                )
                 while self.follow(task) is Status.RUNNING:
                     self.feedback_message = f"driving to the {self._wanted}"
                     yield
@@ -144,16 +146,16 @@ class ApproachObject(DrivingBehaviour):
 
     def _close_in(self) -> Steps:
         """Turn to the object and drive up to it."""
-        watch = StuckWatch(self.start_timer(), self.robot.odometry)
+        watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
         while True:
-            target = self._known_target.relative_to(self.robot.pose)
+            target = self._known_target.relative_to(self.robot.localisation.pose)
             bearing = atan2(target.y, target.x)
             to_go = hypot(target.x, target.y) - self._front - self.distance
             self.gap, self.bearing = to_go + self.distance, bearing
             if to_go <= CLOSE_ENOUGH and abs(bearing) <= POINTED:
-                self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+                self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
                 return True
-            if watch.is_stuck(self.robot.odometry):
+            if watch.is_stuck(self.robot.base.odometry):
                 self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
                 return False
             self.feedback_message = f"{100 * max(to_go, 0.0):.0f} cm to the {self._wanted}"
@@ -161,7 +163,7 @@ class ApproachObject(DrivingBehaviour):
             linear = 0.0
             if to_go > CLOSE_ENOUGH and abs(bearing) < AHEAD:
                 linear = min(self.speed, max(SLOWEST, SLOWER * to_go))
-            self.robot.drive_for(Twist(linear, turn), TIME_TO_LIVE)
+            self.robot.base.drive_for(Twist(linear, turn), TIME_TO_LIVE)
             yield
 
     @property

@@ -45,19 +45,19 @@ class DetectMarkers(RobotBehaviour):
         self._found: dict[int, tuple[MarkerSighting, Pose2D]] = {}
         self._turning: Task | None = None
         if self.turn:
-            self._turning = self.robot.spin(self.turn, speed=TURN_SPEED)
+            self._turning = self.robot.base.spin(self.turn, speed=TURN_SPEED)
         self._report()
 
     def update(self) -> Status:
         """Look at a new picture."""
-        self._trail.record(self.robot.time, self.robot.odometry)
-        known = {marker.number for marker in self.robot.markers}
+        self._trail.record(self.robot.time, self.robot.base.odometry)
+        known = {marker.number for marker in self.robot.map.markers}
         missing = sorted(set(self.wanted) - known)
         if missing:
             return self.fail(
                 FailureCode.MARKER_NOT_FOUND, f"the map has no marker {_listed(missing)}"
             )
-        picture = self.robot.image()
+        picture = self.robot.perception.image()
         if picture is not None and picture.stamp > self._newest:
             self._look(picture)
         if self.wanted and set(self.wanted) <= self._found.keys():
@@ -76,8 +76,8 @@ class DetectMarkers(RobotBehaviour):
     def _look(self, picture: Image) -> None:
         """Add the markers in a picture; the nearest sighting of each is kept."""
         self._newest, self._pictures = picture.stamp, self._pictures + 1
-        then = self.robot.pose.compose(self._trail.since(picture.stamp).inverse())
-        for sighting in self.robot.marker_sightings():
+        then = self.robot.localisation.pose.compose(self._trail.since(picture.stamp).inverse())
+        for sighting in self.robot.perception.marker_sightings():
             number, known = sighting.marker.number, self._found.get(sighting.marker.number)
             if sighting.candidates and (known is None or sighting.distance < known[0].distance):
                 self._found[number] = sighting, _measured(sighting, then)

@@ -75,7 +75,7 @@ class FindObject(DrivingBehaviour):
 
     def update(self) -> Status:
         """Look at a new picture, then go on with the search."""
-        self._trail.record(self.robot.time, self.robot.odometry)
+        self._trail.record(self.robot.time, self.robot.base.odometry)
         self.path_length = self._trail.distance
         found = self._watch.update()
         if found:
@@ -90,7 +90,7 @@ class FindObject(DrivingBehaviour):
         return Status.RUNNING
 
     def _report(self, found: SeenObject) -> Status:
-        here = self.robot.pose
+        here = self.robot.localisation.pose
         dx, dy = found.x - here.x, found.y - here.y
         self.object = Pose2D(found.x, found.y, atan2(dy, dx))
         self.distance = hypot(dx, dy)
@@ -110,7 +110,7 @@ class FindObject(DrivingBehaviour):
             if view is None or failures >= LOOK_AGAIN:
                 break
             x, y = view.middle
-            task = self.robot.navigate_to(view.pose)
+            task = self.robot.base.navigate_to(view.pose)
             yield from self._do(
                 task, f"to look at ({x:.1f}, {y:.1f}), {view.gain:.0f} m² unsearched"
             )
@@ -131,11 +131,11 @@ class FindObject(DrivingBehaviour):
         return self.failure is not None and self.failure.code in codes
 
     def _look_round(self) -> Steps:
-        task = self.robot.spin(FULL_TURN, speed=self.turn_speed)
+        task = self.robot.base.spin(FULL_TURN, speed=self.turn_speed)
         yield from self._do(task, f"looking round, place {self.places + 1}")
         if not self._is_lost:
             self.failure = None  # a turn that is blocked has shown what it could
-            self._looked.append(self.robot.pose)
+            self._looked.append(self.robot.localisation.pose)
             self.places = len(self._looked)
         return True
 
@@ -148,7 +148,7 @@ class FindObject(DrivingBehaviour):
         return True
 
     def _best_view(self) -> Frontier | None:
-        views = self.robot.frontiers(
+        views = self.robot.map.frontiers(
             sensor_range=self.reach, least_gain=self.least_gain, avoided=self._avoided,
             seen_from=self._looked,
         )  # fmt: skip

@@ -64,7 +64,7 @@ class Inspect(DrivingBehaviour):
 
     def _inspect(self) -> Steps:
         if self.at is not None:
-            task = self.robot.navigate_to(self.at)
+            task = self.robot.base.navigate_to(self.at)
             while (status := self.follow(task)) is Status.RUNNING:
                 yield
             if status is Status.FAILURE:
@@ -82,11 +82,11 @@ class Inspect(DrivingBehaviour):
         """Wait until the robot has stood for SETTLE."""
         timer = self.start_timer()
         while not timer.is_over(SETTLE):
-            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
-            self.robot.image()  # a request keeps the camera on
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.robot.perception.image()  # a request keeps the camera on
             self.feedback_message = "standing still"
             yield
-            speed = self.robot.speed
+            speed = self.robot.base.speed
             turns = abs(speed.angular) > STILL_TURN
             if turns or hypot(speed.linear, speed.lateral) > STILL_SPEED:
                 timer.restart()
@@ -95,7 +95,7 @@ class Inspect(DrivingBehaviour):
         """Wait for a picture that was taken from now on; None if there is none in time."""
         began, timer = self.robot.time, self.start_timer()
         while not timer.is_over(self.patience):
-            picture = self.robot.image()
+            picture = self.robot.perception.image()
             if picture is not None and picture.stamp >= began:
                 return picture
             self.feedback_message = "waiting for the camera"
@@ -109,7 +109,7 @@ class Inspect(DrivingBehaviour):
         exposed = self.min_brightness <= quality.brightness <= self.max_brightness
         rank = quality.sharpness + exposed
         if self._best is None or rank > self._best[0]:
-            self._best = rank, picture, quality, self.robot.pose
+            self._best = rank, picture, quality, self.robot.localisation.pose
         self.feedback_message = _described(quality)
         return exposed and quality.sharpness >= self.min_sharpness
 
@@ -117,7 +117,7 @@ class Inspect(DrivingBehaviour):
         """Save the best picture and write the outputs."""
         assert self._best is not None
         _, picture, quality, pose = self._best
-        estimate = self.robot.estimate
+        estimate = self.robot.localisation.estimate
         details: dict[str, JsonValue] = {
             "time": round(picture.stamp, 3), "frame": "map",
             "pose": {"x": round(pose.x, 4), "y": round(pose.y, 4),

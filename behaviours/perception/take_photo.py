@@ -28,7 +28,7 @@ class TakePhoto(RobotBehaviour):
 
     def update(self) -> Status:
         """Ask for a new picture; every request keeps the camera on."""
-        picture = self.robot.image()
+        picture = self.robot.perception.image()
         if picture is not None and picture.stamp >= self._started:
             name = picture_name(self.label, picture.stamp)
             self.image = self.robot.save_image(picture, name)

@@ -51,7 +51,7 @@ class WaitForDoor(DrivingBehaviour):
         self._doorway = Doorway(self.door, self.width)
         self._drive = None
         if self.distance is not None:
-            self._drive = self.robot.navigate_to(self._waiting_place(self.distance))
+            self._drive = self.robot.base.navigate_to(self._waiting_place(self.distance))
         self._waiting, self._free = self.start_timer(), self.start_timer()
         self._newest, self._is_seen = -1.0, False
         self.free_width, self.waited = 0.0, 0.0
@@ -65,7 +65,7 @@ class WaitForDoor(DrivingBehaviour):
             self._drive, self._followed = None, None
             self._waiting.restart()
             self._free.restart()
-        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
         self._look()
         self.waited = self._waiting.elapsed
         if self._is_free and self._free.is_over(self.settle):
@@ -79,11 +79,11 @@ class WaitForDoor(DrivingBehaviour):
         return Status.RUNNING
 
     def _look(self) -> None:
-        scan = self.robot.scan
+        scan = self.robot.perception.scan
         if scan is None or scan.stamp <= self._newest:
             return
         self._newest = scan.stamp
-        free = self._doorway.free_width(scan, self.robot.pose, self.beyond)
+        free = self._doorway.free_width(scan, self.robot.localisation.pose, self.beyond)
         self._is_seen = free is not None
         self.free_width = free or 0.0
         if not self._is_free:
@@ -97,7 +97,7 @@ class WaitForDoor(DrivingBehaviour):
     def _needed(self) -> float:
         if self.least_width is not None:
             return self.least_width
-        return 2.0 * (self.robot.footprint.inscribed_radius + ROOM)
+        return 2.0 * (self.robot.base.footprint.inscribed_radius + ROOM)
 
     @property
     def _state(self) -> str:
@@ -110,8 +110,8 @@ class WaitForDoor(DrivingBehaviour):
 
     def _waiting_place(self, distance: float) -> Pose2D:
         """Return the pose in front of the door, on the robot's side of it, facing it."""
-        door, here = self.door, self.robot.pose
-        away = distance + self.robot.footprint.front
+        door, here = self.door, self.robot.localisation.pose
+        away = distance + self.robot.base.footprint.front
         side = -1.0 if here.relative_to(door).x <= 0.0 else 1.0
         x = door.x + side * away * cos(door.heading)
         y = door.y + side * away * sin(door.heading)

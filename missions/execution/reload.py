@@ -76,7 +76,7 @@ class Reloader:
         try:
             plan = self._prepared()
             tree = compile_mission(plan.mission)
-            tree.setup(runtime.parts.facade, tree_emitter(self._telemetry), self._log)
+            tree.setup(runtime.parts.robot, tree_emitter(self._telemetry), self._log)
         except TreepilotError as error:
             self._refuse(error)
         except Exception as error:  # an error in an edited file must not end the running mission
@@ -148,7 +148,7 @@ class Reloader:
 
     def _tune(self, former: PreparedMission, plan: PreparedMission) -> Iterator[str]:
         """Apply changed parameters; yield the names of those that apply to the next run only."""
-        facade = self._engine.runtime.parts.facade
+        tuning = self._engine.runtime.parts.tuning
         for kind, choice in plan.choices.items():
             before = former.choices[kind]
             if choice.name != before.name:
@@ -164,7 +164,7 @@ class Reloader:
                     if not TUNED[kind]:
                         raise ParameterError(parameter, "cannot be changed during a run")
                     for name in TUNED[kind]:
-                        facade.set_parameter(f"{name}.{parameter}", value)
+                        tuning.change(f"{name}.{parameter}", value)
                 except ParameterError:
                     yield f"{kind}.{parameter}"
 

@@ -114,7 +114,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         battery=runtime.perceived.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
         final_pose={
-            "estimate": _pose(runtime.parts.estimator.estimate.pose),
+            "estimate": _pose(runtime.parts.perceiver.estimator.estimate.pose),
             "truth": None if scorer is None else _pose(scorer.truth),
         },
         blackboard=engine.tree.blackboard(),
@@ -135,7 +135,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
 
 def _confirmed(relocalisations: list[dict[str, Any]], runtime: Runtime) -> str:
     """Return the source of the last relocalisation, if the scans fit the map at the end."""
-    lost = runtime.parts.estimator.estimate.is_lost
+    lost = runtime.parts.perceiver.estimator.estimate.is_lost
     return str(relocalisations[-1]["by"]) if relocalisations and not lost else ""
 
 

@@ -269,8 +269,7 @@ class Run:
         with ExitStack() as parts_left:  # closes the last one first
             if engine.sensor_log is not None:
                 parts_left.callback(engine.sensor_log.close)
-            parts_left.callback(parts.estimator.close)
-            parts_left.callback(parts.objects.close)
+            parts_left.callback(parts.perceiver.close)
             parts_left.callback(parts.navigator.close, engine.body.time)
             parts_left.callback(engine.body.close)
             self._stop_robot()

@@ -16,7 +16,7 @@ class FindOpenSpace(RobotBehaviour):
 
     def update(self) -> Status:
         """Evaluate the newest scan."""
-        scan = self.robot.scan
+        scan = self.robot.perception.scan
         if scan is None:
             return Status.RUNNING
         ranges = np.where(np.isfinite(scan.ranges), scan.ranges, 0.0)
@@ -27,6 +27,6 @@ class FindOpenSpace(RobotBehaviour):
             return self.fail("NO_SPACE", sentence)
         angle, reach = float(scan.angles[best]), float(wide[best])
         ahead = Pose2D(reach / 2 * np.cos(angle), reach / 2 * np.sin(angle), angle)
-        self.place, self.reach = self.robot.pose.compose(ahead), reach
+        self.place, self.reach = self.robot.localisation.pose.compose(ahead), reach
         self.feedback_message = f"{reach:.1f} m of space"
         return Status.SUCCESS

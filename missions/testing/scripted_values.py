@@ -61,7 +61,7 @@ _SETTERS: dict[str, Callable[[ScriptedRobot, Any], None]] = {
     "battery.charging": _battery("charging"),
     "robot.speed": _speed("linear"),
     "robot.turning": _speed("angular"),
-    "localisation.health": _plain("localisation_health"),
+    "localisation.health": _plain("health"),
     "localisation.deviation": _deviation,
     "localisation.ambiguous": _ambiguous,
     "detected": _detected,

@@ -166,7 +166,7 @@ class Events(InnerNode, composites.Composite):
 
     def _may_start(self, event: Event) -> bool:
         """Return whether the robot stands; after STANDING_PATIENCE report it and go on."""
-        speed = self.execution.robot.speed
+        speed = self.execution.robot.base.speed
         fastest = max(hypot(speed.linear, speed.lateral), abs(speed.angular))
         if fastest < STANDING_SPEED:
             self.feedback_message = ""

@@ -194,7 +194,7 @@ class LeafNode(Node):
             return
         RobotBehaviour.terminate(self.robot_leaf, _INVALID)
         if self.robot_leaf.uses_wheels:
-            self.execution.robot.drive_for(STANDSTILL, STOP_TIME)
+            self.execution.robot.base.drive_for(STANDSTILL, STOP_TIME)
 
     def _safely(self, call: Callable[..., Any], *arguments: Any) -> bool:
         ticked = self.execution.ticked

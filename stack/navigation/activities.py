@@ -64,14 +64,15 @@ class Activities:
         self.begin(executor)
         self._emit(kind, text)
 
-    def task(self, what: str, *, moves: bool = True) -> MotionTask:
+    def task(self, what: str, *, moves: bool = True, while_lost: bool = False) -> MotionTask:
         """Return a task handle whose end is an event.
 
         Args:
             what: is done, for people.
             moves: whether it is a motion.
+            while_lost: whether it also moves a robot that is lost.
         """
-        return MotionTask(what, partial(self._ended, moves=moves))
+        return MotionTask(what, partial(self._ended, moves=moves), while_lost=while_lost)
 
     def _ended(self, task: MotionTask, *, moves: bool) -> None:
         failure, status = task.failure, task.status

@@ -8,8 +8,7 @@ from stack.components import Estimator
 from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.navigation.tasks import MotionExecutor, MotionTask, standing
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, RivalPose, Scan, Twist
 
 VIEW_TIME = 0.5
@@ -38,7 +37,6 @@ class Disambiguation(MotionExecutor):
         task: handle of the task.
         estimator: keeps the rivals and chooses views.
         parameters: number of views, and time to look at each.
-        newest_scan: returns the newest deskewed scan of the lidar that the estimator uses.
         drive: makes the drive to a goal that ignores ambiguity.
         monitor: holds the drives while the robot is lost.
         then: drive of the same task that follows when one pose is left; None: the task ends.
@@ -48,12 +46,12 @@ class Disambiguation(MotionExecutor):
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
-        newest_scan: Callable[[], Scan | None], drive: Callable[[Pose2D], GoalDrive],
+        drive: Callable[[Pose2D], GoalDrive],
         monitor: LocalisationMonitor, then: GoalDrive | None = None,
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._parameters = estimator, parameters
-        self._newest_scan, self._make_drive, self._then = newest_scan, drive, then
+        self._make_drive, self._then = drive, then
         self._monitor = monitor
         self._looking = self.timers.new()
         self._seen: list[Pose2D] = []
@@ -133,7 +131,7 @@ class Disambiguation(MotionExecutor):
             self._looking.start(state.time)
         if self._looking.elapsed(state.time) < VIEW_TIME:
             return STANDSTILL
-        scan, estimate = self._newest_scan(), state.estimate
+        scan, estimate = state.newest(self._estimator.lidar, Scan), state.estimate
         if scan is None:
             self.task.fail(FailureCode.UNSUPPORTED, "there is no scan to tell the rivals apart by")
             return STANDSTILL

@@ -140,14 +140,9 @@ def step_in_doubt(
     if executor.while_lost or free:
         return executor.step(state)
     if not monitor.stands:
-        if executor.held_for is not None:
-            executor.held_for = None
-            executor.resume(state.time)
+        executor.let_go(state.time)
         return slower(executor.step(state), monitor.speed_limit)
-    held = executor.held_for
-    executor.held_for = 0.0 if held is None else held + monitor.period
-    executor.pause(state.time)
-    waited = executor.held_for >= parameters.lost_time - _ROUNDING
+    waited = executor.hold(state.time, monitor.period) >= parameters.lost_time - _ROUNDING
     if executor.follows_map and waited:
         executor.task.fail(FailureCode.LOST, monitor.why(state.estimate))
     elif not executor.follows_map and monitor.refuses(parameters):

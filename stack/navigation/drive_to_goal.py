@@ -25,8 +25,7 @@ from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
 from stack.navigation.plans.zone_names import with_zones
-from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionTask
+from stack.navigation.tasks import MotionTask, standing
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
 
 VIA_RADIUS = 0.4
@@ -74,13 +73,13 @@ class GoalDrive(Drive):
             is the failure NO_VALID_PATH.
     """
 
-    partial = False
-
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what a drive may do, by keyword
         self, task: MotionTask, tools: DriveTools, goals: Sequence[Pose2D],
-        tolerance: float | None, *, aside: bool = False,
+        tolerance: float | None, *, aside: bool = False, partial: bool = False,
+        while_ambiguous: bool = False,
     ) -> None:  # fmt: skip
         super().__init__(task, tools, tolerance)
+        self.partial, self.while_ambiguous = partial, while_ambiguous
         self.goal = goals[-1]
         self.path: Path | None = None
         self._tools, self._goals = tools, GoalSequence(goals)
@@ -347,7 +346,6 @@ class GoalDrive(Drive):
         if future is None or answer is None:
             return
         self.task.future = None
-        self._tools.count("plans")
         if isinstance(answer, Plan):
             answer = self._choice.within_tolerance(answer)
         if isinstance(answer, Failure):
@@ -396,7 +394,7 @@ class GoalDrive(Drive):
             self._tools.emit("plan", f"plan found, {length:.1f} m", length=length)
             return
         reason = self._reason or "a better path"
-        self._tools.count("replans")
+        self._tools.note_replan()
         self._tools.emit(
             "replan", f"new plan, {length:.1f} m: {reason}", length=length, reason=reason
         )

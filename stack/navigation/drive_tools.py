@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from stack.components import GoalChecker, ProgressChecker
 from stack.control.path_follower import PathFollower
@@ -25,8 +25,7 @@ class DriveTools:
         bodies: radii of the robot.
         motions: by range sensors, as parts of drives.
         is_round: whether the robot touches nothing by turning in place.
-        counters: plans, replans, recoveries and distance, for the snapshot.
-        steered_by: the drive whose path is followed.
+        replans: number of plans so far that have replaced another one of the same drive.
     """
 
     path_follower: PathFollower
@@ -43,14 +42,39 @@ class DriveTools:
     is_round: bool = True
     deceleration: float = 1.0
     turns_in_place: bool = True
-    counters: dict[str, float] = field(default_factory=dict)
-    steered_by: object = None
+    replans: int = 0
+    _steered_by: object = None
 
     @property
     def shared(self) -> tuple[Lifecycle, ...]:
         """The parts with a lifecycle, which all drives share."""
         return self.path_follower, self.goal_checker, self.progress_checker
 
-    def count(self, what: str) -> None:
-        """Increment a counter."""
-        self.counters[what] = self.counters.get(what, 0.0) + 1.0
+    def configure(self, parameters: NavigationParameters) -> None:
+        """Apply new parameters, from the next step on."""
+        self.parameters = parameters
+
+    def steers(self, drive: object) -> bool:
+        """Whether the path of a drive is followed."""
+        return self._steered_by is drive
+
+    def steer(self, drive: object, now: float) -> None:
+        """Give the shared parts to a drive; does nothing if it has them."""
+        if self._steered_by is drive:
+            return
+        for part in self.shared:
+            if self._steered_by is not None:
+                part.stop(now)
+            part.start(now)
+        self._steered_by = drive
+
+    def release(self, drive: object, now: float) -> None:
+        """Stop the shared parts if a drive has them."""
+        if self._steered_by is drive:
+            for part in self.shared:
+                part.stop(now)
+            self._steered_by = None
+
+    def note_replan(self) -> None:
+        """Count a plan that replaces another one."""
+        self.replans += 1

@@ -14,8 +14,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.unseen import unseen_walls
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.standoff import Standoff
-from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.navigation.tasks import MotionExecutor, MotionTask, standing
 from stack.safety.monitor import moving_discs
 from stack.types import (
     STANDSTILL,
@@ -89,25 +88,17 @@ class Follower:
 
     def stop(self, now: float) -> None:
         """End the drive."""
-        if self._steers:
-            for part in self._tools.shared:
-                part.stop(now)
-            self._tools.steered_by = None
+        self._tools.release(self, now)
 
     @property
     def _steers(self) -> bool:
         """Whether the controller follows the path of this drive."""
-        return self._tools.steered_by is self
+        return self._tools.steers(self)
 
     def _steer(self, progress: PathProgress, now: float) -> None:
         """Let the controller follow a path, and the checkers judge the drive on it."""
         tools = self._tools
-        if not self._steers:
-            for part in tools.shared:
-                if tools.steered_by is not None:
-                    part.stop(now)
-                part.start(now)
-            tools.steered_by = self
+        tools.steer(self, now)
         tools.goal_checker.set_goal(progress.path.goal, self._tolerance)
         tools.path_follower.follow(progress, tools.goal_checker.tolerance)
 

@@ -90,5 +90,5 @@ class MotionEvasion:
 
 def _gives_way(motion: MotionExecutor | None) -> bool:
     return isinstance(motion, Drive | Disambiguation) or (
-        isinstance(motion, DriveFor) and motion.gives_way
+        isinstance(motion, DriveFor) and motion.order.gives_way
     )

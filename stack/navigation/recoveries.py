@@ -13,8 +13,7 @@ from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import Limits
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.navigation.tasks import MotionExecutor, MotionTask, standing
 from stack.safety.monitor import CollisionMonitor
 from stack.types import (
     STANDSTILL,
@@ -320,31 +319,47 @@ class DriveOnHeading(Recovery):
         return Twist(rate * forward, rate * steer, rate * left)
 
 
+@dataclass(frozen=True, slots=True)
+class DriveOrder:
+    """A velocity that a behaviour drives.
+
+    Attributes:
+        twist: base frame.
+        seconds: for which it is driven.
+        contact: where the robot may touch something.
+        gives_way: whether it leaves the way of people who walk towards the robot.
+        while_lost: drive also while the robot is lost.
+    """
+
+    twist: Twist
+    seconds: float
+    contact: ContactZone | None = None
+    gives_way: bool = False
+    while_lost: bool = False
+
+
 class DriveFor(MotionExecutor):
     """Drives a velocity with a time to live, renewed by behaviours with their own control loop.
 
     Attributes:
-        gives_way: whether it leaves the way of people who walk towards the robot.
+        order: the newest.
     """
 
-    def __init__(self, task: MotionTask, twist: Twist, now: float, seconds: float) -> None:
+    def __init__(self, task: MotionTask, order: DriveOrder, now: float) -> None:
         super().__init__(task)
         self._age = self.timers.new()
-        self.gives_way = False
-        self.renew(twist, now, seconds)
+        self.renew(order, now)
 
-    def renew(
-        self, twist: Twist, now: float, seconds: float, contact: ContactZone | None = None
-    ) -> None:
-        """Set a new velocity, the seconds for which it is driven, and what the robot may touch."""
+    def renew(self, order: DriveOrder, now: float) -> None:
+        """Drive another velocity from now on, seconds."""
         self.timers.resume(now)
-        self._twist, self._seconds, self.contact = twist, seconds, contact
+        self.order, self.while_lost = order, order.while_lost
         self._age.start(now)
 
     def step(self, state: Perceived) -> Twist:
         """Return the velocity until its time is over."""
-        if self._age.elapsed(state.time) >= self._seconds - 1e-9:
+        if self._age.elapsed(state.time) >= self.order.seconds - 1e-9:
             self.task.succeed("done")
             return STANDSTILL
         self.task.report("driving on command", 0.0)
-        return self._twist
+        return self.order.twist

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import degrees
 
 from stack.components import Estimator
@@ -10,8 +9,7 @@ from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.disambiguation import ambiguity
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.standstill import standing
-from stack.navigation.tasks import Emit, MotionExecutor, MotionTask
+from stack.navigation.tasks import Emit, MotionExecutor, MotionTask, standing
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, Scan, Twist, wrap_angle
 
 SEARCH_TIME = 5.0
@@ -25,22 +23,20 @@ class Relocalisation(MotionExecutor):
         task: handle of the task.
         estimator: searches the map.
         parameters: number of scans, and the time in which they must arrive.
-        newest_scan: returns the newest deskewed scan of the lidar that the estimator uses.
         frames: with the odometry at the stamps of the scans.
         emit: receives the event with the new pose.
     """
 
     while_lost = True
 
-    def __init__(  # noqa: PLR0913 - what it needs of the stack
+    def __init__(
         self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
-        newest_scan: Callable[[], Scan | None], frames: TransformBuffer,
-        emit: Emit,
+        frames: TransformBuffer, emit: Emit,
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._emit = estimator, emit
         self._wanted, self._patience = parameters.search_scans, SEARCH_TIME
-        self._newest_scan, self._frames = newest_scan, frames
+        self._frames = frames
         self._scans: list[Scan] = []
         self._waiting = self.timers.new()
         self._standing_since: float | None = None
@@ -52,7 +48,7 @@ class Relocalisation(MotionExecutor):
     def step(self, state: Perceived) -> Twist:
         """Return standstill; end the task when there are enough scans."""
         if standing(state.motion.twist):
-            self._gather(state.time)
+            self._gather(state)
         self.task.report(f"scan {len(self._scans)} of {self._wanted}", 0.0)
         if len(self._scans) == self._wanted:
             self._match()
@@ -64,12 +60,12 @@ class Relocalisation(MotionExecutor):
             )
         return STANDSTILL
 
-    def _gather(self, now: float) -> None:
+    def _gather(self, state: Perceived) -> None:
         """Store each scan that was taken while the robot stood."""
         if self._standing_since is None:
-            self._standing_since = now
+            self._standing_since = state.time
         newest = self._scans[-1].stamp if self._scans else self._standing_since - 1e-9
-        scan = self._newest_scan()
+        scan = state.newest(self._estimator.lidar, Scan)
         if scan is not None and scan.stamp > newest:
             self._scans.append(scan)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from math import hypot
 from typing import Protocol
 
 import numpy as np
@@ -22,6 +23,16 @@ from stack.types import (
     TaskStatus,
     Twist,
 )
+
+STANDING_SPEED, STANDING_TURN = 0.02, 0.05
+"""Speeds in m/s and rad/s below which the robot counts as standing."""
+
+
+def standing(twist: Twist) -> bool:
+    """Whether a measured velocity counts as standstill."""
+    speed = hypot(twist.linear, twist.lateral)
+    return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
+
 
 Emit = Callable[..., None]
 """emit(kind, text, level="info", **fields): publish an event."""
@@ -113,9 +124,13 @@ class MotionTask:
         distance_remaining: remaining metres (radians for a spin); 0 after the end.
         path: current path, or the result of a plan.
         future: the requested plan; cancelled when the task ends before it is due.
+        while_lost: whether it also moves a robot that is lost.
     """
 
-    def __init__(self, what: str, ended: Callable[[MotionTask], None]) -> None:
+    def __init__(
+        self, what: str, ended: Callable[[MotionTask], None], *, while_lost: bool = False
+    ) -> None:
+        self.while_lost = while_lost
         self.what, self.feedback = what, "starting"
         self.distance_remaining = 0.0
         self.path: Path | None = None
@@ -188,7 +203,20 @@ class MotionExecutor(Lifecycle, ABC):
     def __init__(self, task: MotionTask) -> None:
         self.task = task
         self.timers = Timers()
+        self.while_lost = self.while_lost or task.while_lost
         self.held_for: float | None = None
+
+    def hold(self, now: float, period: float) -> float:
+        """Hold the motion for a control period because the robot is lost; return for how long."""
+        self.held_for = 0.0 if self.held_for is None else self.held_for + period
+        self.pause(now)
+        return self.held_for
+
+    def let_go(self, now: float) -> None:
+        """Continue the motion if it was held."""
+        if self.held_for is not None:
+            self.held_for = None
+            self.resume(now)
 
     @abstractmethod
     def step(self, state: Perceived) -> Twist:

@@ -29,17 +29,18 @@ class Tunable:
         return Tunable(lambda: component.parameters, component.configure)
 
 
-class NamedParameters:
+class Tuning:
     """The current parameters of running components by their full names.
 
     Every snapshot contains them, so they are collected again only after a change.
 
     Args:
         tunables: the components by name.
+        emit: called with (kind, text, **fields) for each change.
     """
 
-    def __init__(self, tunables: Mapping[str, Tunable]) -> None:
-        self._tunables = tunables
+    def __init__(self, tunables: Mapping[str, Tunable], emit: Callable[..., None]) -> None:
+        self._tunables, self._emit = tunables, emit
         self._collected: list[Any] = []
         self._named: dict[str, Any] = {}
 
@@ -66,13 +67,19 @@ class NamedParameters:
             }
         return dict(self._named)
 
+    def change(self, name: str, raw: Any) -> None:
+        """Set a parameter, from the next step on.
 
-def change(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
-    """Set a parameter; return the value as read.
+        Raises:
+            ParameterError: unknown component or parameter, or an invalid value, also beside the
+                others.
+        """
+        value = _changed(self._tunables, name, raw)
+        self._emit("parameter", f"{name} is now {value}", name=name, value=str(value))
 
-    Raises:
-        ParameterError: unknown component or parameter, or an invalid value, also beside the others.
-    """
+
+def _changed(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
+    """Set a parameter; return the value as read."""
     component, _, parameter = name.partition(".")
     if component not in tunables:
         raise ParameterError(

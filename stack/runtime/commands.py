@@ -148,7 +148,7 @@ class CommandHandler:
         return None
 
     def _set_pose(self, arguments: PoseArguments) -> None:
-        self._parts.facade.set_pose(
+        self._parts.robot.localisation.set_pose(
             self._on_map(arguments.pose),
             position_deviation=0.3,
             heading_deviation=0.3,
@@ -160,7 +160,7 @@ class CommandHandler:
         goal = self._on_map(arguments.pose)
         refusal = self._mission.send(MissionEvent.DETOUR)
         if not refusal:
-            self._detour = self._parts.facade.navigate_to(goal)
+            self._detour = self._parts.navigator.base.navigate_to(goal)
         return refusal
 
     def _on_map(self, pose: Pose2D) -> Pose2D:
@@ -169,8 +169,9 @@ class CommandHandler:
         Raises:
             InputError: it is outside the map.
         """
-        grid = self._parts.map_layer.content
-        if not self._parts.is_mapped or not isinstance(grid, OccupancyGrid):
+        perceiver = self._parts.perceiver
+        grid = perceiver.map_layer.content
+        if not perceiver.is_mapped or not isinstance(grid, OccupancyGrid):
             return pose
         if grid.contains(*grid.cell_at(pose.x, pose.y)):
             return pose
@@ -198,7 +199,7 @@ class CommandHandler:
     @property
     def _teleoperation(self) -> Teleoperation | None:
         running = self._mission.state is MissionState.RUNNING
-        return self._parts.navigator.recoveries.teleoperation if running else None
+        return self._parts.navigator.base.teleoperation if running else None
 
     @property
     def _teleoperation_refusal(self) -> str:
@@ -207,4 +208,4 @@ class CommandHandler:
         return "the mission drives: velocities are accepted only while assisted_teleop is running"
 
     def _set_parameter(self, arguments: SetParameter) -> None:
-        self._parts.facade.set_parameter(arguments.name, arguments.value)
+        self._parts.tuning.change(arguments.name, arguments.value)

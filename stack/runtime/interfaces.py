@@ -6,23 +6,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from stack.body import Body, SimulationEvent
-from stack.components import Estimator, OdometryFusion
-from stack.frames.buffer import TransformBuffer
-from stack.navigation.facade.robot_facade import RobotFacade
+from stack.navigation.capabilities.robot import RunningRobot
 from stack.navigation.navigator import Navigator
-from stack.navigation.world_model import WorldModel
-from stack.perception.camera_lease import CameraLease
-from stack.perception.cameras.watch import CameraWatch
-from stack.perception.depth.obstacles import DepthObstacles
-from stack.perception.depth.scan import DepthScans
-from stack.perception.markers.stage import MarkerStage
-from stack.perception.objects.detection import ObjectDetection
-from stack.perception.obstacle_memory import ObstacleMemory
-from stack.perception.places.memory import PlaceMemory
+from stack.navigation.tuning import Tuning
+from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Debugging, Layer, TreeRow
-from stack.types import FloatArray, Observation, Pose2D, PoseEstimate
+from stack.types import CurrentStep, FloatArray, Observation, Pose2D, PoseEstimate
 
 
 class MissionTree(Protocol):
@@ -139,26 +130,14 @@ class Parts:
     """The parts of the step loop, in the order in which it calls them."""
 
     body: Body
-    odometry: OdometryFusion
-    frames: TransformBuffer
-    estimator: Estimator
-    cameras: CameraWatch
-    depth_scans: DepthScans
-    markers: MarkerStage
-    places: PlaceMemory
-    depth: DepthObstacles
-    obstacle_memory: ObstacleMemory
-    objects: ObjectDetection
-    world_model: WorldModel
+    perceiver: Perceiver
+    now: CurrentStep
     tree: MissionTree
-    facade: RobotFacade
+    robot: RunningRobot
     navigator: Navigator
     safety: Safety
-    camera: CameraLease
-    depth_camera: CameraLease
+    tuning: Tuning
     telemetry: Telemetry
-    map_layer: Layer
-    is_mapped: bool = True
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None
     sensor_log: ObservationLog | None = None

@@ -9,12 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot
-from typing import Any
 
 from stack.body import BodyCommand, Replay, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
-from stack.navigation.relocalisation import report_pose
-from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
@@ -30,11 +27,9 @@ from stack.types import (
     STANDSTILL,
     DepthImage,
     Image,
-    OccupancyGrid,
     Odometry,
     Perceived,
     PoseEstimate,
-    is_jump,
 )
 
 LONGEST_NAP = 0.01
@@ -63,7 +58,6 @@ class Runtime:
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance, self.command = 0.0, LimitedTwist(STANDSTILL)
-        self.perceived = Perceived(parts.body.time, parts.estimator.estimate)
         self.sensing = Sensing(parts, self.mission)
         self._pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
@@ -83,9 +77,7 @@ class Runtime:
         p = self.parts
         if self._world is not None and not self._world.rest(LONGEST_NAP):
             return False
-        if not p.estimator.await_input(p.body.time, LONGEST_NAP):
-            return False
-        if not p.objects.await_result(p.body.time, LONGEST_NAP):
+        if not p.perceiver.await_input(p.body.time, LONGEST_NAP):
             return False
         return not self._navigates or p.navigator.await_plans(p.body.time, LONGEST_NAP)
 
@@ -110,53 +102,32 @@ class Runtime:
         with measure("sense"):
             observation = self.sensing.sense(last.motion.pose)
         with measure("estimate"):
-            motion = p.odometry.update(observation)
-            p.frames.add(motion)
+            motion = p.perceiver.move(observation)
             observation = self.sensing.deskewed(observation)
-            before = p.estimator.estimate
-            estimate = p.estimator.update(observation, p.frames)
-            fix = p.markers.update(observation, p.frames)
-            if fix is not None:
-                estimate = p.estimator.update_markers(fix, p.frames)
-            p.frames.correct(estimate)
-            p.markers.add_views(observation, p.frames, estimate)
-            if p.estimator.maps_markers:
-                p.estimator.observe_markers(p.markers.observed(observation), p.frames)
-            if estimate.jumps != before.jumps and is_jump(before.pose, estimate.pose):
-                report_pose(self._emit, before.pose, estimate.pose, "lidar")
-            tracks = self._at(last, estimate).world.tracks
-        with measure("places"):
-            p.places.update(observation, p.frames, estimate, motion.twist.angular)
-        with measure("obstacles"):
-            smooth = smooth_observation(observation)
-            depth = p.depth.update(smooth, p.frames)
-            obstacles = p.obstacle_memory.update(smooth, p.frames, depth, tracks)
-        with measure("objects"):
-            objects = p.objects.update(smooth, p.frames, obstacles, tracks)
-        with measure("costmap"):
-            self._show_map(p.estimator.take_map())
-            world = p.world_model.update(
-                smooth, p.frames, depth, objects, motion.twist, evades=p.navigator.evades
-            )
-        measurements = {**last.measurements, **observation.measurements}
-        self._score(last.motion, motion, estimate)
-        perceived = self.perceived = Perceived(
-            observation.time, estimate, motion, obstacles, depth, objects, world, measurements
+            estimate = p.perceiver.estimate(observation)
+        perceived = p.perceiver.perceive(
+            observation, motion, estimate, last, measure, evades=p.navigator.evades
         )
-        p.facade.see(perceived)
+        self._score(last.motion, motion, estimate)
+        p.now.see(perceived)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):
                 self._tick_tree()
         with measure("navigate"):
-            perceived = self.perceived = self._at(perceived, p.estimator.estimate)
+            perceived = p.perceiver.at(perceived, p.perceiver.estimator.estimate)
+            p.now.see(perceived)
             wanted = self._navigate(perceived)
         with measure("safety"):
             self.command = p.safety.limit(
                 wanted.twist, perceived, emergency_stop=self.mission.emergency_stop,
                 contact=wanted.contact,
             )  # fmt: skip
-        twist = self.command.twist
-        p.body.command(BodyCommand(twist, self.sensing.captures, self.sensing.measures_depth))
+        now = p.body.time
+        p.body.command(
+            BodyCommand(
+                self.command.twist, p.perceiver.captures(now), p.perceiver.measures_depth(now)
+            )
+        )
         self._log_pose()
         with measure("publish"):
             p.telemetry.publish(lambda: compose_snapshot(self))
@@ -164,6 +135,11 @@ class Runtime:
             p.body.wait(self.period)
         self.stages.end_step()
         self.steps += 1
+
+    @property
+    def perceived(self) -> Perceived:
+        """What the newest step has perceived."""
+        return self.parts.now.perceived
 
     @property
     def state(self) -> MissionState:
@@ -246,16 +222,17 @@ class Runtime:
         own = {
             "distance": self.distance,
             "recoveries": float(self.parts.tree.recoveries),
-            "replans": self.parts.navigator.counters["replans"],
+            "replans": float(self.parts.navigator.replans),
         }
         return own if self.parts.scorer is None else {**own, **self.parts.scorer.counters()}
 
     def layers(self) -> dict[str, Layer]:
         """Map, costmaps and scene by name."""
         parts = self.parts
-        local, globe = parts.world_model.local_costmap, parts.world_model.global_costmap
+        world = parts.perceiver.world_model
+        local, globe = world.local_costmap, world.global_costmap
         return {
-            "map": parts.map_layer,
+            "map": parts.perceiver.map_layer,
             "global_costmap": Layer(globe.version, globe.shown, globe.changes),
             "local_costmap": Layer(local.version, local.grid),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
@@ -283,22 +260,13 @@ class Runtime:
         self._idle()
         self._install_next_tree()
         self._commands.apply_all(held=True)
-        self.perceived = self._at(self.perceived, self.parts.estimator.estimate)
+        perceiver = self.parts.perceiver
+        self.parts.now.see(perceiver.at(self.perceived, perceiver.estimator.estimate))
         self.parts.telemetry.publish(lambda: compose_snapshot(self))
 
     @property
     def _navigates(self) -> bool:
         return self.mission.ticks or self._commands.drives_to_operator_goal
-
-    def _at(self, perceived: Perceived, estimate: PoseEstimate) -> Perceived:
-        """Return the record at an estimate; after a jump, also costmaps and tracker forget."""
-        if perceived.is_outdated_by(estimate):
-            self.parts.world_model.forget()
-            self.parts.objects.forget()
-        return perceived.at(estimate)
-
-    def _emit(self, kind: str, text: str, **fields: Any) -> None:
-        self.parts.telemetry.emit(kind, text, source="navigation", **fields)
 
     def _score(self, last: Odometry, motion: Odometry, estimate: PoseEstimate) -> None:
         """Count the distance, and compare the estimate with the truth, if it is known."""
@@ -308,12 +276,6 @@ class Runtime:
             scorer.score(estimate)
             for kind, text, fields in scorer.take_events():
                 self.parts.telemetry.emit(kind, text, source="simulation", **fields)
-
-    def _show_map(self, drawn: OccupancyGrid | None) -> None:
-        """Show the map that the estimator draws in the costmaps and to viewers."""
-        if drawn is not None:
-            self.parts.world_model.draw(drawn)
-            self.parts.map_layer = Layer(self.parts.map_layer.version + 1, drawn)
 
     def _tick_tree(self) -> None:
         """Tick the mission; a halted tree is replaced once the robot stands."""
@@ -336,7 +298,7 @@ class Runtime:
         if not self._navigates:
             return WantedTwist(STANDSTILL)
         wanted = self.parts.navigator.step(perceived)
-        return wanted if self.parts.odometry.is_ready else WantedTwist(STANDSTILL)
+        return wanted if self.parts.perceiver.odometry.is_ready else WantedTwist(STANDSTILL)
 
     def _slept(self) -> float:
         """Wall seconds that the body has slept to keep its pace; these are not compute time."""
@@ -351,7 +313,7 @@ class Runtime:
     def _log_pose(self) -> None:
         """Log the exact pose once per second of robot time; the log is hashed."""
         if self._poses.take(self.steps):
-            estimate = self.parts.estimator.estimate
+            estimate = self.parts.perceiver.estimator.estimate
             pose = estimate.pose
             self.parts.telemetry.emit(
                 "pose", f"at ({pose.x:.2f}, {pose.y:.2f})", source="localisation",

@@ -53,27 +53,15 @@ class Sensing:
         self.image = next(iter(observation.of(Image).values()), self.image)
         depth = observation.of(DepthImage)
         self.depth_image = next(iter(depth.values()), self.depth_image)
-        return self._own_body.removed(self._parts.depth_scans.added_to(observation))
-
-    @property
-    def captures(self) -> bool:
-        """Whether the colour camera shall take pictures."""
-        p, now = self._parts, self._parts.body.time
-        asked = p.camera.is_active(now) or p.markers.wants_picture(now)
-        return asked or p.places.wants_picture
-
-    @property
-    def measures_depth(self) -> bool:
-        """Whether the depth cameras shall take pictures."""
-        p = self._parts
-        return p.depth.is_on or p.depth_scans.is_on or p.depth_camera.is_active(p.body.time)
+        return self._own_body.removed(self._parts.perceiver.depth_scans.added_to(observation))
 
     def _with_usable_pictures(self, observation: Observation, pose: Pose2D) -> Observation:
         """Return the observation without pictures that cannot be used; report faulty cameras."""
-        watch, robot = self._parts.cameras, self._parts.body.description
-        requested = [COLOUR_CAMERA] if self.captures else []
-        if self.measures_depth:
-            requested += robot.depth_cameras
+        perceiver, body = self._parts.perceiver, self._parts.body
+        watch = perceiver.cameras
+        requested = [COLOUR_CAMERA] if perceiver.captures(body.time) else []
+        if perceiver.measures_depth(body.time):
+            requested += body.description.depth_cameras
         usable = watch.update(observation, pose, requested)
         for event in watch.take_events():
             self._parts.telemetry.emit(
@@ -85,7 +73,7 @@ class Sensing:
 
     def deskewed(self, observation: Observation) -> Observation:
         """Return the observation with the scans that odometry covers; report silent sensors."""
-        usable = self._deskewer.update(observation, self._parts.frames)
+        usable = self._deskewer.update(observation, self._parts.perceiver.frames)
         self._watch_sensors(usable)
         return usable
 

@@ -22,8 +22,12 @@ class Loop(Protocol):
     parts: Parts
     steps: int
     stages: Stages
-    perceived: Perceived
     command: LimitedTwist
+
+    @property
+    def perceived(self) -> Perceived:
+        """What the newest step has perceived."""
+        ...
 
     @property
     def state(self) -> MissionState:
@@ -67,7 +71,7 @@ class Loop(Protocol):
 def compose_snapshot(runtime: Loop) -> Snapshot:
     """Compose the snapshot of the current step. Its arrays are shared and must not be modified."""
     parts = runtime.parts
-    state, estimate, body = runtime.perceived, parts.estimator.estimate, parts.body
+    state, estimate, body = runtime.perceived, parts.perceiver.estimator.estimate, parts.body
     return Snapshot(
         time=body.time,
         step=runtime.steps,
@@ -81,8 +85,8 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         rivals=estimate.rivals,
         battery=state.battery,
         odometry=state.motion.pose,
-        particles=_thinned(parts.estimator.particles, SHOWN_PARTICLES),
-        scan=parts.facade.scan,
+        particles=_thinned(parts.perceiver.estimator.particles, SHOWN_PARTICLES),
+        scan=parts.robot.perception.scan,
         path=parts.navigator.path,
         local_plan=parts.navigator.local_plan,
         goal=parts.navigator.goal,
@@ -92,20 +96,20 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         stages=runtime.stages.timings(),
         speed=runtime.real_time_factor,
         pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
-        parameters=parts.facade.parameters,
-        public_parameters=parts.facade.public_parameters,
+        parameters=parts.tuning.current(),
+        public_parameters=parts.tuning.public,
         image=runtime.image,
-        detections=parts.facade.seen_objects,
-        mask=parts.facade.colour_mask,
+        detections=parts.robot.perception.seen_objects,
+        mask=parts.robot.perception.colour_mask,
         depth_image=runtime.depth_image,
         depth_points=_depth_points(parts, state.depth),
-        cameras=parts.cameras.states,
+        cameras=parts.perceiver.cameras.states,
         truth=parts.scorer.truth if parts.scorer else None,
         people=parts.scorer.people if parts.scorer else None,
         tracks=state.at(estimate).world.tracks,
         blackboard=parts.tree.blackboard(),
         counters=runtime.counters(),
-        teleop=parts.navigator.recoveries.teleoperation is not None,
+        teleop=parts.navigator.base.teleoperation is not None,
         detour=runtime.is_on_detour,
         safety="; ".join(
             filter(None, (runtime.command.reason, parts.navigator.localisation_monitor.reason))
@@ -123,8 +127,8 @@ def _thinned(rows: FloatArray, most: int) -> FloatArray:
 
 def _depth_points(parts: Parts, depth: DepthPoints) -> FloatArray | None:
     """Return the obstacles of the depth cameras in the map frame; None while none is used."""
-    if not parts.depth.is_on:
+    if not parts.perceiver.depth.is_on:
         return None
     points = _thinned(depth.spatial, SHOWN_DEPTH_POINTS)
-    points[:, :2] = parts.estimator.estimate.map_from_odom.transform(points[:, :2])
+    points[:, :2] = parts.perceiver.estimator.estimate.map_from_odom.transform(points[:, :2])
     return points

@@ -44,7 +44,7 @@ from stack.types.grids import (
     OccupancyGrid,
 )
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
-from stack.types.perceived import NOTHING_MOVES, Perceived, WorldView, is_jump
+from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, is_jump
 from stack.types.places import PlaceSighting
 from stack.types.sensors import (
     NO_COVARIANCE,
@@ -83,6 +83,7 @@ from stack.types.world import (
 
 __all__ = [
     "NOTHING_MOVES",
+    "CurrentStep",
     "Perceived",
     "WorldView",
     "is_jump",

@@ -109,3 +109,23 @@ class Perceived:
     def battery(self) -> Battery:
         """State of charge; full before the first measurement."""
         return self.newest("battery", Battery) or Battery(1.0)
+
+
+class CurrentStep:
+    """Holds the record of the newest step, for those who answer questions about it.
+
+    The step loop sets it; nobody keeps another.
+
+    Args:
+        perceived: before the first step.
+
+    Attributes:
+        perceived: of the newest step.
+    """
+
+    def __init__(self, perceived: Perceived) -> None:
+        self.perceived = perceived
+
+    def see(self, perceived: Perceived) -> None:
+        """Answer from a newer record, from now on."""
+        self.perceived = perceived

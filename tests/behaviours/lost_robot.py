@@ -56,7 +56,7 @@ class LostRobot(KinematicRobot):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.localisation_health = self.fit_at(self.belief)
+        self.health = self.fit_at(self.belief)
 
     def spin(
         self, angle: float, *, speed: float | None = None, while_lost: bool = False
@@ -119,7 +119,7 @@ class LostRobot(KinematicRobot):
         super()._step()
         self.belief = self.belief.compose(self.odometry.relative_to(before))
         if self.steps % 2 == 0:
-            self.localisation_health = self.fit_at(self.belief)
+            self.health = self.fit_at(self.belief)
         if self.camera_works and self.time - self.asked_at < 1.0 and self.steps % CAMERA_STEPS == 0:
             self.exposed = [*self.exposed[-3:], (self.steps, self.pose, self.speed.angular)]
 

@@ -150,10 +150,10 @@ def test_maps_are_saved_and_loaded_and_failures_keep_their_codes():
     assert tick(save, robot) is Status.SUCCESS
     assert save.saved == "flat"
     assert tick(LoadMap(path="flat", pose=Pose2D(1, 2)), robot) is Status.SUCCESS
-    assert robot.calls_of("load_map") == [{"name": "flat", "pose": Pose2D(1, 2)}]
+    assert robot.calls_of("load") == [{"name": "flat", "pose": Pose2D(1, 2)}]
 
     class Full(ScriptedRobot):
-        def save_map(self, name):
+        def save(self, name):
             raise NavigationError(FailureCode.FAILED, "no space left")
 
     broken = SaveMap()

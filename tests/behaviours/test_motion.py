@@ -178,7 +178,7 @@ class TestAssistedTeleop:
 
 
 def test_a_lost_robot_refuses_velocities_of_behaviours():
-    robot = ScriptedRobot(localisation_health=0.1)
+    robot = ScriptedRobot(health=0.1)
     with pytest.raises(NavigationError, match="LOST"):
         tick(DriveFor(time=1.0, linear=0.2), robot)
     robot.drive_for(STANDSTILL, 0.3)  # it can be stopped

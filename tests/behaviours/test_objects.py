@@ -123,7 +123,7 @@ def test_a_view_that_cannot_be_reached_is_left_out():
 
 
 def test_a_lost_robot_does_not_search_on():
-    robot = SeeingRobot(views=[view(1.0, 0.0)], localisation_health=0.1)
+    robot = SeeingRobot(views=[view(1.0, 0.0)], health=0.1)
     behaviour = FindObject(colour="red")
     assert tick(behaviour, robot, 10.0) is Status.FAILURE
     assert behaviour.failure.code == FailureCode.LOST

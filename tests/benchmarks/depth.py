@@ -170,7 +170,7 @@ def _closings(file: Path, times: list[float]) -> dict[str, list[tuple[float, flo
     options = RunOptions(serve=False)
     run = Run(prepare(file, options), options)
     parts = run.engine.runtime.parts
-    costmap = parts.world_model.local_costmap
+    costmap = parts.perceiver.world_model.local_costmap
     seen: dict[str, list[tuple[float, float]]] = {"obstacle points": [], "local costmap": []}
     exposed: dict[float, float] = {}
     try:

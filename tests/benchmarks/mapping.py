@@ -48,7 +48,7 @@ def explored(mission: Path, seed: int) -> dict[str, Any]:
         while not run.is_over:
             run.step()
         report = run.finish()
-        drawn = run.engine.runtime.parts.estimator.grid
+        drawn = run.engine.runtime.parts.perceiver.estimator.grid
     finally:
         run.close()
     assert drawn is not None

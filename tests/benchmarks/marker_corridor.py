@@ -88,7 +88,7 @@ def drive(
     try:
         runtime, simulation = current.engine.runtime, current.engine.simulation
         assert simulation is not None
-        estimator = runtime.parts.estimator
+        estimator = runtime.parts.perceiver.estimator
         while not current.is_over and runtime.perceived.time < SECONDS:
             truth = simulation.truth
             current.step()
@@ -97,7 +97,7 @@ def drive(
             sample = Sample(runtime.perceived.time, estimator.estimate, truth.pose, speed)
             monitor.update(sample, runtime.period)
             health.append(estimator.estimate.health)
-        return monitor, runtime.parts.markers.fixes, health
+        return monitor, runtime.parts.perceiver.markers.fixes, health
     finally:
         current.close()
 

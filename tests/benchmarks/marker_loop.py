@@ -97,7 +97,7 @@ def drive(seed: int, markers: tuple[Marker, ...]) -> tuple[float, float, float]:
             while not current.is_over:
                 truth[round(runtime.parts.body.time, 3)] = simulation.truth.pose
                 current.step()
-            estimator = runtime.parts.estimator
+            estimator = runtime.parts.perceiver.estimator
             end = estimator.estimate.pose.distance_to(simulation.truth.pose)
             errors = [
                 keyframe.pose.distance_to(truth[stamp])

@@ -80,9 +80,9 @@ def survey(header: str, seed: int) -> Survey:
             while not current.is_over:
                 truth = simulation.truth.pose
                 current.step()
-                away.append(parts.estimator.estimate.pose.distance_to(truth))
-            saved = parts.facade.save_map(str(Path(folder) / "saved"))
-            drawn = parts.estimator.grid if "slam" in header else None
+                away.append(parts.perceiver.estimator.estimate.pose.distance_to(truth))
+            saved = parts.robot.map.save(str(Path(folder) / "saved"))
+            drawn = parts.perceiver.estimator.grid if "slam" in header else None
         finally:
             current.close()
         overlap = None

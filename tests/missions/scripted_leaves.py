@@ -112,7 +112,7 @@ class Stray(RobotBehaviour):
     uses_wheels = True
 
     def initialise(self):
-        self.robot.spin(1.0)
+        self.robot.base.spin(1.0)
         raise ValueError("burst after the start of a task")
 
     def update(self):
@@ -126,7 +126,7 @@ class Stubborn(RobotBehaviour):
     uses_wheels = True
 
     def initialise(self):
-        self._task = self.robot.spin(1.0)
+        self._task = self.robot.base.spin(1.0)
 
     def update(self):
         return self.follow(self._task)

@@ -71,19 +71,19 @@ def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
         parts = engine.runtime.parts
         lanes = "preferred_lanes"
         assert (
-            lanes in parts.world_model.global_costmap.layers
-            and lanes not in parts.world_model.local_costmap.layers
+            lanes in parts.perceiver.world_model.global_costmap.layers
+            and lanes not in parts.perceiver.world_model.local_costmap.layers
         )
-        assert parts.world_model.global_costmap.explain(6.5, 4.8).source == "stairs"
-        assert parts.world_model.global_costmap.explain(8.25, 4.75).layer == "painted"
-        assert parts.world_model.tracker is not None
+        assert parts.perceiver.world_model.global_costmap.explain(6.5, 4.8).source == "stairs"
+        assert parts.perceiver.world_model.global_costmap.explain(8.25, 4.75).layer == "painted"
+        assert parts.perceiver.world_model.tracker is not None
     finally:
         engine.body.close()
 
 
 def test_by_default_no_costmap_adds_costs_around_people():
     engine = wired(prepare("01_drive_to_a_point", RunOptions(serve=False)))
-    world_model = engine.runtime.parts.world_model
+    world_model = engine.runtime.parts.perceiver.world_model
     assert world_model.local_costmap.layers == ("static", "obstacle")
     assert world_model.global_costmap.layers == ("static", "obstacle")
     engine.body.close()
@@ -141,7 +141,10 @@ def test_each_costmap_has_its_inflation(mission):
     engine = wired(prepare(path, RunOptions(serve=False)))
     try:
         parts = engine.runtime.parts
-        grids = parts.world_model.local_costmap.grid, parts.world_model.global_costmap.grid
+        grids = (
+            parts.perceiver.world_model.local_costmap.grid,
+            parts.perceiver.world_model.global_costmap.grid,
+        )
         local, whole = (sorted({int(c) for c in np.unique(grid.cells)} - {255}) for grid in grids)
         # The radius of the scout is 0.22 m:
         # 252 exp(-4 (0.25 - 0.22)) = 223.5 and 252 exp(-(1 - 0.22)) = 115.5 at the radius

@@ -54,7 +54,7 @@ def test_a_controller_that_asks_for_tracks_gets_a_tracker_as_the_mission_sets_it
     plan = prepare(mission(), RunOptions(serve=False))
     telemetry = Telemetry(run_info(plan, "test", 0), [], lambda text: None)
     engine = build(plan, RunOptions(serve=False), telemetry, None)
-    tracker = engine.runtime.parts.world_model.tracker
+    tracker = engine.runtime.parts.perceiver.world_model.tracker
     engine.body.close()
     assert tracker is not None
     assert tracker.parameters.confirm == 3
@@ -100,11 +100,14 @@ def test_who_walks_is_no_obstacle_where_only_evasion_keeps_clear_of_them(
     engine = build(
         plan, RunOptions(serve=False), Telemetry(run_info(plan, "x", 0), [], print), None
     )
-    runtime, world_model = engine.runtime, engine.runtime.parts.world_model
+    runtime, world_model = engine.runtime, engine.runtime.parts.perceiver.world_model
     lethal = []
     for _ in range(100):  # 5 s at 20 Hz: they meet in the middle of the hall
         runtime.step()
-        pose, costs = runtime.parts.estimator.estimate.pose, world_model.local_costmap.grid
+        pose, costs = (
+            runtime.parts.perceiver.estimator.estimate.pose,
+            world_model.local_costmap.grid,
+        )
         for track in runtime.perceived.world.tracks:
             if pose.distance_to(Pose2D(*track.position)) > 2.5:
                 continue  # outside the window of 6 by 6 m, or at its edge

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
+from stack.navigation.capabilities.localisation import Localisation
+
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import map_of, world_model_of
 from missions.execution.ground_truth import SimulationScorer
@@ -18,17 +20,18 @@ from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, chosen_body, playing
 from stack.body import Body, Replay, SimulatedWorld
-from stack.components import Estimator, OdometryFusion
+from stack.components import Estimator
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
-from stack.costmap.costmap import Costmap
+from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
-from stack.navigation.facade.parts import FacadeParts
-from stack.navigation.facade.robot_facade import RobotFacade
-from stack.navigation.map_service import MapService
+from stack.navigation.capabilities.map import Map
+from stack.navigation.capabilities.perception import Perception
+from stack.navigation.capabilities.robot import RunningRobot
 from stack.navigation.navigator import Navigator
-from stack.navigation.tuning import Tunable
+from stack.navigation.tasks import Emit
+from stack.navigation.tuning import Tunable, Tuning
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.coloured_objects import ColouredObjectDetector
@@ -45,12 +48,13 @@ from stack.perception.places.memory import PlaceMemory
 from stack.planning.outline_check import outline_checked
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
+from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog
-from stack.types import OccupancyGrid
+from stack.types import CurrentStep, OccupancyGrid, Perceived
 
 CAMERA_TIME = 1.0
 """How long a request for pictures keeps the camera on, s."""
@@ -116,118 +120,109 @@ def build(
     Raises:
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
-    seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _discard
     body = _body(plan, options, make_body)
-    replay = body if isinstance(body, Replay) else None
     announce_warnings(plan, telemetry)
-    loop = plan.choices["loop"].parameters
-    period = loop.period
+    loop, emit = plan.choices["loop"].parameters, emitter(telemetry, "navigation")
     grid = map_of(plan)
-    world_model = world_model_of(plan, grid)
-    local_costmap, global_costmap = world_model.local_costmap, world_model.global_costmap
+    perceiver = _perceiver(plan, grid, options, body, telemetry, log)
+    now = CurrentStep(Perceived(body.time, perceiver.estimator.estimate))
+    navigator = _navigator(plan, perceiver, now, emit, log, is_real_time=body.is_real_time)
     safety_choice = plan.choices["safety"]
-    safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
-    navigator = _navigator(
-        plan,
-        (local_costmap, global_costmap),
-        telemetry,
-        log,
-        is_real_time=body.is_real_time,
-    )
-    estimator = _estimator(plan, grid, seed)
-    if body.is_real_time:
-        estimator.run_in_real_time()
-    odometry: OdometryFusion = plan.choices[ODOMETRY].create(robot)
-    obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
-    depth = DepthObstacles(robot, plan.choices["depth"].parameters)
-    cameras = CameraWatch(robot, plan.choices["cameras"].parameters)
-    coloured_objects = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
-    detector = _marker_detector(plan)
-    markers = MarkerStage(detector, plan.choices["markers"].parameters)
-    places = _places(plan)
-    frames = TransformBuffer(loop.pose_history)
-    camera = CameraLease(CAMERA_TIME, always=options.camera == "on")
-    objects = ObjectDetection(
-        plan.choices["object_detector"].parameters,
-        load_model(plan.choices["object_detector"].parameters) if robot.camera else None,
-        camera, emitter(telemetry, "perception"), log,
-        needed=local_costmap.needs_detections or global_costmap.needs_detections,
-        is_real_time=body.is_real_time,
+    safety = Safety(plan.robot, safety_choice.parameters, loop.period, safety_choice.parts)
+    coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
+    robot = RunningRobot(
+        navigator.base,
+        Localisation(perceiver.estimator, navigator, perceiver.frames, now, emit),
+        _map(plan, grid, perceiver, folder, emit),
+        _perception(plan.robot, perceiver, coloured, now),
+        body, now, PictureStore(folder), emit,
     )  # fmt: skip
-    depth_camera = CameraLease(CAMERA_TIME)
-    maps = MapService(
-        robot, estimator, global_costmap, grid if plan.is_mapped else None,
-        FolderMapStore(folder, plan.mission.source.parent), markers.survey, plan.markers, places,
-    )  # fmt: skip
-    facade = RobotFacade(
-        FacadeParts(
-            robot=robot,
-            clock=lambda: body.time,
-            frames=frames,
-            camera=camera,
-            depth_camera=depth_camera,
-            navigator=navigator,
-            estimator=estimator,
-            local_costmap=local_costmap,
-            global_costmap=global_costmap,
-            store=PictureStore(folder),
-            maps=maps,
-            recording_over=lambda: replay is not None and replay.recording_over,
-            emit=emitter(telemetry, "navigation"),
-            markers=plan.markers,
-            detector=detector,
-            floor_lines=FloorLineDetector() if robot.camera else None,
-            coloured_objects=coloured_objects if robot.camera else None,
-            objects=objects,
-            places=places,
-            cover=world_model.cover,
-            draw=world_model.draw,
-            tunables={
-                **_tunables_of(navigator),
-                "safety": Tunable.of(safety),
-                "evasion": Tunable.of(navigator.evasion),
-                "local_costmap": Tunable.of(local_costmap),
-                "global_costmap": Tunable.of(global_costmap),
-                "localisation": Tunable.of(estimator),
-                "odometry": Tunable.of(odometry),
-                "depth": Tunable.of(depth),
-                "cameras": Tunable.of(cameras),
-                "coloured_objects": Tunable.of(coloured_objects),
-                "object_detector": Tunable.of(objects),
-                "markers": Tunable.of(markers),
-                "place_recognition": Tunable.of(places),
-                "obstacle_memory": Tunable.of(obstacle_memory),
-            },
-        )
-    )
     tree = compile_mission(plan.mission)
-    tree.setup(facade, tree_emitter(telemetry), log)
+    tree.setup(robot, tree_emitter(telemetry), log)
     debugger = TreeDebugger(tree)
     announce_tree(telemetry, tree)
     simulation = body if isinstance(body, SimulatedWorld) else None
     scorer = (
         None
         if simulation is None
-        else SimulationScorer(simulation, plan.world, robot.footprint, lambda: body.time)
+        else SimulationScorer(simulation, plan.world, plan.robot.footprint, lambda: body.time)
     )
     sensor_log = _sensor_log(plan, options, folder)
+    tuning = Tuning(_tunables(navigator, safety, perceiver, coloured), emit)
     parts = Parts(
-        body=body, odometry=odometry, frames=frames, estimator=estimator,
-        cameras=cameras, markers=markers, places=places, depth_scans=DepthScans(robot), depth=depth,
-        obstacle_memory=obstacle_memory, objects=objects, world_model=world_model, tree=tree,
-        facade=facade,
-        navigator=navigator, safety=safety, camera=camera,
-        depth_camera=depth_camera, telemetry=telemetry,
-        map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
-        sensor_log=sensor_log,
+        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry,
+        scorer, debugger, sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
     for command in options.first_commands():
         ack = runtime.apply(command)
         if not ack.done:
             raise InputError(ack.reason)
+    replay = body if isinstance(body, Replay) else None
     return Engine(runtime, body, tree, telemetry, debugger, simulation, replay, scorer, sensor_log)
+
+
+def _perceiver(  # noqa: PLR0913 - what it needs of the engine
+    plan: PreparedMission, grid: OccupancyGrid, options: RunOptions, body: Body,
+    telemetry: Telemetry, log: Callable[[str], None],
+) -> Perceiver:  # fmt: skip
+    robot, choices = plan.robot, plan.choices
+    world_model = world_model_of(plan, grid)
+    estimator = _estimator(plan, grid, options.seed)
+    if body.is_real_time:
+        estimator.run_in_real_time()
+    camera = CameraLease(CAMERA_TIME, always=options.camera == "on")
+    detection = choices["object_detector"].parameters
+    costmaps = (world_model.local_costmap, world_model.global_costmap)
+    objects = ObjectDetection(
+        detection, load_model(detection) if robot.camera else None, camera,
+        emitter(telemetry, "perception"), log,
+        needed=any(costmap.needs_detections for costmap in costmaps),
+        is_real_time=body.is_real_time,
+    )  # fmt: skip
+    return Perceiver(
+        choices[ODOMETRY].create(robot),
+        TransformBuffer(choices["loop"].parameters.pose_history),
+        estimator,
+        CameraWatch(robot, choices["cameras"].parameters),
+        DepthScans(robot),
+        MarkerStage(_marker_detector(plan), choices["markers"].parameters),
+        _places(plan),
+        DepthObstacles(robot, choices["depth"].parameters),
+        ObstacleMemory(robot, choices["obstacle_memory"].parameters),
+        objects,
+        world_model,
+        camera,
+        CameraLease(CAMERA_TIME),
+        Layer(1, grid),
+        plan.is_mapped,
+        emitter(telemetry, "navigation"),
+    )
+
+
+def _map(
+    plan: PreparedMission, grid: OccupancyGrid, perceiver: Perceiver, folder: RunFolder | None,
+    emit: Emit,
+) -> Map:  # fmt: skip
+    world = perceiver.world_model
+    static = grid if plan.is_mapped else None
+    return Map(
+        plan.robot, perceiver.estimator, (world.local_costmap, world.global_costmap), static,
+        FolderMapStore(folder, plan.mission.source.parent), emit, perceiver.markers.survey,
+        plan.markers, perceiver.places, world.cover, world.draw,
+    )  # fmt: skip
+
+
+def _perception(
+    robot: RobotDescription, perceiver: Perceiver, coloured: ColouredObjectDetector,
+    now: CurrentStep,
+) -> Perception:  # fmt: skip
+    return Perception(
+        robot, now, perceiver.frames, perceiver.estimator, perceiver.camera,
+        perceiver.depth_camera, perceiver.objects, perceiver.places, perceiver.markers.detector,
+        FloorLineDetector(), coloured,
+    )  # fmt: skip
 
 
 def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
@@ -261,24 +256,36 @@ def _sensor_log(
     return SensorLog(folder.sensors, about)
 
 
-def _tunables_of(navigator: Navigator) -> dict[str, Tunable]:
-    return {
-        "controller": Tunable.of(navigator.path_follower),
-        "goal_checker": Tunable.of(navigator.goal_checker),
-        "progress_checker": Tunable.of(navigator.progress_checker),
-        "navigator": Tunable.of(navigator),
+def _tunables(
+    navigator: Navigator, safety: Safety, perceiver: Perceiver, coloured: ColouredObjectDetector
+) -> dict[str, Tunable]:
+    parts = {
+        "controller": navigator.path_follower,
+        "goal_checker": navigator.goal_checker,
+        "progress_checker": navigator.progress_checker,
+        "navigator": navigator,
+        "safety": safety,
+        "evasion": navigator.evasion,
+        "local_costmap": perceiver.world_model.local_costmap,
+        "global_costmap": perceiver.world_model.global_costmap,
+        "localisation": perceiver.estimator,
+        "odometry": perceiver.odometry,
+        "depth": perceiver.depth,
+        "cameras": perceiver.cameras,
+        "coloured_objects": coloured,
+        "object_detector": perceiver.objects,
+        "markers": perceiver.markers,
+        "place_recognition": perceiver.places,
+        "obstacle_memory": perceiver.obstacle_memory,
     }
+    return {name: Tunable.of(part) for name, part in parts.items()}
 
 
-def _navigator(
-    plan: PreparedMission,
-    costmaps: tuple[Costmap, Costmap],
-    telemetry: Telemetry,
-    log: Callable[[str], None],
-    *,
-    is_real_time: bool,
-) -> Navigator:
-    choices, robot = plan.choices, plan.robot
+def _navigator(  # noqa: PLR0913 - what it needs of the engine
+    plan: PreparedMission, perceiver: Perceiver, now: CurrentStep, emit: Emit,
+    log: Callable[[str], None], *, is_real_time: bool,
+) -> Navigator:  # fmt: skip
+    choices, robot, world = plan.choices, plan.robot, perceiver.world_model
     controller, period = choices["controller"], choices["loop"].parameters.period
     return Navigator(
         robot=robot,
@@ -286,14 +293,17 @@ def _navigator(
         path_follower=PathFollower(controller.created_with, controller.parameters, robot, period),
         goal_checker=choices["goal_checker"].create(robot),
         progress_checker=choices["progress_checker"].create(robot),
-        parameters=plan.choices["navigator"].parameters,
+        parameters=choices["navigator"].parameters,
         evasion=Evasion(robot, choices["evasion"].parameters),
-        local_costmap=costmaps[0],
-        global_costmap=costmaps[1],
-        emit=emitter(telemetry, "navigation"),
+        estimator=perceiver.estimator,
+        now=now,
+        local_costmap=world.local_costmap,
+        global_costmap=world.global_costmap,
+        emit=emit,
         period=period,
         log=log,
         is_real_time=is_real_time,
+        cover=world.cover,
     )
 
 

@@ -61,43 +61,43 @@ ROBOT_VALUES: dict[str, RobotValue] = {
     ),
     "robot.speed": RobotValue(
         ValueType(float, "m/s"),
-        lambda s: hypot(s.robot.speed.linear, s.robot.speed.lateral),
+        lambda s: hypot(s.robot.base.speed.linear, s.robot.base.speed.lateral),
         "absolute value of the measured linear speed",
         least=0.0,
     ),
     "robot.turning": RobotValue(
         ValueType(float, "rad/s"),
-        lambda s: abs(s.robot.speed.angular),
+        lambda s: abs(s.robot.base.speed.angular),
         "absolute value of the measured angular speed",
         least=0.0,
     ),
     "localisation.health": RobotValue(
         SHARE,
-        lambda s: s.robot.localisation_health,
+        lambda s: s.robot.localisation.health,
         "health of the pose estimate in [0, 1]: fit of the scan to the map",
         0.0,
         1.0,
     ),
     "localisation.deviation": RobotValue(
         LENGTH,
-        lambda s: s.robot.estimate.position_deviation,
+        lambda s: s.robot.localisation.estimate.position_deviation,
         "standard deviation of the position in its least certain direction",
         least=0.0,
     ),
     "localisation.ambiguous": RobotValue(
         BOOL,
-        lambda s: s.robot.estimate.ambiguous,
+        lambda s: s.robot.localisation.estimate.ambiguous,
         "whether another pose explains the scans about as well as the estimate",
     ),
     "map.known_area": RobotValue(
         NUMBER,
-        lambda s: s.robot.known_area,
+        lambda s: s.robot.map.known_area,
         "area of the map's free and occupied cells, m²",
         least=0.0,
     ),
     "detected": RobotValue(
         ValueType(list, item=TEXT),
-        lambda s: [item.label for item in s.robot.detections() or ()],
+        lambda s: [item.label for item in s.robot.perception.detections() or ()],
         "labels of the objects in the newest picture that the object detector searched; reading it "
         "keeps camera and detector on",
     ),
@@ -106,12 +106,16 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         lambda s: s.robot.recording_over,
         "whether all measurements of a replayed log have been played; else false",
     ),
-    "pose": RobotValue(POSE, lambda s: s.robot.pose, "estimated pose, map frame"),
-    "pose.x": RobotValue(LENGTH, lambda s: s.robot.pose.x, "x of the estimated pose, map frame"),
-    "pose.y": RobotValue(LENGTH, lambda s: s.robot.pose.y, "y of the estimated pose, map frame"),
+    "pose": RobotValue(POSE, lambda s: s.robot.localisation.pose, "estimated pose, map frame"),
+    "pose.x": RobotValue(
+        LENGTH, lambda s: s.robot.localisation.pose.x, "x of the estimated pose, map frame"
+    ),
+    "pose.y": RobotValue(
+        LENGTH, lambda s: s.robot.localisation.pose.y, "y of the estimated pose, map frame"
+    ),
     "pose.heading": RobotValue(
         ANGLE,
-        lambda s: s.robot.pose.heading,
+        lambda s: s.robot.localisation.pose.heading,
         "heading of the estimated pose, map frame",
         -pi,
         pi,

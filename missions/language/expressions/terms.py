@@ -210,7 +210,7 @@ class Distance:
 
     def bind(self, names: Names) -> Evaluate:
         target, context = self.target.bind(names), names.context
-        return lambda: context.robot.pose.distance_to(target())
+        return lambda: context.robot.localisation.pose.distance_to(target())
 
     def named(self) -> Iterator[tuple[int, Term]]:
         yield self.end, self

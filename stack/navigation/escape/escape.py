@@ -22,8 +22,7 @@ from stack.navigation.recoveries import (
     RecoveryTools,
     StraightLine,
 )
-from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.navigation.tasks import MotionExecutor, MotionTask, standing
 from stack.types import STANDSTILL, FailureCode, FloatArray, Perceived, Pose2D, Twist
 
 ESCAPE_PADDING = 0.03

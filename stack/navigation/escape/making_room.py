@@ -9,8 +9,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Follower
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.standoff import nearest
-from stack.navigation.standstill import standing
-from stack.navigation.tasks import MotionExecutor
+from stack.navigation.tasks import MotionExecutor, standing
 from stack.types import Perceived, Pose2D, Twist
 
 PATIENCE = 0.4

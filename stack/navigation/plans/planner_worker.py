@@ -145,6 +145,10 @@ class PlannerWorker:
         self._open = [item for item in self._open if not item.over] + [queued]
         return queued
 
+    def use(self, planner: Planner) -> None:
+        """Plan with another planner from now on."""
+        self.planner = planner
+
     def await_plans(self, time: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for plans that are due.
 

@@ -28,12 +28,13 @@ class MarkerStage:
         parameters: what it does, and how often.
 
     Attributes:
+        detector: as given.
         survey: of the markers that the map does not have.
         fixes: number of pictures that gave a pose so far.
     """
 
     def __init__(self, detector: MarkerDetector | None, parameters: MarkerParameters) -> None:
-        self.parameters, self._detector = parameters, detector
+        self.parameters, self.detector = parameters, detector
         self.survey = MarkerSurvey(parameters)
         self.fixes = 0
         self._last = float("-inf")
@@ -43,14 +44,14 @@ class MarkerStage:
         """Apply new parameters to the next pictures."""
         self.parameters = parameters
         self.survey.configure(parameters)
-        if self._detector is not None:
-            self._detector.configure(parameters)
+        if self.detector is not None:
+            self.detector.configure(parameters)
 
     @property
     def is_on(self) -> bool:
         """Whether pictures are searched."""
         used = self.parameters.localise or self.parameters.survey
-        return used and self._detector is not None
+        return used and self.detector is not None
 
     def wants_picture(self, now: float) -> bool:
         """Return whether the camera should take a picture now."""
@@ -68,7 +69,7 @@ class MarkerStage:
             frames: with the odometry up to the observation's time.
         """
         image = self._picture(observation)
-        if image is None or self._detector is None:
+        if image is None or self.detector is None:
             return None
         self._last = image.stamp
         if not self.parameters.localise or not frames.covers(image.stamp):
@@ -76,7 +77,7 @@ class MarkerStage:
         odometry = frames.pose_at("odom", image.stamp)
         if not self._has_moved(odometry):
             return None
-        fix = self._detector.fix(image)
+        fix = self.detector.fix(image)
         if fix is not None:
             self._fixed_at = odometry
             self.fixes += 1
@@ -93,12 +94,12 @@ class MarkerStage:
             estimate: of this step; a pose that is not good adds nothing.
         """
         image = self._picture(observation)
-        if image is None or self._detector is None or not self.parameters.survey:
+        if image is None or self.detector is None or not self.parameters.survey:
             return
         if not frames.covers(image.stamp) or not estimate.is_good or estimate.ambiguous:
             return
         pose, odometry = frames.pose_at("map", image.stamp), frames.pose_at("odom", image.stamp)
-        for found in self._detector.unknown(image):
+        for found in self.detector.unknown(image):
             self.survey.add(found, image, pose, estimate.covariance, odometry)
 
     def observed(self, observation: Observation) -> tuple[MarkerObservation, ...]:
@@ -108,11 +109,11 @@ class MarkerStage:
         that appear too small are left out: their corners are biased.
         """
         image = self._picture(observation)
-        if image is None or self._detector is None or not self.parameters.survey:
+        if image is None or self.detector is None or not self.parameters.survey:
             return ()
         return tuple(
             seen
-            for found in self._detector.uncertain(image)
+            for found in self.detector.uncertain(image)
             if found.dictionary == self.parameters.surveyed_dictionary and found.side >= LEAST_SIDE
             and (seen := observed_marker(found, image, self.parameters)) is not None
         )  # fmt: skip

@@ -140,7 +140,7 @@ def _drive(
             speed = speed_of(twist.linear, twist.lateral, twist.angular)
             monitor.update(
                 Sample(
-                    runtime.perceived.time, runtime.parts.estimator.estimate, truth.pose, speed,
+                    runtime.perceived.time, runtime.perceived.estimate, truth.pose, speed,
                     motion.disturbed,
                 ),
                 runtime.period,

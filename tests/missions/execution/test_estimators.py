@@ -123,7 +123,7 @@ def test_an_estimator_of_a_plugin_locates_the_robot(tmp_path):
         localisation: {use: by_wheels, drift: 1}
         """
     run = live(tmp_path, text)
-    estimator = run.runtime.parts.estimator
+    estimator = run.runtime.parts.perceiver.estimator
     assert type(estimator).__name__ == "ByWheels" and estimator.parameters.drift == 1.0
     assert estimator.estimate.pose == Pose2D(1.5, 2.0)
     assert "by_wheels" in dict(rows_of("estimators", installed(str(run.file))))
@@ -132,22 +132,22 @@ def test_an_estimator_of_a_plugin_locates_the_robot(tmp_path):
 def test_dead_reckoning_on_a_map_keeps_the_map(tmp_path):
     run = live(tmp_path, "localisation: dead_reckoning\nstart: [1.5, 2.0, 0]\n")
     parts = run.runtime.parts
-    assert parts.estimator.estimate.pose == Pose2D(1.5, 2.0)
-    assert (parts.map_layer.content.cells == 100).any()
+    assert parts.perceiver.estimator.estimate.pose == Pose2D(1.5, 2.0)
+    assert (parts.perceiver.map_layer.content.cells == 100).any()
 
 
 def test_parameters_of_the_estimator_change_during_a_run(tmp_path):
     run = live(tmp_path, "localisation: {initial_position_deviation: 3 cm}\n")
     parts = run.runtime.parts
-    deviation = parts.estimator.estimate.position_deviation
+    deviation = parts.perceiver.estimator.estimate.position_deviation
     assert deviation < 0.06  # of a hundred particles or more, drawn with 3 cm
-    parts.facade.set_parameter("localisation.max_particles", 350)
-    parts.facade.set_pose(
+    parts.tuning.change("localisation.max_particles", 350)
+    parts.robot.localisation.set_pose(
         Pose2D(1.5, 2.0), position_deviation=2.0, heading_deviation=1.0, source="test"
     )
-    assert len(parts.estimator.particles) == 350  # a spread of 2 m asks for more
+    assert len(parts.perceiver.estimator.particles) == 350  # a spread of 2 m asks for more
     with pytest.raises(ParameterError, match="max_particles"):
-        parts.facade.set_parameter("localisation.max_particles", 100)
+        parts.tuning.change("localisation.max_particles", 100)
 
 
 def test_a_saved_parameter_of_the_estimator_applies_at_once(tmp_path):
@@ -155,7 +155,7 @@ def test_a_saved_parameter_of_the_estimator_applies_at_once(tmp_path):
     run.head = run.head.replace("900", "800")
     run.save(RUN)
     run.steps(20)
-    assert run.runtime.parts.estimator.parameters.max_particles == 800
+    assert run.runtime.parts.perceiver.estimator.parameters.max_particles == 800
 
 
 def test_behaviours_get_the_scans_of_the_lidar_that_localises(tmp_path):
@@ -164,11 +164,11 @@ def test_behaviours_get_the_scans_of_the_lidar_that_localises(tmp_path):
     rear = "lidars: {rear: {position: [-0.1, 0], yaw: 180 deg, beams: 90, range_max: 7}}\n"
     (tmp_path / "robot.yaml").write_text(text + rear, "utf-8")
     run = live(tmp_path, "localisation: {lidar: rear}\n", robot=str(tmp_path / "robot.yaml"))
-    assert run.runtime.parts.facade.scan.range_max == 7.0
+    assert run.runtime.parts.robot.perception.scan.range_max == 7.0
     with pytest.raises(InputError, match="has no lidar 'raer'; did you mean 'rear'"):
-        run.runtime.parts.facade.set_parameter("localisation.lidar", "raer")
-    run.runtime.parts.facade.set_parameter("localisation.lidar", "")
-    assert run.runtime.parts.facade.scan.range_max != 7.0
+        run.runtime.parts.tuning.change("localisation.lidar", "raer")
+    run.runtime.parts.tuning.change("localisation.lidar", "")
+    assert run.runtime.parts.robot.perception.scan.range_max != 7.0
 
 
 def test_a_mission_chooses_the_odometry_and_its_sources(tmp_path, mission):
@@ -183,9 +183,9 @@ def test_a_mission_chooses_the_odometry_and_its_sources(tmp_path, mission):
     (source,) = choice.parameters.sources
     assert (source.sensor, source.twist, source.gate) == ("flow", ("linear",), 3.0)
     parts = live(tmp_path, "odometry: {use: wheels_gyro, gyro_timeout: 0.3}\n").runtime.parts
-    assert type(parts.odometry).__name__ == "WheelGyroOdometry"
-    parts.facade.set_parameter("odometry.gyro_timeout", 0.2)
-    assert parts.odometry.parameters.gyro_timeout == 0.2
+    assert type(parts.perceiver.odometry).__name__ == "WheelGyroOdometry"
+    parts.tuning.change("odometry.gyro_timeout", 0.2)
+    assert parts.perceiver.odometry.parameters.gyro_timeout == 0.2
 
 
 @pytest.mark.parametrize(

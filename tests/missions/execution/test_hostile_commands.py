@@ -70,8 +70,9 @@ def condition(run: LiveRun) -> tuple:
     parts = runtime.parts
     return (
         runtime.state, runtime.reason, runtime.mission.emergency_stop, parts.body.pace,
-        parts.facade.parameters, parts.facade.pose, parts.debugger.view(), runtime.command,
-        parts.navigator.recoveries.teleoperation, parts.tree.outcome, len(run.kept.events),
+        parts.tuning.current(), parts.robot.localisation.pose, parts.debugger.view(),
+        runtime.command, parts.navigator.base.teleoperation, parts.tree.outcome,
+        len(run.kept.events),
     )  # fmt: skip
 
 

@@ -45,7 +45,7 @@ class Sway(RobotBehaviour):
         self._timer = self.start_timer()
 
     def update(self):
-        self.robot.drive_for(Twist(-0.2), 0.3)
+        self.robot.base.drive_for(Twist(-0.2), 0.3)
         return Status.SUCCESS if self._timer.is_over(1.0) else Status.RUNNING
 '''
 

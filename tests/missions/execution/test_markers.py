@@ -79,7 +79,7 @@ def test_without_the_setting_no_picture_is_taken(mission):
         for _ in range(40):
             run.step()
         parts = run.engine.runtime.parts
-        assert parts.markers.fixes == 0
+        assert parts.perceiver.markers.fixes == 0
         assert "camera" not in run.engine.runtime.perceived.measurements
     finally:
         run.close()
@@ -94,8 +94,8 @@ def test_pictures_correct_the_pose_only_after_motion(mission):
         while not run.is_over:
             run.step()
         assert "camera" in run.engine.runtime.perceived.measurements
-        assert 2 <= parts.markers.fixes <= 18
-        truth, pose = run.engine.simulation.truth.pose, parts.estimator.estimate.pose
+        assert 2 <= parts.perceiver.markers.fixes <= 18
+        truth, pose = run.engine.simulation.truth.pose, parts.perceiver.estimator.estimate.pose
         assert pose.distance_to(truth) < 0.05
     finally:
         run.close()

@@ -128,7 +128,7 @@ def live(folder):
 
     yield start
     for run in runs:
-        run.runtime.parts.objects.close()
+        run.runtime.parts.perceiver.objects.close()
         run.close()
 
 
@@ -138,7 +138,7 @@ def test_the_costs_stand_where_the_object_was_seen_and_viewers_see_it(live):
     (found,) = {item.position for item in run.snapshot.detections}
     # Its face is 2.35 m away at x = 3.35; the model reads pixels of the letterboxed picture.
     assert found == pytest.approx((3.36, 2.3), abs=0.12)
-    grid = run.runtime.parts.world_model.global_costmap.grid
+    grid = run.runtime.parts.perceiver.world_model.global_costmap.grid
     beside = grid.cells[grid.cell_at(3.4, 1.6)]
     assert 20 <= beside <= 120  # 0.7 m from the box: 200 * 0.3 = 60
     assert grid.cells[grid.cell_at(1.0, 1.0)] == 0
@@ -163,7 +163,7 @@ def test_a_walker_whom_a_depth_camera_sees_is_a_person_and_costs(live, folder):
     run.steps(50)
     (walker,) = run.snapshot.tracks
     assert walker.label == "person"
-    grid = run.runtime.parts.world_model.global_costmap.grid
+    grid = run.runtime.parts.perceiver.world_model.global_costmap.grid
     behind = grid.cells[grid.cell_at(walker.position[0] + 0.6, walker.position[1])]
     # No sensor sees behind her, so nothing is inflated there. A track has an error.
     assert behind == pytest.approx(220 * (1 - 0.6 / 1.2), abs=15)
@@ -203,8 +203,8 @@ def test_corrupted_pictures_are_one_event_and_the_mission_goes_on(live, monkeypa
 
 def test_the_threshold_is_tuned_while_the_mission_runs(live):
     run = live("run: {find_object: {label: red box}}\n")
-    run.runtime.parts.facade.set_parameter("object_detector.threshold", 0.7)
-    assert run.runtime.parts.objects.parameters.threshold == 0.7
+    run.runtime.parts.tuning.change("object_detector.threshold", 0.7)
+    assert run.runtime.parts.perceiver.objects.parameters.threshold == 0.7
     assert run.snapshot.parameters["object_detector.threshold"] == 0.7
 
 

@@ -54,7 +54,11 @@ class Seen:
     def __init__(self, run: LiveRun) -> None:
         parts = run.runtime.parts
         self.remembered, self.searched, self.navigated = [], [], []
-        memory, objects, step = parts.obstacle_memory, parts.objects, parts.navigator.step
+        memory, objects, step = (
+            parts.perceiver.obstacle_memory,
+            parts.perceiver.objects,
+            parts.navigator.step,
+        )
         update, search = memory.update, objects.update
 
         def remember(observation, frames, depth, tracks):
@@ -73,7 +77,7 @@ class Seen:
 
 
 def set_pose(run: LiveRun, pose: Pose2D) -> None:
-    run.runtime.parts.facade.set_pose(
+    run.runtime.parts.robot.localisation.set_pose(
         pose, position_deviation=0.1, heading_deviation=0.1, source="marker"
     )
 
@@ -100,12 +104,12 @@ def test_after_a_jump_between_two_steps_nobody_gets_the_tracks_of_the_old_pose(h
 
 def test_after_a_jump_in_a_tick_neither_the_tree_nor_the_navigator_gets_them(hall):
     run = hall(LOOK)
-    seen, facade = Seen(run), run.runtime.parts.facade
+    seen, perception = Seen(run), run.runtime.parts.robot.perception
 
     def jump():
-        assert facade.tracks
+        assert perception.tracks
         set_pose(run, Pose2D(8.0, 4.0, pi))
-        assert facade.tracks == () == facade.standing_objects
+        assert perception.tracks == () == perception.standing_objects
 
     in_next_tick(run, jump)
     while not seen.navigated or seen.navigated[-1].estimate.pose.x < 7.0:
@@ -119,7 +123,7 @@ def test_after_a_jump_in_a_tick_neither_the_tree_nor_the_navigator_gets_them(hal
 
 def test_a_jump_clears_the_costmaps_before_the_navigator_plans_on_them(hall):
     run = hall(LOOK)
-    model, seen, cleared = run.runtime.parts.world_model, Seen(run), []
+    model, seen, cleared = run.runtime.parts.perceiver.world_model, Seen(run), []
     for costmap in (model.local_costmap, model.global_costmap):
         costmap.clear = lambda: cleared.append(len(seen.navigated))
     in_next_tick(run, lambda: set_pose(run, Pose2D(8.0, 4.0, pi)))
@@ -131,7 +135,7 @@ def test_a_jump_clears_the_costmaps_before_the_navigator_plans_on_them(hall):
 
 def test_a_jump_while_the_simulation_is_frozen_clears_the_costmaps_on_display(hall):
     run = hall(LOOK)
-    model, cleared = run.runtime.parts.world_model, []
+    model, cleared = run.runtime.parts.perceiver.world_model, []
     run.runtime.pause("a look around")
     run.steps(20)
     assert run.runtime.is_frozen
@@ -144,7 +148,7 @@ def test_a_jump_while_the_simulation_is_frozen_clears_the_costmaps_on_display(ha
 
 def test_a_small_correction_keeps_what_was_sensed(hall):
     run = hall(LOOK)
-    seen, pose = Seen(run), run.runtime.parts.facade.pose
+    seen, pose = Seen(run), run.runtime.parts.robot.localisation.pose
     set_pose(run, Pose2D(pose.x + 0.1, pose.y, pose.heading))
     run.steps()
     assert len(seen.remembered[-1]) == 1 and len(seen.navigated[-1].world.tracks) == 1
@@ -154,11 +158,11 @@ def test_who_walks_is_an_obstacle_from_the_step_on_in_which_evasion_is_switched_
     run = hall(DRIVE)
     world = run.runtime.perceived.world
     assert len(world.tracks) == len(world.evaded) == 1
-    run.runtime.parts.facade.set_parameter("evasion.when", "never")
+    run.runtime.parts.tuning.change("evasion.when", "never")
     run.steps()
     world = run.runtime.perceived.world
     assert len(world.tracks) == 1 and world.evaded == ()
-    run.runtime.parts.facade.set_parameter("evasion.when", "always")
+    run.runtime.parts.tuning.change("evasion.when", "always")
     run.steps()
     assert len(run.runtime.perceived.world.evaded) == 1
 
@@ -169,7 +173,7 @@ def test_there_are_tracks_when_nothing_needed_them_at_the_start(tmp_path):
     off = "navigation: {evasion: {when: never}, safety: {predict_motion: false}}\n"
     run = LiveRun(tmp_path, DRIVE, head=HEAD + off)
     run.steps(20)
-    run.runtime.parts.facade.set_parameter("evasion.when", "always")
+    run.runtime.parts.tuning.change("evasion.when", "always")
     run.steps(100)
     assert len(run.runtime.perceived.world.evaded) == 1
     run.close()

@@ -87,10 +87,10 @@ def test_only_what_the_mission_sets_is_compared_with_the_robot(tmp_path):
 
 
 def test_the_command_line_and_live_tuning_refuse_a_contradiction(live, tmp_path):
-    facade = live("safety: {tight_speed: 0.1}").runtime.parts.facade
+    tuning = live("safety: {tight_speed: 0.1}").runtime.parts.tuning
     with pytest.raises(ParameterError, match=r"0.05 m/s is less than tight_speed 0.1 m/s"):
-        facade.set_parameter("safety.padding_speed", 0.05)
-    facade.set_parameter("safety.padding_speed", 0.1)
+        tuning.change("safety.padding_speed", 0.05)
+    tuning.change("safety.padding_speed", 0.1)
     with pytest.raises(InputError, match=r"--parameter safety.tight_speed: 2 m/s is above"):
         prepare(tmp_path / "lively.yaml", RunOptions(parameters={"safety.tight_speed": "2"}))
 
@@ -116,24 +116,24 @@ def test_only_the_simulation_asks_for_a_multiple_of_its_step(live):
 
 def test_the_local_costmap_has_the_size_that_is_set(live):
     parts = live("costmap: {local_size: 3 m}").runtime.parts
-    grid = parts.world_model.local_costmap.grid
+    grid = parts.perceiver.world_model.local_costmap.grid
     assert grid.cells.shape[0] * grid.resolution == pytest.approx(3.0, abs=2 * grid.resolution)
     with pytest.raises(ParameterError, match="cannot be changed during a run"):
-        parts.facade.set_parameter("local_costmap.local_size", 4.0)
+        parts.tuning.change("local_costmap.local_size", 4.0)
 
 
 def test_settings_reach_obstacle_memory_and_the_history_of_poses(live):
     run = live("obstacle_memory: {blind_time: 4 s}, "
                "loop: {pose_history: 1 s}")  # fmt: skip
     parts = run.runtime.parts
-    assert parts.obstacle_memory.parameters.blind_time == 4.0
+    assert parts.perceiver.obstacle_memory.parameters.blind_time == 4.0
     run.steps(41)  # 2 s
-    now = parts.frames.newest
-    parts.frames.pose_at("odom", now - 0.95)
+    now = parts.perceiver.frames.newest
+    parts.perceiver.frames.pose_at("odom", now - 0.95)
     with pytest.raises(FrameError):
-        parts.frames.pose_at("odom", now - 1.2)
-    parts.facade.set_parameter("obstacle_memory.blind_time", 2.0)
-    assert parts.obstacle_memory.parameters.blind_time == 2.0
+        parts.perceiver.frames.pose_at("odom", now - 1.2)
+    parts.tuning.change("obstacle_memory.blind_time", 2.0)
+    assert parts.perceiver.obstacle_memory.parameters.blind_time == 2.0
 
 
 def test_the_camera_stays_on_for_the_time_of_a_request():

@@ -28,16 +28,18 @@ def test_the_map_grows_while_the_robot_turns_and_planners_see_it(tmp_path):
     parts = run.runtime.parts
     try:
         truth = parts.scorer.truth
-        assert parts.estimator.estimate.pose.distance_to(truth) < 0.03
-        assert parts.estimator.estimate.health > 0.8
-        assert len(parts.estimator.mapper.graph.keyframes) >= 3  # of one place no more are kept
-        shown = parts.map_layer.content
+        assert parts.perceiver.estimator.estimate.pose.distance_to(truth) < 0.03
+        assert parts.perceiver.estimator.estimate.health > 0.8
+        assert (
+            len(parts.perceiver.estimator.mapper.graph.keyframes) >= 3
+        )  # of one place no more are kept
+        shown = parts.perceiver.map_layer.content
         known = np.count_nonzero(shown.cells != UNKNOWN) * shown.resolution**2
         assert known > 10.0  # square metres
-        row, column = parts.world_model.global_costmap.grid.cell_at(1.5, 2.0)
-        assert parts.world_model.global_costmap.grid.cells[row, column] < 253
+        row, column = parts.perceiver.world_model.global_costmap.grid.cell_at(1.5, 2.0)
+        assert parts.perceiver.world_model.global_costmap.grid.cells[row, column] < 253
     finally:
-        parts.estimator.close()
+        parts.perceiver.estimator.close()
 
 
 FAULTS = {
@@ -57,7 +59,7 @@ def test_a_mission_whose_optimiser_fails_ends_at_once_with_the_cause(
     options = RunOptions(serve=False, out=tmp_path / "out")
     run = Run(prepare(mission, options), options)
     try:
-        worker = run.engine.runtime.parts.estimator._worker
+        worker = run.engine.runtime.parts.perceiver.estimator._worker
         worker._worker = Worker(NAME, f"tests.stack.worker_targets:{target}")
         worker.submit(request_, due=0.5)
         run_in_turns([run])

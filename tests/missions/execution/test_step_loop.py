@@ -43,7 +43,7 @@ def turning_error(run: LiveRun) -> float:
         run.steps()
         if abs(run.runtime.perceived.motion.twist.angular) > 0.5:
             # the estimate was made before the physics of this step
-            estimate = run.runtime.parts.estimator.estimate.pose.heading
+            estimate = run.runtime.parts.perceiver.estimator.estimate.pose.heading
             errors.append(abs(wrap_angle(estimate - run.before)))
         run.before = run.runtime.parts.scorer.truth.heading
     assert len(errors) > 60
@@ -78,7 +78,7 @@ def without_lidar(robot: str) -> str:
 def test_a_robot_without_a_lidar_sees_by_its_sonars(live):
     """Its costmap rolls and has their marks, safety slows it down, nothing grows."""
     run = live("map: none\nrun: {drive_on_heading: {distance: 6 m, speed: 0.14}}\n", without_lidar)
-    costmap = run.runtime.parts.world_model.local_costmap
+    costmap = run.runtime.parts.perceiver.world_model.local_costmap
     begin = costmap.grid.origin
     run.until("mission_ended", within=1200)
     assert run.runtime.distance > 0.5
@@ -101,18 +101,18 @@ def test_a_lidar_of_any_name_serves_the_localisation(live):
 
     run = live("run: {wait: {time: 5 s}}\n", renamed)
     run.steps(2)
-    task, truth = run.runtime.parts.facade.relocalise(), run.runtime.parts.scorer.truth
+    task, truth = run.runtime.parts.robot.localisation.relocalise(), run.runtime.parts.scorer.truth
     run.steps(20)
     assert task.status is TaskStatus.SUCCEEDED
-    assert run.runtime.parts.estimator.estimate.pose.distance_to(truth) < 0.05
-    assert run.runtime.parts.estimator.estimate.corrected_at > 0.5
-    assert run.runtime.parts.facade.scan.mount.heading == pytest.approx(np.pi)
+    assert run.runtime.parts.perceiver.estimator.estimate.pose.distance_to(truth) < 0.05
+    assert run.runtime.parts.perceiver.estimator.estimate.corrected_at > 0.5
+    assert run.runtime.parts.robot.perception.scan.mount.heading == pytest.approx(np.pi)
 
 
 def test_a_robot_without_a_lidar_escapes_by_its_sonars(live):
     run = live("map: none\nrun: {wait: {time: 5 s}}\n", without_lidar)
     run.steps(2)
-    task = run.runtime.parts.facade.escape()
+    task = run.runtime.parts.robot.base.escape()
     run.steps(5)
     assert task.status is TaskStatus.SUCCEEDED
     assert task.feedback.startswith("clearance 0.15 m")
@@ -154,7 +154,7 @@ def test_holding_the_robot_does_not_stop_a_world_that_cannot_freeze(live):
         stamps.add(run.runtime.perceived.newest("front", RangeReading).stamp)
     assert run.engine.body.time == pytest.approx(before + 5.0)
     assert len(stamps) == pytest.approx(50, abs=1)
-    assert run.runtime.parts.estimator.estimate.corrected_at > before + 4.8
+    assert run.runtime.parts.perceiver.estimator.estimate.corrected_at > before + 4.8
     assert run.order("resume").done
     ended = run.until("mission_ended")
     assert run.runtime.state is MissionState.SUCCESS
@@ -214,7 +214,7 @@ def test_nothing_waits_for_slow_work_where_time_cannot_be_frozen(live):
         )
         parts = run.runtime.parts
         assert parts.navigator._tools.planner_worker._waits is waits
-        assert parts.objects._waits is waits
+        assert parts.perceiver.objects._waits is waits
 
 
 def test_a_full_disk_ends_the_sensor_log_and_not_the_mission(live):

@@ -75,15 +75,18 @@ def test_the_robot_stops_before_anything_is_closed(moving):
 def test_a_part_that_cannot_be_closed_keeps_no_other_open(moving, monkeypatch, part):
     run, notes = moving
     parts = run.engine.runtime.parts
-    for name in ("navigator", "objects", "estimator"):
-        monkeypatch.setattr(
-            getattr(parts, name), "close", lambda *_, name=name: notes.append(f"{name} closed")
-        )
-    monkeypatch.setattr(getattr(parts, part), "close", fail)
+    closed = {
+        "navigator": parts.navigator,
+        "objects": parts.perceiver.objects,
+        "estimator": parts.perceiver.estimator,
+    }
+    for name, one in closed.items():
+        monkeypatch.setattr(one, "close", lambda *_, name=name: notes.append(f"{name} closed"))
+    monkeypatch.setattr(closed[part], "close", fail)
     with pytest.raises(ZeroDivisionError):
         run.close()
     assert notes[:3] == ["standstill", "records closed", "body closed"]
-    others = {"navigator", "objects", "estimator"} - {part}
+    others = closed.keys() - {part}
     assert set(notes[3:]) == {f"{name} closed" for name in others}
 
 
@@ -106,7 +109,7 @@ def test_an_error_in_every_step_stops_the_robot(moving, monkeypatch, error):
     def fail(*_):
         raise error("in every step")
 
-    monkeypatch.setattr(run.engine.runtime.parts.odometry, "update", fail)
+    monkeypatch.setattr(run.engine.runtime.parts.perceiver.odometry, "update", fail)
     run.step()
     assert notes == ["standstill"]
     while not run.is_over:

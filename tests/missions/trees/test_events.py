@@ -171,7 +171,7 @@ def test_again_fires_while_the_condition_stays_true_that_far_apart(run):
 def test_an_event_that_waits_for_its_turn_is_dropped_if_its_condition_is_false_by_then(run):
     it = run(TWO)
     it.robot.answers.update(a="r", look="rrs")
-    it.robot.localisation_health = 0.1
+    it.robot.health = 0.1
     it.ticks()
     low(it)
     it.ticks()
@@ -185,7 +185,7 @@ def test_two_events_due_at_once_run_one_after_the_other_without_a_tick_of_the_mi
     it.robot.answers.update(a="r")
     it.ticks()
     low(it)
-    it.robot.localisation_health = 0.1
+    it.robot.health = 0.1
     it.ticks()
     assert starts(it) == ["a", "look", "say", "dock", "x", "a"]
 
@@ -291,7 +291,7 @@ def test_an_outer_event_interrupts_an_event_of_a_tree_and_both_resume(run):
     it.ticks()
     low(it)
     it.ticks()
-    it.robot.localisation_health = 0.1
+    it.robot.health = 0.1
     it.ticks(2)
     it.robot.answers.update(dock="s")
     assert starts(it) == ["b", "dock", "look", "dock"]
@@ -317,9 +317,9 @@ def test_only_an_earlier_event_pre_empts_an_event_which_resumes_then(run):
     it.ticks()
     low(it)
     it.ticks()
-    it.robot.localisation_health = 0.1
+    it.robot.health = 0.1
     it.ticks()
-    it.robot.localisation_health = 0.9
+    it.robot.health = 0.9
     low(it, 0.9)
     it.ticks(3)
     assert it.robot.log == [
@@ -331,7 +331,7 @@ def test_only_an_earlier_event_pre_empts_an_event_which_resumes_then(run):
 def test_a_later_event_waits_for_an_earlier_one(run):
     it = run(TWO)
     it.robot.answers.update(a="r", look="rrs")
-    it.robot.localisation_health = 0.1
+    it.robot.health = 0.1
     it.ticks()
     low(it)
     it.ticks()

@@ -71,7 +71,7 @@ def arc_end(radius, side, angle):
 @pytest.mark.parametrize(("start", "goal"), THREE_POINT_TURN)
 def test_a_car_reaches_goals_on_arcs_that_it_steers(name, start, goal):
     toy = toy_drive(name, room(8, 6), start, kind="ackermann", **SMALLER.get(name, {}))
-    task = toy.navigator.navigate_to(goal)
+    task = toy.navigator.base.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     toy.navigator.close()
     assert toy.world.pose.distance_to(goal) < 0.15
@@ -84,7 +84,7 @@ def test_a_car_reaches_goals_on_arcs_that_it_steers(name, start, goal):
 
 def test_a_car_at_its_goal_is_not_said_to_turn():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
-    task, said = toy.navigator.navigate_to(Pose2D(3.0, 3.0)), set()
+    task, said = toy.navigator.base.navigate_to(Pose2D(3.0, 3.0)), set()
     while task.running:
         toy.step()
         said.add(task.feedback)
@@ -138,7 +138,7 @@ def test_a_car_beside_its_goals_heading_says_so_instead_of_hanging(name):
     """Its planner leads to the goal's place, but not to its heading."""
     toy = toy_drive(name, room(8, 6), Pose2D(1, 3), kind="ackermann", **SMALLER.get(name, {}))
     toy.navigator.planner = ToyPlanner()
-    task = toy.navigator.navigate_to(Pose2D(4.0, 3.0, pi / 2))
+    task = toy.navigator.base.navigate_to(Pose2D(4.0, 3.0, pi / 2))
     assert toy.finish(task) is TaskStatus.FAILED
     toy.navigator.close()
     assert task.failure.code == FailureCode.NO_PROGRESS
@@ -150,7 +150,7 @@ def test_a_given_path_that_ends_with_another_heading_fails_where_it_ends():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
     path = polyline((1, 3), (3, 3))
     path.points[-1, 2] = pi / 2
-    task = toy.navigator.follow_path(path)
+    task = toy.navigator.base.follow_path(path)
     toy.finish(task)
     toy.navigator.close()
     assert task.failure.code == FailureCode.NO_PROGRESS
@@ -159,7 +159,7 @@ def test_a_given_path_that_ends_with_another_heading_fails_where_it_ends():
 
 def test_a_car_does_not_spin():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
-    task = toy.navigator.recoveries.spin(1.0)
+    task = toy.navigator.base.spin(1.0)
     assert task.failure.code == FailureCode.UNSUPPORTED
     assert "radius is 0.50 m" in task.failure.sentence
     toy.navigator.close()
@@ -211,7 +211,7 @@ def test_an_omnidirectional_robot_goes_sideways_to_a_place_beside_it(name):
 def test_an_omnidirectional_robot_reaches_goals(name):
     goal = Pose2D(6.5, 4.5, -pi / 2)
     toy = toy_drive(name, room(8, 6), Pose2D(1, 1, pi), kind="omni", **SMALLER.get(name, {}))
-    task = toy.navigator.navigate_to(goal)
+    task = toy.navigator.base.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     toy.navigator.close()
     assert toy.world.pose.distance_to(goal) < 0.05

@@ -45,7 +45,7 @@ def test_goals_are_reached_from_anywhere_without_contact(name, batch):
         world = ToyWorld(DIVIDED, robot())
         goal, start = random_pose(random, world), random_pose(random, world)
         toy = toy_drive(name, DIVIDED, start)
-        task = toy.navigator.navigate_to(goal)
+        task = toy.navigator.base.navigate_to(goal)
         assert toy.finish(task) is TaskStatus.SUCCEEDED, (start, goal, task.failure)
         assert toy.world.pose.distance_to(goal) < 0.05
         assert heading_error(toy.world.pose, goal) < 0.0524  # 3 degrees
@@ -57,7 +57,7 @@ def test_goals_are_reached_from_anywhere_without_contact(name, batch):
 def test_narrow_places_are_passed_without_contact(name, place, shape):
     where = course(place, shape)
     toy = toy_drive(name, where.walls, where.start, shape)
-    task = toy.navigator.navigate_to(where.goal)
+    task = toy.navigator.base.navigate_to(where.goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     assert toy.world.nearest > 0.0
     assert toy.world.pose.distance_to(where.goal) < 0.05

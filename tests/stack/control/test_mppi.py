@@ -433,7 +433,7 @@ def test_a_path_beside_the_costmap_is_open(y):
 def test_all_goals_are_reached_sideways_by_an_omnidirectional_robot():
     for goal in (Pose2D(5.0, 4.0, pi / 2), Pose2D(1.0, 3.6, 0.0)):
         toy = toy_drive("mppi", room(8, 6), Pose2D(1.2, 3.0), kind="omni", batch=500)
-        task = toy.navigator.navigate_to(goal)
+        task = toy.navigator.base.navigate_to(goal)
         toy.finish(task, 20.0)
         assert toy.world.pose.distance_to(goal) < 0.05, task.failure
         assert max(abs(twist.lateral) for twist in toy.commands) > 0.1

@@ -17,7 +17,7 @@ def drive(name, goal, **limits):
     world = ToyWorld(room(4, 4), moving("differential", SHAPES["round"], **limits), Pose2D(2, 2))
     follower = controller(name, world, **SMALLER.get(name, {})).follower
     toy = ToyDrive(world, follower=follower)
-    task = toy.navigator.navigate_to(goal)
+    task = toy.navigator.base.navigate_to(goal)
     toy.finish(task, 120.0)
     toy.navigator.close()
     return toy, task
@@ -39,7 +39,7 @@ def test_a_cruise_speed_makes_a_robot_slow_too():
     world = ToyWorld(room(4, 4), moving("differential", SHAPES["round"]), Pose2D(1.0, 2.0))
     follower = controller("graceful", world, cruise_speed=0.025, min_speed=0.02).follower
     toy = ToyDrive(world, follower=follower)
-    task = toy.navigator.navigate_to(Pose2D(2.0, 2.0))
+    task = toy.navigator.base.navigate_to(Pose2D(2.0, 2.0))
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     toy.navigator.close()
     assert toy.world.time > 0.85 / 0.025

@@ -27,7 +27,7 @@ def driven(name, tolerance, offset, kind="differential"):
     toy.navigator._tools.goal_checker = StoppedGoalChecker(parameters, toy.world.robot)
     x, y, turn = offset
     goal = Pose2D(START.x + x, START.y + y, wrap_angle(START.heading + turn))
-    task = toy.navigator.navigate_to(goal)
+    task = toy.navigator.base.navigate_to(goal)
     toy.finish(task)
     toy.navigator.close()
     return toy, task, goal

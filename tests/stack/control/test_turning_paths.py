@@ -70,7 +70,7 @@ def driven(name, places, kind="differential"):
     """Follow positions; the drive, the metres driven and the nearest distance to each position."""
     path = read_path([list(place) for place in places])
     toy = toy_drive(name, room(9, 8), Pose2D(*path.points[0]), kind=kind, **SMALLER.get(name, {}))
-    task, trace = toy.navigator.follow_path(path), []
+    task, trace = toy.navigator.base.follow_path(path), []
     while task.running and toy.world.time < 20.0 + 5.0 * length_of(places):
         toy.step()
         trace.append((toy.world.pose.x, toy.world.pose.y))
@@ -120,7 +120,7 @@ def test_a_wide_u_turn_does_not_fail():
 def test_via_goals_that_lie_beyond_the_last_one_are_reached(name):
     toy = toy_drive(name, room(6, 4), Pose2D(1.0, 2.0), **SMALLER.get(name, {}))
     goals = [Pose2D(4.0, 2.0), Pose2D(2.5, 2.0)]
-    task, furthest = toy.navigator.navigate_through(goals), 0.0
+    task, furthest = toy.navigator.base.navigate_through(goals), 0.0
     while task.running and toy.world.time < 60.0:
         toy.step()
         furthest = max(furthest, toy.world.pose.x)
@@ -134,7 +134,7 @@ def test_a_round_trip_is_driven_although_it_ends_where_it_begins():
     start = Pose2D(2.0, 2.0)
     toy = toy_drive("graceful", room(8, 6), start)
     vias = [Pose2D(5.0, 2.0), Pose2D(5.0, 4.0), Pose2D(5.0, 4.0), Pose2D(2.0, 4.0)]
-    task = toy.navigator.navigate_through([start, *vias, start])
+    task = toy.navigator.base.navigate_through([start, *vias, start])
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     toy.navigator.close()
     assert toy.world.time > 8.0  # 10 m less four times via_radius, at 0.8 m/s

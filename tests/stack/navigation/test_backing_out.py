@@ -139,7 +139,7 @@ def test_a_robot_backs_out_before_somebody_who_walks_into_it():
         return [replace(person(there, y, (there - x) / world.period), stamp=world.time)]
 
     toy.tracks = walk
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     assert toy.finish(task, 90.0) is TaskStatus.SUCCEEDED, task.failure
     assert "give_way" in toy.kinds()
     assert max(headings) < 0.5  # it did not turn across the corridor

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stack.components import Estimator
-from stack.navigation.disambiguation import Disambiguation
 from stack.types import Perceived, Pose2D, PoseEstimate, RivalPose, TaskStatus, View
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
@@ -15,15 +14,19 @@ RIVAL = Pose2D(20.0, 3.0)
 
 
 class Rig:
-    """A navigator in a room of 8 m x 6 m; the rival goes once the robot is past `resolved_at`."""
+    """A navigator in a room of 8 m x 6 m, and its estimator.
 
-    def __init__(self, views, resolved_at=np.inf, rival=RIVAL):
+    The rival goes once the robot is past `resolved_at`.
+    """
+
+    def __init__(self, views, resolved_at=np.inf, rival=RIVAL, **settings):
         self.rival = rival
         self.world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
-        self.toy = ToyDrive(self.world)
-        self.navigator = self.toy.navigator
         self.views, self.avoided, self.health = list(views), [], 0.9
         self.resolved_at, self.resolved, self.jumps = resolved_at, False, 0
+        self.lidar = "lidar"
+        self.toy = ToyDrive(self.world, estimator=self, **settings)
+        self.navigator = self.toy.navigator
 
     @property
     def estimate(self):
@@ -37,13 +40,6 @@ class Rig:
         self.avoided.append(list(avoided))
         return self.views.pop(0) if self.views else None
 
-    def executor(self, then=None):
-        task = self.navigator.activities.task("disambiguate") if then is None else then.task
-        return Disambiguation(
-            task, self, self.navigator.parameters, lambda: self.world.scan,
-            self.navigator.view_drive, self.navigator.localisation_monitor, then,
-        )  # fmt: skip
-
     def run(self, task, seconds=40.0):
         while task.status is TaskStatus.RUNNING and self.world.time < seconds:
             self.step()
@@ -51,13 +47,12 @@ class Rig:
 
     def step(self):
         world = self.world
-        state = Perceived(world.time, self.estimate, world.odometry, world.obstacles)
+        state = Perceived(
+            world.time, self.estimate, world.odometry, world.obstacles,
+            measurements={"lidar": world.scan},
+        )  # fmt: skip
         twist = self.navigator.step(state).twist
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
-
-    def begin(self, executor):
-        self.navigator.activities.start(executor, "recovery", "telling the possible poses apart")
-        return executor.task
 
 
 @pytest.fixture
@@ -79,7 +74,7 @@ def ahead(metres, left=0.0):
 
 def test_without_rivals_it_succeeds_at_once(make):
     rig = make([], resolved_at=0.0)
-    task = rig.begin(rig.executor())
+    task = rig.navigator.base.disambiguate()
     rig.step()
     assert task.status is TaskStatus.SUCCEEDED
     assert rig.avoided == []
@@ -87,7 +82,7 @@ def test_without_rivals_it_succeeds_at_once(make):
 
 def test_it_stops_when_the_rival_goes_on_the_way(make):
     rig = make([ahead(4.0)], resolved_at=2.5)
-    task = rig.begin(rig.executor())
+    task = rig.navigator.base.disambiguate()
     assert rig.run(task) is TaskStatus.SUCCEEDED
     assert 2.5 <= rig.world.pose.x < 2.7
     assert rig.navigator.goal is None
@@ -95,7 +90,7 @@ def test_it_stops_when_the_rival_goes_on_the_way(make):
 
 def test_each_view_is_left_out_of_the_next_choice(make):
     rig = make([ahead(1.0), ahead(1.5)])
-    task = rig.begin(rig.executor())
+    task = rig.navigator.base.disambiguate()
     assert rig.run(task) is TaskStatus.FAILED
     assert task.failure.code == "AMBIGUOUS"
     assert "and another place, (20.00, 3.00)" in task.failure.sentence
@@ -109,7 +104,7 @@ def test_each_view_is_left_out_of_the_next_choice(make):
 
 def test_a_jump_of_the_estimate_asks_for_another_view(make):
     rig = make([ahead(4.0), ahead(1.0)], resolved_at=3.0)
-    task = rig.begin(rig.executor())
+    task = rig.navigator.base.disambiguate()
     while rig.world.pose.x < 1.5:
         rig.step()
     rig.jumps += 1
@@ -121,7 +116,7 @@ def test_a_jump_of_the_estimate_asks_for_another_view(make):
 def test_the_number_of_views_is_limited(make):
     rig = make([ahead(0.6)] * 5)
     rig.navigator.configure(replace(rig.navigator.parameters, view_attempts=2))
-    task = rig.begin(rig.executor())
+    task = rig.navigator.base.disambiguate()
     assert rig.run(task) is TaskStatus.FAILED
     assert "after 2 views; raise navigator.view_attempts" in task.failure.sentence
     assert len(rig.views) == 3
@@ -129,15 +124,15 @@ def test_the_number_of_views_is_limited(make):
 
 def test_a_goal_waits_until_one_pose_is_left(make):
     rig = make([ahead(2.0)], resolved_at=2.0)
-    task = rig.navigator.navigate_to(Pose2D(5.0, 4.0), first=rig.executor)
+    task = rig.navigator.base.navigate_to(Pose2D(5.0, 4.0))
     assert rig.run(task) is TaskStatus.SUCCEEDED
     assert rig.world.pose.distance_to(Pose2D(5.0, 4.0)) < 0.3
     assert len(rig.avoided) == 1
 
 
 def test_a_goal_is_refused_while_rivals_survive(make):
-    rig = make([])
-    task = rig.navigator.navigate_to(Pose2D(5.0, 4.0))
+    rig = make([], ambiguous_goals="refuse")
+    task = rig.navigator.base.navigate_to(Pose2D(5.0, 4.0))
     assert rig.run(task) is TaskStatus.FAILED
     assert task.failure.code == "AMBIGUOUS"
     assert rig.world.pose.x == pytest.approx(1.0, abs=0.01)
@@ -152,16 +147,16 @@ def test_a_goal_is_refused_while_rivals_survive(make):
     ],
 )
 def test_a_near_rival_is_told_apart_on_the_way(make, rival, goes_on):
-    rig = make([], resolved_at=1.6, rival=rival)
-    task = rig.navigator.navigate_to(Pose2D(6.0, 3.0))
+    rig = make([], ambiguous_goals="refuse", resolved_at=1.6, rival=rival)
+    task = rig.navigator.base.navigate_to(Pose2D(6.0, 3.0))
     assert (rig.run(task) is TaskStatus.SUCCEEDED) is goes_on
     assert goes_on or task.failure.code == "AMBIGUOUS"
 
 
 def test_a_near_rival_that_stays_ends_the_drive_before_the_goal(make):
     """It is 1.4 m from the start, where the way is 5 m; at half of its distance from it, 0.7 m."""
-    rig = make([], rival=Pose2D(2.4, 3.0, 0.0))
-    task = rig.navigator.navigate_to(Pose2D(6.0, 3.0))
+    rig = make([], ambiguous_goals="refuse", rival=Pose2D(2.4, 3.0, 0.0))
+    task = rig.navigator.base.navigate_to(Pose2D(6.0, 3.0))
     assert rig.run(task) is TaskStatus.FAILED
     assert task.failure.code == "AMBIGUOUS"
     assert rig.world.pose.x > 2.4
@@ -170,12 +165,12 @@ def test_a_near_rival_that_stays_ends_the_drive_before_the_goal(make):
 def test_the_robot_may_drive_in_spite_of_rivals(make):
     rig = make([])
     rig.navigator.configure(replace(rig.navigator.parameters, ambiguous_goals="drive"))
-    assert rig.run(rig.navigator.navigate_to(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
+    assert rig.run(rig.navigator.base.navigate_to(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
 
 
 def test_cancelling_stops_the_drive_to_a_view(make):
     rig = make([ahead(4.0)])
-    task = rig.begin(rig.executor())
+    task = rig.navigator.base.disambiguate()
     while rig.world.pose.x < 1.5:
         rig.step()
     assert rig.navigator.goal is not None

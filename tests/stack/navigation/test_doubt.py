@@ -50,7 +50,7 @@ def test_no_motion_without_a_path_begins_while_lost(make, begin):
     toy.health = LOST
     toy.run(2.0)
     try:
-        task = begin(toy.navigator.recoveries)
+        task = begin(toy.navigator.base)
     except NavigationError as error:
         failure = error.failure
     else:
@@ -64,7 +64,7 @@ def test_no_motion_without_a_path_begins_while_lost(make, begin):
 @motions
 def test_a_motion_that_is_under_way_stands_while_lost_and_fails_after_lost_time(make, begin):
     toy = make()
-    task = begin(toy.navigator.recoveries)
+    task = begin(toy.navigator.base)
     toy.run(0.5)
     toy.health = LOST
     toy.commands.clear()
@@ -77,7 +77,7 @@ def test_a_motion_that_is_under_way_stands_while_lost_and_fails_after_lost_time(
 def test_a_motion_goes_on_when_the_scans_fit_again(make, begin):
     """The time limits of the motion stand still meanwhile, also in several short doubts."""
     toy = make()
-    task = begin(toy.navigator.recoveries)
+    task = begin(toy.navigator.base)
     for _ in range(4):
         toy.health = FINE
         toy.run(0.2)
@@ -92,7 +92,7 @@ def test_a_behaviour_that_finds_the_pose_drives_while_lost(make, begin):
     toy = make()
     toy.health = LOST
     toy.run(2.0)
-    task = begin(toy.navigator.recoveries, while_lost=True)
+    task = begin(toy.navigator.base, while_lost=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
 
 
@@ -101,21 +101,21 @@ def test_a_user_may_let_them_drive(make, begin):
     toy = make(lost_motions="drive")
     toy.health = LOST
     toy.run(2.0)
-    assert toy.finish(begin(toy.navigator.recoveries)) is TaskStatus.SUCCEEDED
+    assert toy.finish(begin(toy.navigator.base)) is TaskStatus.SUCCEEDED
 
 
 def test_a_robot_that_is_lost_can_be_stopped(make):
     toy = make()
     toy.health = LOST
     toy.run(2.0)
-    assert toy.finish(toy.navigator.recoveries.drive_for(STANDSTILL, 0.3)) is TaskStatus.SUCCEEDED
+    assert toy.finish(toy.navigator.base.drive_for(STANDSTILL, 0.3)) is TaskStatus.SUCCEEDED
 
 
 def test_a_velocity_does_not_outlive_its_time_after_a_doubt(make):
     toy = make()
-    toy.navigator.recoveries.drive_for(Twist(0.2), 0.3)
+    toy.navigator.base.drive_for(Twist(0.2), 0.3)
     toy.health = LOST
-    toy.run(1.0, lambda: toy.navigator.recoveries.drive_for(Twist(0.2), 0.3) is None)
+    toy.run(1.0, lambda: toy.navigator.base.drive_for(Twist(0.2), 0.3) is None)
     toy.health = FINE
     toy.commands.clear()
     toy.run(2.0)
@@ -126,9 +126,9 @@ def test_the_operator_drives_a_lost_robot(make):
     toy = make()
     toy.health = LOST
     toy.run(2.0)
-    task = toy.navigator.recoveries.assisted_teleop(10.0)
+    task = toy.navigator.base.assisted_teleop(10.0)
     toy.step()
-    toy.navigator.recoveries.teleoperation.steer(Twist(0.2))
+    toy.navigator.base.teleoperation.steer(Twist(0.2))
     toy.step()
     assert task.running and toy.commands[-1] == Twist(0.2)
 
@@ -139,7 +139,7 @@ def test_each_drive_waits_for_the_pose_before_it_fails(make, lost_before):
     toy = make()
     toy.health = LOST
     toy.run(lost_before)
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     assert toy.run(5.0, lambda: not task.running) == pytest.approx(1.55)
     assert task.failure.code == FailureCode.LOST
     assert all(twist == STANDSTILL for twist in toy.commands)
@@ -147,7 +147,7 @@ def test_each_drive_waits_for_the_pose_before_it_fails(make, lost_before):
 
 def test_a_drive_goes_on_when_the_scans_fit_again(make):
     toy = make()
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(1.0)
     toy.health = LOST
     toy.run(1.4)
@@ -160,7 +160,7 @@ def test_a_drive_goes_on_when_the_scans_fit_again(make):
 def test_unmapped_things_let_the_robot_drive_on_slowly_for_a_distance(make):
     """1 m at 0.2 m/s: 5 s, then it stands for lost_time."""
     toy = make(obscured_distance=1.0)
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(2.0)
     before = toy.world.pose.x
     toy.health, toy.obscured = LOST, True
@@ -184,18 +184,18 @@ def test_unmapped_things_let_the_robot_drive_on_slowly_for_a_distance(make):
 def test_the_distance_by_odometry_is_not_renewed_by_another_goal(make):
     toy = make(obscured_distance=1.0)
     toy.health, toy.obscured = LOST, True
-    toy.finish(toy.navigator.navigate_to(GOAL))
+    toy.finish(toy.navigator.base.navigate_to(GOAL))
     toy.health = 0.4  # neither lost nor good
     toy.run(0.5)
     toy.health, spent = LOST, toy.world.pose.x
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.finish(task)
     assert task.failure.code == FailureCode.LOST
     assert toy.world.pose.x == pytest.approx(spent, abs=0.02)
     toy.health = FINE
     toy.step()
     toy.health = LOST
-    toy.finish(toy.navigator.navigate_to(GOAL))
+    toy.finish(toy.navigator.base.navigate_to(GOAL))
     assert toy.world.pose.x - spent > 0.9, "a good pose begins another metre"
 
 
@@ -203,14 +203,14 @@ def test_the_distance_by_odometry_is_not_renewed_by_another_goal(make):
 def test_motions_without_a_path_are_slow_too_where_the_map_is_hidden(make, begin):
     toy = make(back_up_speed=0.5, straight_speed=0.5, escape_speed=0.5)
     toy.health, toy.obscured = LOST, True
-    assert toy.finish(begin(toy.navigator.recoveries)) is TaskStatus.SUCCEEDED
+    assert toy.finish(begin(toy.navigator.base)) is TaskStatus.SUCCEEDED
     assert max(hypot(twist.linear, twist.lateral) for twist in toy.commands) <= 0.2 + 1e-9
 
 
 def test_a_robot_that_may_not_drive_by_odometry_stands(make):
     toy = make(obscured_speed=0.0)
     toy.health, toy.obscured = LOST, True
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.finish(task)
     assert task.failure.code == FailureCode.LOST
     assert all(twist == STANDSTILL for twist in toy.commands)
@@ -219,7 +219,7 @@ def test_a_robot_that_may_not_drive_by_odometry_stands(make):
 def test_a_drive_among_rivals_fails_at_once_although_the_robot_is_lost_too(make):
     """Waiting for the estimator is useless then: the mission is to tell them apart."""
     toy = make()
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.health, toy.rivals = 0.1, (RivalPose(Pose2D(5.0, 5.0), 0.2),)
     toy.step()
     assert task.failure.code == FailureCode.AMBIGUOUS

@@ -31,7 +31,7 @@ def test_goals_are_reached_from_anywhere_without_a_touch(make, batch):
         world = ToyWorld(DIVIDED, robot())
         goal, start = random_pose(random, world), random_pose(random, world)
         toy = make(world)
-        task = toy.navigator.navigate_to(goal)
+        task = toy.navigator.base.navigate_to(goal)
         assert toy.finish(task) is TaskStatus.SUCCEEDED, (start, goal, task.failure)
         assert world.pose.distance_to(goal) < 0.03
         assert heading_error(world.pose, goal) < 0.0524  # 3 degrees
@@ -40,7 +40,7 @@ def test_goals_are_reached_from_anywhere_without_a_touch(make, batch):
 
 def test_a_drive_emits_events(make):
     toy = make()
-    task = toy.navigator.navigate_to(Pose2D(5.0, 3.0, 0.0))
+    task = toy.navigator.base.navigate_to(Pose2D(5.0, 3.0, 0.0))
     assert toy.navigator.goal == Pose2D(5.0, 3.0, 0.0)
     toy.run(0.1)
     assert task.path is None  # planning takes 0.1 s, of simulated time
@@ -56,14 +56,14 @@ def test_a_drive_emits_events(make):
         "drive to (5.00, 3.00, 0 deg) succeeded: reached the goal, 0.0"
     )
     assert (toy.navigator.goal, toy.navigator.path, toy.navigator.local_plan) == (None,) * 3
-    assert toy.navigator.counters["distance"] == pytest.approx(4.0, abs=0.05)
+    assert toy.distance == pytest.approx(4.0, abs=0.05)
 
 
 def test_the_same_drive_twice_is_the_same_to_the_last_bit(make):
     def trace():
         world = ToyWorld(DIVIDED, robot(), Pose2D(1, 1, 2.0))
         toy = make(world)
-        toy.finish(toy.navigator.navigate_to(Pose2D(7, 1, 0)))
+        toy.finish(toy.navigator.base.navigate_to(Pose2D(7, 1, 0)))
         return world.time, world.pose, toy.events, toy.commands
 
     assert trace() == trace()
@@ -73,7 +73,7 @@ def test_a_person_in_the_way_is_waited_for(make):
     world = ToyWorld(room(8, 1.2), robot(), Pose2D(1.0, 0.6))
     slow = PoseProgressChecker(PoseProgressParameters(time=60.0), world.robot)
     toy = make(world, progress=slow, patience=30.0, collision_patience=30.0)
-    task = toy.navigator.navigate_to(Pose2D(7.0, 0.6, 0.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 0.6, 0.0))
     toy.run(2.0)
     world.circles.append((4.5, 0.6, 0.25))
     toy.run(10.0)
@@ -88,7 +88,7 @@ def test_a_person_in_the_way_is_waited_for(make):
 def test_a_blocked_path_is_replanned(make):
     world = ToyWorld(TWO_DOORS, robot(), Pose2D(1.0, 3.8))
     toy = make(world)
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.8, 0.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.8, 0.0))
     toy.run(0.5)
     assert task.path.points[:, 1].max() > 4.0  # through the upper door
     world.circles.append((4.0, 4.8, 0.5))
@@ -96,7 +96,7 @@ def test_a_blocked_path_is_replanned(make):
     assert world.nearest > 0.0
     replan = next(event for event in toy.events if event[0] == "replan")
     assert replan[2]["reason"] == "the path ahead is blocked"
-    assert toy.navigator.counters["replans"] >= 1
+    assert toy.navigator.replans >= 1
 
 
 def test_obstacles_missing_in_the_costmaps_are_not_hit(make):
@@ -104,7 +104,7 @@ def test_obstacles_missing_in_the_costmaps_are_not_hit(make):
     toy = make(world)
     toy.follow_changes = False
     world.circles.append((4.0, 3.0, 0.3))
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0, 0.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0, 0.0))
     assert toy.finish(task) is TaskStatus.FAILED
     assert task.failure.code in (FailureCode.NO_PROGRESS, FailureCode.COLLISION_AHEAD)
     assert world.nearest > 0.0
@@ -112,7 +112,7 @@ def test_obstacles_missing_in_the_costmaps_are_not_hit(make):
 
 def test_a_slightly_better_path_is_not_worth_a_change(make):
     toy = make()
-    task = toy.navigator.navigate_to(Pose2D(7.0, 5.0, 0.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 5.0, 0.0))
     toy.finish(task)
     assert toy.planner.calls >= 4  # one every 2 s
     assert toy.kinds().count("replan") == 0
@@ -121,7 +121,7 @@ def test_a_slightly_better_path_is_not_worth_a_change(make):
 def test_a_clearly_better_path_is_taken(make):
     world = ToyWorld(TWO_DOORS, robot(), Pose2D(1.0, 4.2, 0.0), circles=[(4.0, 4.8, 0.5)])
     toy = make(world)
-    task = toy.navigator.navigate_to(Pose2D(7.0, 4.8, 0.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 4.8, 0.0))
     toy.run(1.0)
     assert task.path.points[:, 1].min() < 2.0  # through the lower door
     world.circles.clear()
@@ -135,7 +135,7 @@ def test_poses_on_the_way_are_passed_without_stopping(make):
     toy = make(world)
     vias = [Pose2D(4.0, 1.5, 2.0), Pose2D(6.5, 3.0, -2.0)]
     goal = Pose2D(4.0, 5.0, pi)
-    task = toy.navigator.navigate_through([*vias, goal])
+    task = toy.navigator.base.navigate_through([*vias, goal])
     near, slowest = [9.0, 9.0], 9.0
     while task.running and world.time < 60:
         toy.step()
@@ -151,7 +151,7 @@ def test_poses_on_the_way_are_passed_without_stopping(make):
 def test_goals_left_behind_are_not_gone_back_to(make):
     world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
     toy = make(world)
-    task = toy.navigator.navigate_through([Pose2D(3.0, 3.0), Pose2D(7.0, 3.0)])
+    task = toy.navigator.base.navigate_through([Pose2D(3.0, 3.0), Pose2D(7.0, 3.0)])
     toy.run(4.0)
     assert world.pose.x > 3.0
     world.circles.append((5.5, 3.0, 0.3))
@@ -167,19 +167,19 @@ def test_a_given_path_is_followed_as_it_is(make):
     toy = make()
     x = np.arange(1.0, 6.0, 0.05)
     points = np.column_stack([x, 3.0 + 0.5 * np.sin(2 * (x - 1.0)), np.zeros_like(x)])
-    task = toy.navigator.follow_path(Path(points))
+    task = toy.navigator.base.follow_path(Path(points))
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert toy.planner.calls == 0
     assert toy.world.pose.distance_to(task.path.goal) < 0.05
     with pytest.raises(ParameterError, match="expected at least 2 points, got 1"):
-        toy.navigator.follow_path(Path(points[:1]))
+        toy.navigator.base.follow_path(Path(points[:1]))
 
 
 def test_plan_answers_without_driving(make):
     toy = make()
-    there = toy.navigator.plan(Pose2D(5.0, 3.0))
-    elsewhere = toy.navigator.plan(Pose2D(5.0, 3.0), Pose2D(5.0, 5.0))
-    outside = toy.navigator.plan(Pose2D(50.0, 3.0))
+    there = toy.navigator.base.plan(Pose2D(5.0, 3.0))
+    elsewhere = toy.navigator.base.plan(Pose2D(5.0, 3.0), Pose2D(5.0, 5.0))
+    outside = toy.navigator.base.plan(Pose2D(50.0, 3.0))
     toy.run(0.5)
     assert there.status is elsewhere.status is TaskStatus.SUCCEEDED
     assert there.path.length == pytest.approx(4.0, abs=0.1)
@@ -190,9 +190,9 @@ def test_plan_answers_without_driving(make):
 
 def test_planning_does_not_disturb_a_drive(make):
     toy = make()
-    drive = toy.navigator.navigate_to(Pose2D(5.0, 3.0))
+    drive = toy.navigator.base.navigate_to(Pose2D(5.0, 3.0))
     toy.run(1.0)
-    toy.navigator.plan(Pose2D(2.0, 2.0))
+    toy.navigator.base.plan(Pose2D(2.0, 2.0))
     assert toy.finish(drive) is TaskStatus.SUCCEEDED
     ends = [fields for kind, _, fields in toy.events if kind == "task"]
     assert [(end["status"], end["moves"]) for end in ends] == [
@@ -216,7 +216,7 @@ def failing(code):
 )  # fmt: skip
 def test_planning_failures_end_the_drive_when_patience_is_over(make, code, seconds):
     toy = make(planner=failing(code))
-    task = toy.navigator.navigate_to(Pose2D(5.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(5.0, 3.0))
     toy.finish(task)
     assert (task.status, task.failure.code) == (TaskStatus.FAILED, code)
     assert toy.world.time == pytest.approx(seconds + 0.15, abs=0.1)  # + the planning latency
@@ -225,7 +225,7 @@ def test_planning_failures_end_the_drive_when_patience_is_over(make, code, secon
 
 def test_a_path_that_opens_in_time_is_driven(make):
     toy = make(planner=failing(FailureCode.NO_VALID_PATH))
-    task = toy.navigator.navigate_to(Pose2D(5.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(5.0, 3.0))
     toy.run(1.5)
     toy.planner.fails = None
     assert toy.finish(task) is TaskStatus.SUCCEEDED
@@ -234,7 +234,7 @@ def test_a_path_that_opens_in_time_is_driven(make):
 def test_something_that_stays_in_the_way_fails_the_drive(make):
     world = ToyWorld(room(8, 1.2), robot(), Pose2D(1.0, 0.6))
     toy = make(world, patience=60.0)
-    task = toy.navigator.navigate_to(Pose2D(7.0, 0.6))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 0.6))
     toy.run(2.0)
     world.circles.append((4.5, 0.6, 0.25))
     toy.finish(task)
@@ -245,7 +245,7 @@ def test_something_that_stays_in_the_way_fails_the_drive(make):
 @pytest.mark.pain("s334", "s769", "s285", "s771")
 def test_a_lost_robot_stops_and_says_so(make):
     toy = make()
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
     toy.run(2.0)
     toy.health = 0.1
     toy.run(1.4)
@@ -263,7 +263,7 @@ def test_a_lost_robot_stops_and_says_so(make):
 @pytest.mark.pain("n3090")
 def test_a_cancelled_drive_leaves_the_robot_standing(make):
     toy = make()
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
     toy.run(2.0)
     task.cancel()
     toy.run(1.5)
@@ -276,9 +276,9 @@ def test_a_cancelled_drive_leaves_the_robot_standing(make):
 
 def test_a_newer_task_cancels_the_older_for_ever(make):
     toy = make()
-    older = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
+    older = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
     toy.run(1.0)
-    newer = toy.navigator.navigate_to(Pose2D(2.0, 5.0))
+    newer = toy.navigator.base.navigate_to(Pose2D(2.0, 5.0))
     assert older.status is TaskStatus.CANCELLED
     assert older.failure.sentence.startswith("replaced: drive to (2.00, 5.00")
     assert toy.finish(newer) is TaskStatus.SUCCEEDED
@@ -289,7 +289,7 @@ def test_a_newer_task_cancels_the_older_for_ever(make):
 
 def test_a_pause_is_no_time_without_progress(make):
     toy = make()
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
     toy.run(2.0)
     toy.navigator.pause(toy.world.time)
     for _ in range(400):  # 20 s
@@ -300,7 +300,7 @@ def test_a_pause_is_no_time_without_progress(make):
 
 def test_a_jump_of_the_pose_brings_a_new_path(make):
     toy = make()
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
     toy.run(2.0)
     toy.world.pose = Pose2D(3.0, 5.0, 0.0)
     assert toy.finish(task) is TaskStatus.SUCCEEDED
@@ -313,7 +313,7 @@ def test_a_plugin_that_breaks_fails_the_task_not_the_loop(make):
             return 1 / 0
 
     toy = make(planner=Broken())
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
     toy.finish(task)
     assert task.failure.code == FailureCode.EXCEPTION
     assert "division by zero" in task.failure.sentence
@@ -321,7 +321,7 @@ def test_a_plugin_that_breaks_fails_the_task_not_the_loop(make):
 
 def test_no_goals_are_refused(make):
     with pytest.raises(ParameterError, match="expected at least one pose"):
-        make().navigator.navigate_through([])
+        make().navigator.base.navigate_through([])
 
 
 @pytest.mark.parametrize("start", [0.0, pi], ids=["along", "against"])
@@ -329,7 +329,7 @@ def test_where_it_cannot_turn_at_the_goal_it_turns_beside_it(make, start):
     """The wall is 27 cm away, the corners of the robot are 32 cm from its middle."""
     world = ToyWorld(room(8, 6), robot(), Pose2D(4.0 - 3.0 * np.cos(start), 0.27, start))
     toy, goal = make(world), Pose2D(4.0, 0.27, pi / 2.0)
-    task = toy.navigator.navigate_to(goal)
+    task = toy.navigator.base.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     reasons = [fields["reason"] for kind, _, fields in toy.events if kind == "replan"]
     assert "no room to turn at the goal" in reasons
@@ -344,9 +344,9 @@ def test_a_path_that_ends_too_far_from_the_goal_is_none(make):
             return super().plan(costs, start, Pose2D(goal.x - 0.19, goal.y, goal.heading))
 
     near = make(planner=Nearby())
-    assert near.finish(near.navigator.navigate_to(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
+    assert near.finish(near.navigator.base.navigate_to(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
     strict = make(planner=Nearby())
-    task = strict.navigator.navigate_to(Pose2D(3.0, 3.0), tolerance=0.1)
+    task = strict.navigator.base.navigate_to(Pose2D(3.0, 3.0), tolerance=0.1)
     strict.finish(task)
     assert task.failure.code == FailureCode.GOAL_OCCUPIED
     assert "0.19 m away from the goal, the tolerance is 0.10 m" in task.failure.sentence
@@ -362,7 +362,7 @@ def test_it_stands_without_a_task(make):
 def test_a_gap_blocked_only_when_seen_from_near_is_not_tried_for_ever(make):
     world = ToyWorld(TWO_DOORS, robot(), Pose2D(1.0, 4.5))
     toy = make(world)
-    task = toy.navigator.navigate_to(Pose2D(7.0, 4.8, 0.0))
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 4.8, 0.0))
     upper = (4.0, 4.8, 0.5)
     while task.running and world.time < 90:
         seen = world.pose.distance_to(Pose2D(*upper[:2])) < 1.6

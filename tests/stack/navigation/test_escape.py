@@ -17,7 +17,7 @@ from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
 from stack.navigation.escape.search import Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.escape.views import View
-from stack.navigation.standstill import standing
+from stack.navigation.tasks import standing
 from stack.types import (
     STANDSTILL,
     FailureCode,
@@ -91,7 +91,7 @@ def test_five_centimetres_on_three_sides_are_enough_to_get_out(make, who, free):
     toy = make(world, lost_motions="drive")
     toy.health = 0.0  # neither the pose nor the costmap is used
     toy.local.grid.cells[:] = toy.globe.grid.cells[:] = 254
-    task = toy.navigator.recoveries.escape()
+    task = toy.navigator.base.escape()
     assert toy.finish(task, 90) is TaskStatus.SUCCEEDED
     assert standing(world.twist)
     assert world.clearance() > 0.12
@@ -111,7 +111,7 @@ def test_wherever_it_stands_it_ends_and_touches_nothing(circles, who, heading):
     assume(world.clearance() > 0.01)
     assume(all(hypot(x - 2.0, y - 2.0) > 0.25 + r for x, y, r in circles))
     toy = ToyDrive(world)
-    task = toy.navigator.recoveries.escape()
+    task = toy.navigator.base.escape()
     toy.finish(task, 120)
     toy.navigator.close()
     assert task.status is not TaskStatus.RUNNING
@@ -123,7 +123,7 @@ def test_wherever_it_stands_it_ends_and_touches_nothing(circles, who, heading):
 @pytest.mark.parametrize("who", [DIFFERENTIAL, ROUND, CAR, OMNI])
 def test_shut_in_it_fails_once_patience_is_over(make, who):
     toy = make(ToyWorld(room(6, 6) + wedge(who, 0.03), who, MIDDLE, beams=360))
-    task = toy.navigator.recoveries.escape()
+    task = toy.navigator.base.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
     assert "obstacles block every motion" in task.failure.sentence
@@ -135,7 +135,7 @@ def test_it_leaves_when_a_person_steps_aside_in_time(make):
     world = ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["behind"]), ROUND, MIDDLE, beams=360)
     world.circles.append((2.55, 3.0, 0.2))
     toy = make(world)
-    task = toy.navigator.recoveries.escape()
+    task = toy.navigator.base.escape()
     toy.run(1.0)
     world.circles.clear()
     assert toy.finish(task) is TaskStatus.SUCCEEDED
@@ -143,7 +143,7 @@ def test_it_leaves_when_a_person_steps_aside_in_time(make):
 
 def test_it_fails_when_no_pose_has_more_clearance(make):
     toy = make(ToyWorld(room(1.5, 1.5), ROUND, Pose2D(0.75, 0.75), beams=360))
-    task = toy.navigator.recoveries.escape(clearance=1.0)
+    task = toy.navigator.base.escape(clearance=1.0)
     toy.finish(task)
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert "more clearance than the 0.5" in task.failure.sentence  # 0.75 m less the radius
@@ -153,14 +153,14 @@ def test_it_goes_no_farther_than_allowed(make):
     lane = [(0, 2.7, 6, 2.7), (0, 3.3, 6, 3.3)]  # 0.6 m wide, and far to its end
     wall = box(3.4, 3.0, 0.2, 0.5)
     toy = make(ToyWorld(room(6, 6) + lane + wall, ROUND, MIDDLE, beams=360))
-    task = toy.navigator.recoveries.escape(distance=0.4)
+    task = toy.navigator.base.escape(distance=0.4)
     toy.finish(task)
-    assert toy.navigator.counters["distance"] < 0.45
+    assert toy.distance < 0.45
 
 
 def test_enough_room_is_a_success_at_once(make):
     toy = make(ToyWorld(room(6, 6), ROUND, MIDDLE))
-    assert toy.finish(toy.navigator.recoveries.escape()) is TaskStatus.SUCCEEDED
+    assert toy.finish(toy.navigator.base.escape()) is TaskStatus.SUCCEEDED
     assert toy.world.pose == MIDDLE
 
 
@@ -168,7 +168,7 @@ def test_a_stalled_robot_gives_up(make):
     toy = make(ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["left"]), ROUND, MIDDLE, beams=360))
     drive = toy.world.drive
     toy.world.drive = lambda twist: drive(STANDSTILL)
-    task = toy.navigator.recoveries.escape()
+    task = toy.navigator.base.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert toy.world.time == pytest.approx(3.0, abs=0.3)
@@ -178,7 +178,7 @@ def test_a_robot_that_crawls_runs_out_of_time(make):
     toy = make(ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["behind"]), ROUND, MIDDLE, beams=360))
     drive = toy.world.drive
     toy.world.drive = lambda twist: drive(Twist(0.06 * twist.linear, 0.06 * twist.angular))
-    task = toy.navigator.recoveries.escape(distance=0.5)
+    task = toy.navigator.base.escape(distance=0.5)
     toy.finish(task, 300)
     assert task.failure.code == FailureCode.TIMED_OUT
     # three times 0.5 m at 0.15 m/s and two turns at 1 rad/s, and 5 s
@@ -187,7 +187,7 @@ def test_a_robot_that_crawls_runs_out_of_time(make):
 
 def test_without_a_sensor_it_says_what_is_missing(make):
     toy = make(ToyWorld(room(6, 6), robot(lidar=False), MIDDLE))
-    task = toy.navigator.recoveries.escape()
+    task = toy.navigator.base.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.FAILED
     assert "an escape needs a lidar or a sonar" in task.failure.sentence
@@ -197,7 +197,7 @@ def test_a_direction_never_seen_is_not_free(make):
     who = DIFFERENTIAL
     world = ToyWorld(room(6, 6) + wedge(who, 0.05, ["behind"]), who, MIDDLE, beams=360)
     toy = make(noisy(world, deviation=0.0, blind=lambda angle: cos(angle) < cos(2.4)))
-    task = toy.navigator.recoveries.escape()
+    task = toy.navigator.base.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
     assert world.pose == MIDDLE
@@ -209,17 +209,17 @@ def test_the_way_just_driven_is_free_though_unseen(make):
         room(6, 6) + wedge(who, 0.05, ["behind"]), who, Pose2D(2.0, 3.0), beams=360
     )  # fmt: skip
     toy = make(noisy(world, deviation=0.0, blind=lambda angle: cos(angle) < cos(2.4)))
-    toy.navigator.recoveries.drive_for(Twist(0.25), 3.7)
+    toy.navigator.base.drive_for(Twist(0.25), 3.7)
     toy.run(5.0)
     assert world.pose.x > 2.85
     assert world.clearance() < 0.08
-    assert toy.finish(toy.navigator.recoveries.escape()) is TaskStatus.SUCCEEDED
+    assert toy.finish(toy.navigator.base.escape()) is TaskStatus.SUCCEEDED
     assert world.nearest > 0.02
 
 
 def test_escapes_by_nothing_are_refused(make):
     with pytest.raises(ParameterError, match="clearance: 0 must be above 0"):
-        make().navigator.recoveries.escape(clearance=0.0)
+        make().navigator.base.escape(clearance=0.0)
 
 
 def test_motions_keep_to_what_the_drive_can_do():
@@ -278,7 +278,7 @@ def test_legs_are_driven_with_one_metre_or_one_radian_per_unit(who):
 def test_legs_speed_up_by_half_of_what_the_drive_can(make, leg, speed, acceleration):
     who = robot(angular_speed=0.6, angular_acceleration=2.0, linear_acceleration=0.8)
     toy = make(ToyWorld(room(6, 6), who, MIDDLE))
-    toy.navigator.recoveries.escape()
+    toy.navigator.base.escape()
     profile = toy.navigator.activities.current._profile(leg)
     assert (profile.total, profile.speed, profile.acceleration) == pytest.approx(
         (0.8, speed, acceleration)

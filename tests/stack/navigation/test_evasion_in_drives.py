@@ -39,7 +39,7 @@ def toy() -> ToyDrive:
 
 
 def test_a_lost_robot_stands_although_somebody_walks_at_it(toy):
-    toy.navigator.navigate_to(GOAL)
+    toy.navigator.base.navigate_to(GOAL)
     toy.run(2.0)
     toy.health = 0.0
     toy.step()
@@ -52,7 +52,7 @@ def test_a_lost_robot_stands_although_somebody_walks_at_it(toy):
 
 def test_a_robot_that_was_lost_during_an_evasion_plans_from_where_it_is(toy):
     """It would first turn back to its path."""
-    toy.navigator.navigate_to(GOAL)
+    toy.navigator.base.navigate_to(GOAL)
     toy.run(2.0)
     walking_at(toy, toy.world.time)
     toy.run(10.0, lambda: "evasion" in toy.kinds() and abs(toy.world.pose.y - 3.0) > 0.3)
@@ -66,7 +66,7 @@ def test_a_robot_that_was_lost_during_an_evasion_plans_from_where_it_is(toy):
 
 
 def test_a_robot_that_drives_by_odometry_evades_slowly(toy):
-    toy.navigator.navigate_to(GOAL)
+    toy.navigator.base.navigate_to(GOAL)
     toy.run(2.0)
     toy.health, toy.obscured = 0.0, True
     walking_at(toy, toy.world.time)
@@ -79,7 +79,7 @@ def test_a_robot_that_drives_by_odometry_evades_slowly(toy):
 
 
 def test_the_next_drive_knows_nothing_of_an_evasion_during_which_the_last_one_ended(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     walking_at(toy)
     toy.run(10.0, lambda: "evasion" in toy.kinds())
     task.cancel()
@@ -87,7 +87,7 @@ def test_the_next_drive_knows_nothing_of_an_evasion_during_which_the_last_one_en
     toy.run(2.0)
     assert toy.commands[-1] == STANDSTILL
     before = len(toy.events)
-    assert toy.finish(toy.navigator.navigate_to(GOAL)) is TaskStatus.SUCCEEDED
+    assert toy.finish(toy.navigator.base.navigate_to(GOAL)) is TaskStatus.SUCCEEDED
     reasons = [fields.get("reason", "") for _, _, fields in toy.events[before:]]
     assert not [reason for reason in reasons if "evasion" in reason]
 
@@ -103,7 +103,7 @@ def test_a_controller_keeps_clear_only_in_a_step_that_it_computed():
     follower = PathFollower(KeepingClear, PurePursuitParameters(), world.robot, world.period)
     toy = ToyDrive(world, follower=follower)
     assert not follower.keeps_clear(world.time)
-    toy.navigator.navigate_to(GOAL)
+    toy.navigator.base.navigate_to(GOAL)
     toy.run(1.0, lambda: "plan" in toy.kinds())
     now = world.time
     toy.step()
@@ -122,7 +122,7 @@ def test_a_plan_that_was_asked_for_before_the_robot_gave_way_is_dropped():
     toy = ToyDrive(world, globe=ToyCostmap(ToyWorld(walls, robot())), **settings)
     there = TrackedObject(7, 0.0, (5.0, 0.5), (0.0, 0.0), 0.25, 0.01 * np.eye(4))
     toy.tracks = lambda: [there] if world.circles else []
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(60.0, lambda: world.pose.y > 1.4)
     assert world.pose.y > 1.4
     world.circles.clear()
@@ -152,6 +152,6 @@ def test_somebody_in_front_is_given_way_to_while_another_comes_through_a_corrido
         give_way, "find_passing_place",
         lambda _, pose, ways, *__: None if ways[0][0, 0] > 50.0 else Pose2D(1.0, 0.5),
     )  # fmt: skip
-    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(20.0, lambda: "give_way" in toy.kinds())
     assert "giving way to a person" in toy.events[toy.kinds().index("give_way")][1]

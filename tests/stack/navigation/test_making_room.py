@@ -26,7 +26,7 @@ def test_a_box_beside_a_wall_leaves_it_without_contact(make, start):
     # 0.5 x 0.4 m, 2 to 4 cm beside the wall: it cannot turn, its corners swing 12 cm out.
     world = ToyWorld(room(8, 6), robot(), start)
     toy = make(world)
-    task = toy.navigator.navigate_to(Pose2D(4.0, 3.0))
+    task = toy.navigator.base.navigate_to(Pose2D(4.0, 3.0))
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert world.nearest > 0.0
     makes_room = any("making room" in text for _, text, _ in toy.events)
@@ -36,7 +36,7 @@ def test_a_box_beside_a_wall_leaves_it_without_contact(make, start):
 def test_giving_way_ends_the_making_of_room(make):
     """A motion of odometry that goes on after a drive elsewhere would lead anywhere."""
     toy = make(ToyWorld(room(8, 6), robot(), Pose2D(3.0, 0.23, 0.0)))
-    toy.navigator.navigate_to(Pose2D(4.0, 3.0))
+    toy.navigator.base.navigate_to(Pose2D(4.0, 3.0))
     toy.step()
     drive = toy.navigator.activities.current
     while not drive._making_room.is_driving:
@@ -80,7 +80,7 @@ def test_an_escape_stays_out_of_keepout_zones(make, zone):
     if zone is not None:
         toy.globe.forbidden = zone_above(toy.globe, zone)
     toy.step()
-    task, highest = toy.navigator.recoveries.escape(), 0.0
+    task, highest = toy.navigator.base.escape(), 0.0
     while task.running and world.time < 60.0:
         toy.step()
         corners = world.pose.transform(world.robot.footprint.points)

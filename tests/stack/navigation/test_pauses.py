@@ -65,7 +65,7 @@ def hold(toy, seconds):
 
 @pytest.mark.parametrize("pauses", [1, 3])
 def test_after_a_pause_the_time_is_still_that_of_the_scans(toy, pauses):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     for _ in range(pauses):
         toy.run(1.0)
         hold(toy, 5.0)
@@ -74,7 +74,7 @@ def test_after_a_pause_the_time_is_still_that_of_the_scans(toy, pauses):
 
 
 def test_after_a_hiccup_of_the_loop_the_time_is_still_that_of_the_scans(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(1.0)
     toy.world.time += 0.2  # four periods without a step
     assert toy.finish(task) is TaskStatus.SUCCEEDED
@@ -82,12 +82,12 @@ def test_after_a_hiccup_of_the_loop_the_time_is_still_that_of_the_scans(toy):
 
 
 def test_a_detour_is_no_time_without_progress(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(2.0)
     toy.navigator.pause(toy.world.time)
     here = toy.world.pose
     for goal in (Pose2D(2.0, 5.0), Pose2D(2.0, 1.0), here):  # away for longer than progress_time
-        assert toy.finish(toy.navigator.navigate_to(goal)) is TaskStatus.SUCCEEDED
+        assert toy.finish(toy.navigator.base.navigate_to(goal)) is TaskStatus.SUCCEEDED
     toy.run(10.0)
     assert task.running and toy.navigator.goal == GOAL  # still shown, and held
     assert toy.navigator.local_plan is None
@@ -96,10 +96,10 @@ def test_a_detour_is_no_time_without_progress(toy):
 
 
 def test_a_detour_that_is_undone_is_cancelled_and_the_mission_continues(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(2.0)
     toy.navigator.pause(toy.world.time)
-    detour = toy.navigator.navigate_to(Pose2D(1.0, 5.0))
+    detour = toy.navigator.base.navigate_to(Pose2D(1.0, 5.0))
     toy.run(9.0, lambda: toy.world.pose.y > 3.5)
     assert toy.navigator.goal == Pose2D(1.0, 5.0) and task.running
     toy.navigator.resume(toy.world.time)
@@ -110,17 +110,17 @@ def test_a_detour_that_is_undone_is_cancelled_and_the_mission_continues(toy):
 
 
 def test_a_second_detour_replaces_the_first_and_not_the_mission(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(1.0)
     toy.navigator.pause(toy.world.time)
-    first = toy.navigator.navigate_to(Pose2D(1.0, 5.0))
+    first = toy.navigator.base.navigate_to(Pose2D(1.0, 5.0))
     toy.run(1.0)
-    second = toy.navigator.navigate_to(Pose2D(1.0, 1.0))
+    second = toy.navigator.base.navigate_to(Pose2D(1.0, 1.0))
     assert first.status is TaskStatus.CANCELLED and second.running and task.running
 
 
 def test_the_robot_stands_while_the_mission_is_held(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(2.0)
     toy.navigator.pause(toy.world.time)
     toy.run(30.0)  # with steps: a real robot senses on
@@ -130,7 +130,7 @@ def test_the_robot_stands_while_the_mission_is_held(toy):
 
 
 def test_a_controller_is_started_held_and_stopped(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(1.0)
     hold(toy, 1.0)
     toy.finish(task)
@@ -143,7 +143,7 @@ def test_a_controller_is_started_held_and_stopped(toy):
 @pytest.mark.parametrize("cancelled", [True, False])
 def test_a_controller_is_stopped_when_the_navigator_is_closed(toy, cancelled):
     """Nothing steps the navigator after the end of a mission."""
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(1.0)
     if cancelled:
         task.cancel()
@@ -154,11 +154,11 @@ def test_a_controller_is_stopped_when_the_navigator_is_closed(toy, cancelled):
 
 
 def test_after_a_detour_the_controller_gets_the_path_of_the_mission_again(toy):
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.run(1.0)
     path = toy.navigator.path
     toy.navigator.pause(toy.world.time)
-    toy.finish(toy.navigator.navigate_to(Pose2D(2.0, 4.0)))
+    toy.finish(toy.navigator.base.navigate_to(Pose2D(2.0, 4.0)))
     toy.navigator.resume(toy.world.time)
     assert toy.navigator.path is path and task.running
     toy.step()
@@ -166,9 +166,9 @@ def test_after_a_detour_the_controller_gets_the_path_of_the_mission_again(toy):
 
 
 @pytest.mark.parametrize("begin", [
-    lambda navigator: navigator.recoveries.spin(3.0),
-    lambda navigator: navigator.recoveries.drive_on_heading(2.0),
-    lambda navigator: navigator.recoveries.escape(clearance=0.7, distance=1.0),
+    lambda navigator: navigator.base.spin(3.0),
+    lambda navigator: navigator.base.drive_on_heading(2.0),
+    lambda navigator: navigator.base.escape(clearance=0.7, distance=1.0),
 ])  # fmt: skip
 def test_recoveries_do_not_count_a_pause(make, begin):
     walls = [*room(8, 6), (0.5, 2.5, 1.6, 2.5)]
@@ -182,7 +182,7 @@ def test_recoveries_do_not_count_a_pause(make, begin):
 
 
 def test_a_velocity_on_command_is_driven_for_its_whole_time(toy):
-    task = toy.navigator.recoveries.drive_for(Twist(0.2), 2.0)
+    task = toy.navigator.base.drive_for(Twist(0.2), 2.0)
     toy.run(1.0)
     hold(toy, 5.0)
     assert task.running

@@ -97,7 +97,7 @@ def test_a_leg_goes_on_in_the_direction_in_which_the_one_before_ends():
 def test_a_drive_through_poses_never_stops_on_the_way(make, name):
     world = ToyWorld(room(8, 6), ROBOT, Pose2D(1.0, 1.0, 0.0))
     toy = make(world, planner=planner(name))
-    task = toy.navigator.navigate_through([*VIAS, END])
+    task = toy.navigator.base.navigate_through([*VIAS, END])
     nearest, speeds = [np.inf] * len(VIAS), []
     while task.running and world.time < 90.0:
         toy.step()

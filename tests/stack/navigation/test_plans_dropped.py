@@ -29,11 +29,11 @@ class Endless:
 
 
 def plan_only(navigator):
-    return navigator.plan(GOAL)
+    return navigator.base.plan(GOAL)
 
 
 def drive(navigator):
-    return navigator.navigate_to(GOAL)
+    return navigator.base.navigate_to(GOAL)
 
 
 @pytest.mark.parametrize("ask", [plan_only, drive])
@@ -51,14 +51,14 @@ def test_a_task_that_ends_takes_its_plan_with_it(make, ask, end):
     elif end == "cancel_all" or ask is plan_only:  # a newer goal leaves plans without a drive
         toy.navigator.cancel_all()
     else:
-        toy.navigator.navigate_to(Pose2D(2.0, 2.0))
+        toy.navigator.base.navigate_to(Pose2D(2.0, 2.0))
     assert future._future.exception() is not None  # it comes back at once
     assert future.result(inf).code == FailureCode.CANCELLED
 
 
 def test_a_held_drive_is_cancelled_at_the_end_of_the_run(make):
     toy = make(planner=Endless(), is_real_time=True)
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     toy.step()
     toy.navigator.pause(toy.world.time)
     toy.navigator.close()
@@ -83,7 +83,7 @@ def shut(make, **planner):
 
 def test_with_partial_it_comes_as_near_as_it_can_and_that_is_success(make):
     toy = shut(make)
-    task = toy.navigator.navigate_to(GOAL, partial=True)
+    task = toy.navigator.base.navigate_to(GOAL, partial=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     # inscribed cells begin 0.2 m before the wall's; it counts as there within 0.15 m of that
     assert toy.world.pose.x == pytest.approx(3.68, abs=0.08)
@@ -111,15 +111,15 @@ def test_at_the_end_of_a_partial_path_it_does_not_drive_away_again(make):
     follower = PathFollower(MakesRoom, PurePursuitParameters(), world.robot, world.period)
     planner = choice.component(choice.parameters, world.robot)
     toy = make(world, planner=planner, follower=follower)
-    task = toy.navigator.navigate_to(Pose2D(7.0, 3.0, 2.0), partial=True)
+    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0, 2.0), partial=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     assert world.pose.x == pytest.approx(3.68, abs=0.12)
-    assert toy.navigator.counters["distance"] < 2.9
+    assert toy.distance < 2.9
 
 
 def test_a_tolerance_does_not_forbid_what_partial_allows(make):
     toy = shut(make)
-    task = toy.navigator.navigate_to(GOAL, tolerance=0.1, partial=True)
+    task = toy.navigator.base.navigate_to(GOAL, tolerance=0.1, partial=True)
     # 0.1 m from the end of the path its nose, 0.25 m before its middle, would touch the wall
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     assert toy.world.nearest > 0.0
@@ -127,7 +127,7 @@ def test_a_tolerance_does_not_forbid_what_partial_allows(make):
 
 def test_a_partial_plan_is_driven_and_then_fails_with_no_valid_path(make):
     toy = shut(make, allow_partial=True)
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     assert toy.finish(task) is TaskStatus.FAILED
     assert toy.world.pose.x == pytest.approx(3.68, abs=0.08)
     assert task.failure.code == FailureCode.NO_VALID_PATH
@@ -138,7 +138,7 @@ def test_a_partial_plan_is_driven_and_then_fails_with_no_valid_path(make):
 
 def test_otherwise_it_stays_where_it_is(make):
     toy = shut(make)
-    task = toy.navigator.navigate_to(GOAL)
+    task = toy.navigator.base.navigate_to(GOAL)
     assert toy.finish(task) is TaskStatus.FAILED
     assert task.failure.code == FailureCode.NO_VALID_PATH
     assert toy.world.pose == Pose2D(1.0, 3.0)
@@ -146,7 +146,7 @@ def test_otherwise_it_stays_where_it_is(make):
 
 def test_a_goal_that_can_be_reached_is_reached_with_partial_as_well(make):
     toy = shut(make)
-    task = toy.navigator.navigate_to(Pose2D(2.0, 1.0, 0.0), partial=True)
+    task = toy.navigator.base.navigate_to(Pose2D(2.0, 1.0, 0.0), partial=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert task.feedback.startswith("reached the goal, 0.0")
 
@@ -156,9 +156,9 @@ def test_what_blocks_the_end_of_a_partial_path_does_not_send_it_round_to_the_oth
     world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0), circles=[(4.0, 3.0, 0.5)])
     choice = choose("planner", "astar", {})
     toy = make(world, planner=choice.component(choice.parameters, world.robot))
-    task = toy.navigator.navigate_to(Pose2D(3.98, 3.0, 0.0), partial=True)
+    task = toy.navigator.base.navigate_to(Pose2D(3.98, 3.0, 0.0), partial=True)
     toy.run(30.0, lambda: world.pose.x > 2.5)
     world.circles[0] = (3.9, 3.0, 0.5)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
-    assert world.pose.x < 3.3 and toy.navigator.counters["distance"] < 2.5
+    assert world.pose.x < 3.3 and toy.distance < 2.5
     assert world.nearest > 0.0

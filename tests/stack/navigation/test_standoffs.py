@@ -117,7 +117,7 @@ def facing_somebody(walls, **settings) -> ToyDrive:
 
 def test_somebody_who_stands_in_the_way_is_waited_for_and_then_named():
     toy = facing_somebody(room(10.0, 1.0), person_patience=6.0, give_way_attempts=0)
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     assert toy.finish(task) is TaskStatus.FAILED
     assert task.failure.code == FailureCode.BLOCKED_BY_PERSON
     assert "a person at (5.0, 0.5) has been in the way for 6 s" in task.failure.sentence
@@ -130,7 +130,7 @@ def test_the_time_of_a_person_is_not_that_of_an_obstacle():
     toy = facing_somebody(
         room(10.0, 1.0), person_patience=20.0, give_way_attempts=0, person_clearance=0.0
     )
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(17.0)
     assert task.feedback.startswith("waiting for a person in the way")
     toy.tracks = list
@@ -144,7 +144,7 @@ def test_the_time_of_a_person_is_not_that_of_an_obstacle():
 
 def test_the_drive_goes_on_when_they_leave():
     toy = facing_somebody(room(10.0, 1.0), person_patience=20.0, give_way_attempts=0)
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(17.0)
     assert task.running
     toy.world.circles.clear()
@@ -154,7 +154,7 @@ def test_the_drive_goes_on_when_they_leave():
 def test_the_robot_waits_in_a_passing_place_and_goes_on():
     toy = facing_somebody(NICHE, person_patience=60.0)
     world = toy.world
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(40.0, lambda: world.pose.y > 1.2)
     assert "give_way" in toy.kinds()
     assert world.pose.y > 1.2
@@ -170,7 +170,7 @@ def test_off_its_path_the_robot_waits_for_a_new_one_while_somebody_stands_at_the
     toy = ToyDrive(world, person_patience=12.0, give_way_attempts=0)
     goal = Pose2D(5.0, 3.0, pi / 2.0)
     toy.tracks = lambda: [person(5.0, 3.0, world.time)] if world.circles else []
-    task = toy.navigator.navigate_to(goal)
+    task = toy.navigator.base.navigate_to(goal)
     toy.run(20.0, lambda: world.pose.x > 4.0)
     world.circles.append((5.0, 3.0, 0.25))
     world.pose = Pose2D(5.0, 1.2, -pi / 2.0)  # 1.3 m from the path and on a level with its end
@@ -197,7 +197,7 @@ def test_who_stands_where_the_way_ends_is_waited_for(place, code, seconds):
     toy = ToyDrive(world, person_patience=9.0, give_way_attempts=0)
     toy.tracks = lambda: [person(7.0, 0.5, world.time)]
     toy.planner.fails = NavigationError(FailureCode.NO_VALID_PATH, "no path", place)
-    task = toy.navigator.navigate_to(Pose2D(13.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(13.0, 0.5))
     assert toy.finish(task) is TaskStatus.FAILED
     assert task.failure.code == code
     assert world.time == pytest.approx(seconds, abs=1.2)
@@ -209,7 +209,7 @@ def test_a_passing_place_is_not_the_goal_of_a_drive_that_has_lost_its_path():
     world, free = toy.world, toy.globe
     world.circles[:] = [(1.9, 0.5, 0.25)]
     toy.tracks = lambda: [person(1.9, 0.5, world.time)]
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(3.0)
     assert "plan" in toy.kinds() and toy.commands[-1] == STANDSTILL
     closed = ToyCostmap(ToyWorld(NICHE, robot(), circles=[(4.2, 0.5, 0.6)]))
@@ -239,7 +239,7 @@ TWO_NICHES = [
 def test_where_somebody_goes_on_standing_the_robot_makes_more_room():
     """They do not use the room that the first niche gives: after 4 s it leaves for the other."""
     toy = facing_somebody(TWO_NICHES, person_patience=60.0, give_way_time=30.0)
-    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     waits = []
     toy.run(60.0, lambda: toy.kinds().count("give_way") == 1)
     toy.run(60.0, lambda: waits.append(toy.world.pose.x) or toy.kinds().count("give_way") == 2)
@@ -277,7 +277,7 @@ def test_a_robot_without_a_plan_gives_way_too():
     toy.globe = toy.navigator._tools.global_costmap = ToyCostmap(
         ToyWorld(NICHE, robot(), circles=[(3.0, 0.5, 0.6)])
     )
-    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(10.0, lambda: "give_way" in toy.kinds())
     assert "give_way" in toy.kinds()
 
@@ -303,7 +303,7 @@ def test_who_stood_already_when_seen_first_gets_room(goes_at):
     """A polite person in a doorway is no track: they wait until the robot has left their way."""
     toy = before_what_stands()
     world = toy.world
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(10.0, lambda: "give_way" in toy.kinds())
     assert "give_way" in toy.kinds() and task.running
     toy.run(goes_at)
@@ -326,7 +326,7 @@ def test_who_stood_already_when_seen_first_gets_room(goes_at):
 )
 def test_what_stays_when_it_has_room_is_a_thing(radius, settings, latest):
     toy = before_what_stands(radius, **settings)
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     assert toy.finish(task) is TaskStatus.FAILED
     assert task.failure.code == FailureCode.NO_VALID_PATH  # and not BLOCKED_BY_PERSON
     assert toy.world.time <= latest
@@ -341,7 +341,7 @@ def test_things_beside_the_way_delay_nobody():
         replace(standing(x, y, toy.world.time), id=n)
         for n, (x, y, _) in enumerate(toy.world.circles)
     ]
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert "give_way" not in toy.kinds()
 
@@ -351,7 +351,7 @@ def test_who_stood_while_there_was_no_plan_has_stood_for_that_time():
     toy.world.circles[:] = [(2.4, 0.5, 0.25)]
     toy.tracks = lambda: [person(2.4, 0.5, toy.world.time)]
     toy.planner.fails = NavigationError(FailureCode.NO_VALID_PATH, "no path", (2.4, 0.5))
-    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(4.0)
     toy.planner.fails = None
     toy.run(3.0, lambda: "plan" in toy.kinds())
@@ -363,7 +363,7 @@ def test_who_stood_while_there_was_no_plan_has_stood_for_that_time():
 def test_a_pause_holds_the_drive_to_a_passing_place_too():
     toy = facing_somebody(NICHE, person_patience=60.0)
     world = toy.world
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(40.0, lambda: "give_way" in toy.kinds())
     toy.navigator.pause(world.time)
     toy.run(20.0)  # longer than give_way_time
@@ -388,7 +388,7 @@ def test_who_still_moves_may_get_past_before_the_robot_gives_way(speed, seconds)
         return here
 
     toy.tracks = tracks
-    toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(40.0, lambda: "give_way" in toy.kinds())
     # The count begins again with each 0.5 m of way, three times from 1.5 m to the person. The last
     # of them takes 2 s: creeping up to them.
@@ -398,7 +398,7 @@ def test_who_still_moves_may_get_past_before_the_robot_gives_way(speed, seconds)
 def test_giving_way_ends_on_the_way_if_the_person_has_passed():
     toy = facing_somebody(NICHE, person_patience=60.0)
     world = toy.world
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(40.0, lambda: "give_way" in toy.kinds())
     toy.run(1.0)
     assert world.pose.y < 0.8  # not in the niche, which begins at 1 m
@@ -424,7 +424,7 @@ def test_the_controller_does_not_see_who_is_evaded():
         toy.globe = toy.navigator._tools.global_costmap = toy.local
         toy.tracks = lambda: [person(2.0, 3.0, world.time)]
         toy.evaded = toy.tracks if evaded else list
-        toy.navigator.navigate_to(Pose2D(5.0, 3.0))
+        toy.navigator.base.navigate_to(Pose2D(5.0, 3.0))
         toy.run(1.0)
         return max(twist.linear for twist in toy.commands)
 
@@ -435,7 +435,7 @@ def test_who_walks_away_behind_the_robot_is_not_waited_for():
     # The person who was faced has gone past the robot and walks on along the corridor behind it.
     toy = facing_somebody(NICHE, person_patience=60.0)
     world = toy.world
-    task = toy.navigator.navigate_to(Pose2D(9.0, 0.5))
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(40.0, lambda: world.pose.y > 1.2)
     world.circles.clear()
     toy.tracks = lambda: [person(0.4, 0.5, world.time)]
@@ -516,7 +516,7 @@ def test_the_robot_lets_somebody_out_of_a_narrow_passage():
     world = ToyWorld(walls, robot(), Pose2D(1.0, 1.5))
     toy = ToyDrive(world)
     toy.tracks = lambda: [person(8.5 - 0.8 * world.time, 1.5, world.time, velocity=(-0.8, 0.0))]
-    task = toy.navigator.navigate_to(Pose2D(10.0, 1.5))
+    task = toy.navigator.base.navigate_to(Pose2D(10.0, 1.5))
     toy.run(4.0, lambda: "give_way" in toy.kinds())
     assert "out of a narrow corridor" in toy.events[toy.kinds().index("give_way")][1]
     toy.run(7.0 - world.time)  # they come out of the corridor, 2.9 m along x
@@ -530,7 +530,7 @@ def test_a_robot_that_has_evaded_somebody_plans_from_where_it_is():
     toy = ToyDrive(ToyWorld(room(10.0, 6.0), robot(), Pose2D(1.0, 3.0)))
     goal, walk = Pose2D(5.0, 3.0, pi), -0.8
     toy.tracks = lambda: [person(9.0 + walk * toy.world.time, 2.8, toy.world.time, (walk, 0.0))]
-    task = toy.navigator.navigate_to(goal)
+    task = toy.navigator.base.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     reasons = [fields["reason"] for kind, _, fields in toy.events if kind == "replan"]
     assert "evasion" in toy.kinds()

@@ -8,9 +8,9 @@ from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
 def test_a_velocity_lives_for_half_a_second(make):
     toy = make()
-    toy.navigator.recoveries.assisted_teleop(20.0)
+    toy.navigator.base.assisted_teleop(20.0)
     toy.run(1.0)
-    toy.navigator.recoveries.teleoperation.steer(Twist(0.3, 0.1))
+    toy.navigator.base.teleoperation.steer(Twist(0.3, 0.1))
     toy.run(0.5)
     # It counts from the step before, the last that knew the time: nine steps of 0.05 s.
     assert toy.commands[-10:] == [Twist(0.3, 0.1)] * 9 + [STANDSTILL]
@@ -18,39 +18,39 @@ def test_a_velocity_lives_for_half_a_second(make):
 
 def test_the_time_to_live_is_a_parameter(make):
     toy = make(teleop_timeout=0.2)
-    toy.navigator.recoveries.assisted_teleop(20.0)
+    toy.navigator.base.assisted_teleop(20.0)
     toy.run(1.0)
-    toy.navigator.recoveries.teleoperation.steer(Twist(0.3, 0.1))
+    toy.navigator.base.teleoperation.steer(Twist(0.3, 0.1))
     toy.run(0.25)
     assert toy.commands[-5:] == [Twist(0.3, 0.1)] * 3 + [STANDSTILL] * 2
 
 
 def test_velocities_that_keep_coming_drive_on(make):
     toy = make()
-    toy.navigator.recoveries.assisted_teleop(20.0)
+    toy.navigator.base.assisted_teleop(20.0)
     toy.step()
     for _ in range(10):
-        toy.navigator.recoveries.teleoperation.steer(Twist(0.3))
+        toy.navigator.base.teleoperation.steer(Twist(0.3))
         toy.run(0.2)
     assert toy.world.pose.x == pytest.approx(1.0 + 0.3 * 2.0, abs=0.06)
 
 
 def test_it_succeeds_when_the_operator_is_done(make):
     toy = make()
-    task = toy.navigator.recoveries.assisted_teleop(20.0)
+    task = toy.navigator.base.assisted_teleop(20.0)
     toy.step()
-    toy.navigator.recoveries.teleoperation.steer(Twist(0.3))
+    toy.navigator.base.teleoperation.steer(Twist(0.3))
     toy.run(0.2)
-    toy.navigator.recoveries.teleoperation.release()
+    toy.navigator.base.teleoperation.release()
     assert task.status is TaskStatus.SUCCEEDED
-    assert toy.navigator.recoveries.teleoperation is None
+    assert toy.navigator.base.teleoperation is None
     toy.step()
     assert toy.commands[-1] == STANDSTILL
 
 
 def test_it_fails_when_its_time_is_over(make):
     toy = make()
-    task = toy.navigator.recoveries.assisted_teleop(5.0, silence=99.0)
+    task = toy.navigator.base.assisted_teleop(5.0, silence=99.0)
     toy.finish(task)
     assert task.failure.code == FailureCode.TIMED_OUT
     assert toy.world.time == pytest.approx(5.0, abs=0.11)
@@ -58,9 +58,9 @@ def test_it_fails_when_its_time_is_over(make):
 
 def test_it_fails_without_velocity_commands(make):
     toy = make()
-    task = toy.navigator.recoveries.assisted_teleop(60.0, silence=3.0)
+    task = toy.navigator.base.assisted_teleop(60.0, silence=3.0)
     toy.run(2.0)
-    toy.navigator.recoveries.teleoperation.steer(STANDSTILL)
+    toy.navigator.base.teleoperation.steer(STANDSTILL)
     toy.finish(task)
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert "sent no velocity for 3 s" in task.failure.sentence
@@ -69,7 +69,7 @@ def test_it_fails_without_velocity_commands(make):
 
 def test_a_pause_does_not_count_as_time(make):
     toy = make()
-    task = toy.navigator.recoveries.assisted_teleop(5.0)
+    task = toy.navigator.base.assisted_teleop(5.0)
     toy.run(2.0)
     toy.navigator.pause(toy.world.time)
     toy.world.time += 100.0
@@ -80,30 +80,30 @@ def test_a_pause_does_not_count_as_time(make):
 
 def test_another_task_ends_it(make):
     toy = make()
-    task = toy.navigator.recoveries.assisted_teleop(20.0)
+    task = toy.navigator.base.assisted_teleop(20.0)
     toy.step()
-    toy.navigator.recoveries.spin(1.0)
+    toy.navigator.base.spin(1.0)
     assert task.status is TaskStatus.CANCELLED
-    assert toy.navigator.recoveries.teleoperation is None
+    assert toy.navigator.base.teleoperation is None
 
 
 @pytest.mark.parametrize("twist", [Twist(2.0), Twist(-2.0), Twist(1.0, 1.0), Twist(0.5, -2.0)])
 def test_the_operator_cannot_cause_a_contact(make, twist):
     circles = [(2.0, 2.0, 0.2), (1.0, 3.0, 0.15), (3.0, 1.2, 0.2)]
     toy = make(ToyWorld(room(4, 4), robot(), Pose2D(2.0, 3.0, 0.7), circles=circles, beams=360))
-    toy.navigator.recoveries.assisted_teleop(60.0)
+    toy.navigator.base.assisted_teleop(60.0)
     toy.step()
     for _ in range(60):
-        toy.navigator.recoveries.teleoperation.steer(twist)
+        toy.navigator.base.teleoperation.steer(twist)
         toy.run(0.2)
     assert toy.world.nearest > 0.0
 
 
 def test_a_velocity_from_before_a_pause_is_not_driven_after_it(make):
     toy = make()
-    task = toy.navigator.recoveries.assisted_teleop(20.0)
+    task = toy.navigator.base.assisted_teleop(20.0)
     toy.run(1.0)
-    toy.navigator.recoveries.teleoperation.steer(Twist(0.3))
+    toy.navigator.base.teleoperation.steer(Twist(0.3))
     toy.run(0.1)
     toy.navigator.pause(toy.world.time)
     toy.world.time += 0.1

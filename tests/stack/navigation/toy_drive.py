@@ -18,9 +18,25 @@ from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
 from stack.safety.parameters import SafetyParameters
-from stack.types import Perceived, WorldView
+from stack.types import CurrentStep, Perceived, WorldView
 from tests.stack.navigation.toy_world import ToyCostmap, ToyPlanner, ToyWorld
 from tests.stack.safety.obstacles import SafetyStage
+
+
+class Belief:
+    """An estimator that knows the pose, with what a toy drive says about it."""
+
+    lidar = "lidar"
+
+    def __init__(self, toy) -> None:
+        self._toy = toy
+
+    @property
+    def estimate(self):
+        toy = self._toy
+        return replace(
+            toy.world.estimate, health=toy.health, obscured=toy.obscured, rivals=toy.rivals
+        )
 
 
 class ToyDrive:
@@ -34,7 +50,7 @@ class ToyDrive:
 
     def __init__(
         self, world: ToyWorld, *, planner=None, follower=None, progress=None, globe=None,
-        is_real_time=False, **settings,
+        is_real_time=False, estimator=None, cover=lambda _: None, **settings,
     ) -> None:  # fmt: skip
         self.world, self.health, self.follow_changes = world, 0.9, True
         self.obscured, self.rivals = False, ()
@@ -50,15 +66,17 @@ class ToyDrive:
         self.progress_checker = progress or PoseProgressChecker(
             PoseProgressParameters(), world.robot
         )
+        self.estimator = estimator or Belief(self)
+        self.now = CurrentStep(Perceived(world.time, self.estimator.estimate))
         self.navigator = Navigator(
             world.robot, self.planner, self.follower,
             StoppedGoalChecker(StoppedGoalParameters(), world.robot), self.progress_checker,
             replace(NavigationParameters(), **settings),
-            Evasion(world.robot, EvasionParameters()), self.local, self.globe, self.emit,
-            world.period, is_real_time=is_real_time,
+            Evasion(world.robot, EvasionParameters()), self.estimator, self.now, self.local,
+            self.globe, self.emit, world.period, is_real_time=is_real_time, cover=cover,
         )  # fmt: skip
         self.safety = SafetyStage(world.robot, SafetyParameters(), world.period)
-        self.commands = []
+        self.commands, self.distance = [], 0.0
 
     def emit(self, kind, text, level="info", **fields):
         self.events.append((kind, text, fields))
@@ -71,16 +89,17 @@ class ToyDrive:
         if self.follow_changes:
             self.local.update()
             self.globe.update()
-        estimate = replace(
-            world.estimate, health=self.health, obscured=self.obscured, rivals=self.rivals
-        )
         around = WorldView(
             tuple(self.tracks()), standing=tuple(self.standing()), evaded=tuple(self.evaded())
         )
-        state = Perceived(world.time, estimate, world.odometry, world.obstacles, world=around)
-        twist = self.navigator.step(state).twist
+        state = Perceived(
+            world.time, self.estimator.estimate, world.odometry, world.obstacles, world=around
+        )
+        self.now.see(state)
+        twist, before = self.navigator.step(state).twist, world.pose
         self.commands.append(twist)
         world.drive(self.safety.limit(twist, world.odometry, world.obstacles))
+        self.distance += before.distance_to(world.pose)
 
     def run(self, seconds: float, until=lambda: False) -> float:
         """Step until something holds or time is over; the time it took."""

@@ -5,7 +5,7 @@ import pytest
 
 from stack.errors import ParameterError
 from stack.types import Perceived
-from tests.stack.navigation.test_robot_facade import Rig
+from tests.stack.navigation.test_capabilities import Rig
 from tests.stack.perception.cameras.pictures import SCOUT, floor_picture
 
 
@@ -19,28 +19,28 @@ def rig():
 def with_depth_camera(rig):
     """Give the rig's robot the depth camera of scout."""
     object.__setattr__(rig.world.robot, "depth_cameras", SCOUT.depth_cameras)
-    return rig.facade
+    return rig.perception
 
 
 def see(rig, picture):
-    rig.facade.see(Perceived(0.0, rig.world.estimate, measurements={"depth": picture}))
+    rig.now.see(Perceived(0.0, rig.world.estimate, measurements={"depth": picture}))
 
 
 def test_a_cloud_is_that_of_the_newest_picture_since_the_camera_is_on(rig):
-    facade = with_depth_camera(rig)
+    perception = with_depth_camera(rig)
     see(rig, floor_picture(-0.1))
-    assert facade.point_cloud() is None  # taken before anybody asked
+    assert perception.point_cloud() is None  # taken before anybody asked
     see(rig, floor_picture(0.0))
-    cloud = facade.point_cloud("depth", voxel=0.1)
+    cloud = perception.point_cloud("depth", voxel=0.1)
     assert cloud.stamp == 0.0 and np.abs(cloud.points[:, 2]).max() < 0.05
-    assert len(facade.point_cloud("depth", voxel=0.1, above=0.06).points) == 0
+    assert len(perception.point_cloud("depth", voxel=0.1, above=0.06).points) == 0
 
 
 def test_wrong_arguments_are_refused(rig):
     with pytest.raises(ParameterError, match="the robot has no depth camera"):
-        rig.facade.point_cloud()
-    facade = with_depth_camera(rig)
+        rig.perception.point_cloud()
+    perception = with_depth_camera(rig)
     with pytest.raises(ParameterError, match="unknown depth camera 'dept'"):
-        facade.point_cloud("dept")
+        perception.point_cloud("dept")
     with pytest.raises(ParameterError, match="expected more than 0 m, got 0"):
-        facade.point_cloud(voxel=0.0)
+        perception.point_cloud(voxel=0.0)

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stack.navigation.capabilities.localisation import Localisation
 
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
-from stack.navigation.facade.parts import FacadeParts
-from stack.navigation.facade.robot_facade import RobotFacade
-from stack.navigation.map_service import MapService
-from stack.navigation.tuning import Tunable
+from stack.navigation.capabilities.map import Map
+from stack.navigation.capabilities.perception import Perception
+from stack.navigation.capabilities.robot import RunningRobot
+from stack.navigation.tuning import Tunable, Tuning
 from stack.perception.camera_lease import CameraLease
-from stack.robot import Robot, Task
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -107,27 +107,36 @@ class Rig:
     """A pilot in a toy world, stepped as the runtime steps it."""
 
     def __init__(self):
-        world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
-        self.toy, self.world = ToyDrive(world), world
+        world = self.world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
         self.estimator, self.detector = ToyEstimator(world), ToyDetector()
-        navigator, self.covered = self.toy.navigator, []
-        self.camera, self.measurements = CameraLease(), {}
-        self.maps = ToyMapStore()
-        self.facade = RobotFacade(
-            FacadeParts(
-                world.robot, lambda: world.time, world.frames,
-                self.camera, navigator,
-                self.estimator, self.toy.local, self.toy.globe, ToyStore(),
-                self.toy.emit,
-                MapService(world.robot, self.estimator, self.toy.globe, None, self.maps),
-                (MARKER,), self.detector,
-                {
-                    "controller": Tunable.of(self.toy.follower),
-                    "navigation": Tunable.of(navigator),
-                    "safety": Tunable.of(self.toy.safety),
-                },
-                cover=lambda poses: self.covered.append(list(poses)),
-            )
+        self.covered, self.measurements, self.maps = [], {}, ToyMapStore()
+
+        def cover(poses):
+            self.covered.append(list(poses))
+
+        toy = self.toy = ToyDrive(world, estimator=self.estimator, cover=cover)
+        self.camera, navigator, self.now = CameraLease(), toy.navigator, toy.now
+        self.tuning = Tuning(
+            {
+                "controller": Tunable.of(toy.follower),
+                "navigation": Tunable.of(navigator),
+                "safety": Tunable.of(toy.safety),
+            },
+            toy.emit,
+        )
+        self.base = navigator.base
+        self.localisation = Localisation(self.estimator, navigator, world.frames, toy.now, toy.emit)
+        self.map = Map(
+            world.robot, self.estimator, (toy.local, toy.globe), None, self.maps, toy.emit,
+            markers=(MARKER,),
+        )  # fmt: skip
+        self.perception = Perception(
+            world.robot, toy.now, world.frames, self.estimator, self.camera, CameraLease(),
+            None, None, self.detector, None, None,
+        )  # fmt: skip
+        self.robot = RunningRobot(
+            self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
+            toy.emit,
         )  # fmt: skip
 
     def step(self, image=None):
@@ -138,7 +147,7 @@ class Rig:
         perceived = Perceived(
             world.time, estimate, world.odometry, world.obstacles, measurements=self.measurements
         )
-        self.facade.see(perceived)
+        self.now.see(perceived)
         twist = self.toy.navigator.step(perceived).twist
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
         return twist
@@ -165,29 +174,20 @@ def rig():
     made.toy.navigator.close()
 
 
-def test_the_facade_implements_every_member_of_robot(rig):
-    members = [name for name in vars(Robot) if not name.startswith("_")]
-    assert len(members) > 20
-    assert [name for name in members if not hasattr(rig.facade, name)] == []
-    task = rig.facade.navigate_to(Pose2D(3.0, 3.0))
-    promised = [name for name in vars(Task) if not name.startswith("_")]
-    assert [name for name in promised if not hasattr(task, name)] == []
-
-
 def test_what_the_sensors_say_is_passed_on(rig):
-    assert (rig.facade.battery.charge, rig.facade.scan) == (1.0, None)
+    assert (rig.robot.battery.charge, rig.perception.scan) == (1.0, None)
     rig.step()
-    assert rig.facade.battery == Battery(0.5)
-    assert rig.facade.scan is not None
-    assert rig.facade.time == rig.world.time
-    assert rig.facade.pose == rig.world.pose
-    assert (rig.facade.footprint, rig.facade.markers) == (rig.world.robot.footprint, (MARKER,))
+    assert rig.robot.battery == Battery(0.5)
+    assert rig.perception.scan is not None
+    assert rig.robot.time == rig.world.time
+    assert rig.localisation.pose == rig.world.pose
+    assert (rig.base.footprint, rig.map.markers) == (rig.world.robot.footprint, (MARKER,))
 
 
 def test_odometry_and_speed_are_those_of_the_loop(rig):
     motion = Odometry(0.0, Pose2D(9.0, 9.0), Twist(0.4))
-    rig.facade.see(Perceived(0.0, rig.world.estimate, motion))
-    assert (rig.facade.odometry, rig.facade.speed) == (Pose2D(9.0, 9.0), Twist(0.4))
+    rig.now.see(Perceived(0.0, rig.world.estimate, motion))
+    assert (rig.base.odometry, rig.base.speed) == (Pose2D(9.0, 9.0), Twist(0.4))
 
 
 @pytest.mark.parametrize(
@@ -198,11 +198,10 @@ def test_odometry_and_speed_are_those_of_the_loop(rig):
         lambda p: p.plan(Pose2D(3.0, 3.0)),
         lambda p: p.spin(1.0),
         lambda p: p.back_up(0.3),
-        lambda p: p.relocalise(),
     ],
 )
 def test_what_is_asked_is_done(rig, ask):
-    assert rig.finish(ask(rig.facade)) is TaskStatus.SUCCEEDED
+    assert rig.finish(ask(rig.base)) is TaskStatus.SUCCEEDED
 
 
 NEAR, FAR = Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)
@@ -217,13 +216,13 @@ NEAR, FAR = Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)
     ],
 )
 def test_the_ground_of_the_costmaps_is_made_to_hold_every_goal(rig, ask, poses):
-    ask(rig.facade)
+    ask(rig.base)
     assert rig.covered == [poses]
 
 
 def test_a_velocity_is_driven_for_its_time(rig):
     rig.step()
-    rig.facade.drive_for(Twist(0.2), 0.5)
+    rig.base.drive_for(Twist(0.2), 0.5)
     driven = rig.run(1.0)
     assert driven.count(Twist(0.2)) == pytest.approx(10, abs=1)
     assert driven[-1] == STANDSTILL
@@ -231,7 +230,7 @@ def test_a_velocity_is_driven_for_its_time(rig):
 
 def test_asking_for_a_picture_keeps_the_camera_on_for_a_second(rig):
     assert not rig.camera.is_active(rig.world.time)
-    assert rig.facade.image() is None
+    assert rig.perception.image() is None
     rig.run(0.95)
     assert rig.camera.is_active(rig.world.time)
     rig.run(0.1)
@@ -239,45 +238,45 @@ def test_asking_for_a_picture_keeps_the_camera_on_for_a_second(rig):
 
 
 def test_a_picture_from_before_the_camera_was_off_is_not_handed_out(rig):
-    rig.facade.image()
+    rig.perception.image()
     picture = rig.picture()
     rig.step(picture)
-    assert rig.facade.image() is picture
+    assert rig.perception.image() is picture
     rig.run(0.9)
-    assert rig.facade.image() is picture
+    assert rig.perception.image() is picture
     rig.run(2.0)
-    assert rig.facade.image() is None
+    assert rig.perception.image() is None
 
 
 def test_markers_are_those_of_the_newest_picture(rig):
-    assert rig.facade.marker_sightings() == ()
+    assert rig.perception.marker_sightings() == ()
     assert rig.camera.is_active(rig.world.time)
     rig.step(rig.picture())
-    assert [s.marker.number for s in rig.facade.marker_sightings()] == [7]
+    assert [s.marker.number for s in rig.perception.marker_sightings()] == [7]
     rig.step(rig.picture())
-    rig.facade.marker_sightings()
+    rig.perception.marker_sightings()
     assert set(rig.detector.looked_at) == {0.0, 0.05}
 
 
 def test_costmaps_are_cleared_by_name(rig):
     for which in ("local", "global", "both"):
-        rig.facade.clear_costmap(which)
+        rig.map.clear_costmap(which)
     assert (rig.toy.local.cleared, rig.toy.globe.cleared) == (2, 2)
     with pytest.raises(ParameterError, match="'lokal' is not one of local, global, both") as error:
-        rig.facade.clear_costmap("lokal")
+        rig.map.clear_costmap("lokal")
     assert "did you mean 'local'" in error.value.hint
 
 
 def test_a_costmap_is_cleared_around_the_robot_or_in_one_layer(rig):
-    rig.facade.clear_costmap("local", radius=1.5, layer="obstacle")
-    assert rig.toy.local.cleared_around == (rig.facade.pose, 1.5, "obstacle")
+    rig.map.clear_costmap("local", radius=1.5, layer="obstacle")
+    assert rig.toy.local.cleared_around == (rig.localisation.pose, 1.5, "obstacle")
     with pytest.raises(ParameterError, match="unknown layer 'obstacles'") as error:
-        rig.facade.clear_costmap("both", layer="obstacles")
+        rig.map.clear_costmap("both", layer="obstacles")
     assert "did you mean 'obstacle'" in error.value.hint
 
 
 def test_setting_the_pose_emits_an_event_with_source_and_jump(rig):
-    rig.facade.set_pose(
+    rig.localisation.set_pose(
         Pose2D(4.0, 3.0, pi / 2), position_deviation=0.2, heading_deviation=0.1, source="marker"
     )
     assert rig.estimator.started == [(Pose2D(4.0, 3.0, pi / 2), 0.2, 0.1)]
@@ -287,11 +286,11 @@ def test_setting_the_pose_emits_an_event_with_source_and_jump(rig):
 
 
 def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
-    rig.facade.navigate_to(Pose2D(6.0, 3.0))
+    rig.base.navigate_to(Pose2D(6.0, 3.0))
     rig.run(2.0)
     rig.estimator.error = Pose2D(2.0, 0.0, 0.0)
     stopped_from = rig.world.time
-    task = rig.facade.relocalise()
+    task = rig.localisation.relocalise()
     assert rig.finish(task) is TaskStatus.SUCCEEDED
     newest, earlier = rig.estimator.views
     stamps = [*(scan.stamp for _, scan in earlier), newest.stamp]
@@ -304,13 +303,13 @@ def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
 
 def test_the_number_of_scans_of_a_search_is_a_parameter(rig):
     rig.toy.navigator.configure(replace(rig.toy.navigator.parameters, search_scans=1))
-    assert rig.finish(rig.facade.relocalise()) is TaskStatus.SUCCEEDED
+    assert rig.finish(rig.localisation.relocalise()) is TaskStatus.SUCCEEDED
     assert rig.estimator.views[1] == []
 
 
 def test_relocalising_fails_rather_than_guess(rig):
     rig.estimator.fails = NavigationError(FailureCode.AMBIGUOUS, "(1.00, 1.00) and (5.00, 1.00)")
-    task = rig.facade.relocalise()
+    task = rig.localisation.relocalise()
     rig.finish(task)
     assert task.failure.code == FailureCode.AMBIGUOUS
     assert task.failure.sentence == "(1.00, 1.00) and (5.00, 1.00)"
@@ -319,7 +318,7 @@ def test_relocalising_fails_rather_than_guess(rig):
 
 def test_a_search_that_leaves_rivals_is_ambiguous(rig):
     rig.estimator.rivals = (RivalPose(Pose2D(5.0, 1.0), 0.4),)
-    task = rig.facade.relocalise()
+    task = rig.localisation.relocalise()
     rig.finish(task)
     assert task.failure.code == FailureCode.AMBIGUOUS
     assert "and another place, (5.00, 1.00), explain the scans about as well" in (
@@ -330,7 +329,7 @@ def test_a_search_that_leaves_rivals_is_ambiguous(rig):
 
 def test_a_goal_begins_with_disambiguation_while_there_are_rivals(rig):
     rig.estimator.rivals = (RivalPose(Pose2D(5.0, 1.0), 0.4),)
-    task = rig.facade.navigate_to(Pose2D(3.0, 3.0))
+    task = rig.base.navigate_to(Pose2D(3.0, 3.0))
     rig.run(0.2)
     assert task.feedback == "1 rival left, looking"
     rig.estimator.rivals = ()
@@ -347,36 +346,36 @@ def test_a_goal_begins_with_disambiguation_while_there_are_rivals(rig):
 
 def test_relocalising_without_scans_ends(rig):
     rig.world.frozen_scan = True
-    task = rig.facade.relocalise()
+    task = rig.localisation.relocalise()
     rig.finish(task)
     assert task.failure.code == FailureCode.LOST
     assert "of 3 lidar scans while standing still within 5 s" in task.failure.sentence
 
 
 def test_fit_at_asks_with_the_newest_scan(rig):
-    assert rig.facade.fit_at(rig.world.pose) == 0.0
+    assert rig.localisation.fit_at(rig.world.pose) == 0.0
     rig.step()
-    assert rig.facade.fit_at(rig.world.pose) == 1.0
+    assert rig.localisation.fit_at(rig.world.pose) == 1.0
 
 
 def test_pictures_and_words_are_passed_on(rig):
-    assert rig.facade.save_image(rig.picture(), "shelf") == "images/shelf.png"
-    rig.facade.say("hello")
+    assert rig.robot.save_image(rig.picture(), "shelf") == "images/shelf.png"
+    rig.robot.say("hello")
     assert rig.last("say")[1] == "hello"
 
 
 def test_parameters_change_between_steps(rig):
-    before = rig.facade.parameters
+    before = rig.tuning.current()
     assert before["controller.cruise_speed"] == PurePursuitParameters().cruise_speed
     assert {"navigation.patience", "safety.padding"} <= before.keys()
-    assert set(rig.facade.public_parameters) < before.keys()
-    assert "navigation.patience" in rig.facade.public_parameters
-    assert "navigation.teleop_timeout" not in rig.facade.public_parameters
-    rig.facade.set_parameter("controller.cruise_speed", "30 cm/s")
-    assert rig.facade.parameters["controller.cruise_speed"] == pytest.approx(0.3)
-    rig.facade.set_parameter("navigation.patience", 7)
+    assert set(rig.tuning.public) < before.keys()
+    assert "navigation.patience" in rig.tuning.public
+    assert "navigation.teleop_timeout" not in rig.tuning.public
+    rig.tuning.change("controller.cruise_speed", "30 cm/s")
+    assert rig.tuning.current()["controller.cruise_speed"] == pytest.approx(0.3)
+    rig.tuning.change("navigation.patience", 7)
     assert rig.toy.navigator.parameters.patience == 7.0
-    rig.facade.navigate_to(Pose2D(6.0, 3.0))
+    rig.base.navigate_to(Pose2D(6.0, 3.0))
     assert max(twist.linear for twist in rig.run(6.0)) == pytest.approx(0.3)
 
 
@@ -391,30 +390,30 @@ def test_parameters_change_between_steps(rig):
     ],
 )
 def test_invalid_parameters_are_refused(rig, name, value, message):
-    before = rig.facade.parameters
+    before = rig.tuning.current()
     with pytest.raises(ParameterError, match=message):
-        rig.facade.set_parameter(name, value)
-    assert rig.facade.parameters == before
+        rig.tuning.change(name, value)
+    assert rig.tuning.current() == before
 
 
 def test_another_planner_can_be_put_in(rig):
     other = type(rig.toy.planner)()
     rig.toy.navigator.planner = other
-    assert rig.finish(rig.facade.plan(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
+    assert rig.finish(rig.base.plan(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
     assert (other.calls, rig.toy.planner.calls) == (1, 0)
 
 
 def test_the_map_is_what_the_costmap_has_sensed_and_is_saved(rig):
-    assert rig.facade.known_area > 0.0
-    grid = rig.facade.map
-    assert grid is rig.facade.map  # the same until the costmap changes
-    assert rig.facade.save_map("flat") == "flat"
+    assert rig.map.known_area > 0.0
+    grid = rig.map.grid
+    assert grid is rig.map.grid  # the same until the costmap changes
+    assert rig.map.save("flat") == "flat"
     assert set(rig.maps.saved["flat"]) == {"map.yaml", "map.pgm"}
     assert rig.last("map")[1].startswith("saved the map as flat")
-    plan = rig.facade.coverage([Pose2D(2, 2), Pose2D(5, 2), Pose2D(5, 4), Pose2D(2, 4)], 0.4)
+    plan = rig.map.coverage([Pose2D(2, 2), Pose2D(5, 2), Pose2D(5, 4), Pose2D(2, 4)], 0.4)
     assert len(plan.lanes) >= 4
 
 
 def test_a_map_is_not_loaded_by_an_estimator_that_cannot_change_it(rig, tmp_path):
     with pytest.raises(NavigationError, match="cannot load '"):
-        rig.facade.load_map(str(tmp_path / "nowhere" / "map.yaml"))
+        rig.map.load(str(tmp_path / "nowhere" / "map.yaml"))

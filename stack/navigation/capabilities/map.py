@@ -1,8 +1,9 @@
-"""The map while the robot drives: what is known, where to explore, saving and loading."""
+"""The map of the robot for behaviours: what is known, where to explore, saving, clearing."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from math import degrees
 from pathlib import Path as FilePath
 from typing import Protocol
 
@@ -19,7 +20,9 @@ from stack.mapping.exploration.views import only_in_view
 from stack.mapping.marker_maps import MARKERS_YAML, marker_map_text
 from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
-from stack.navigation.tasks import CostmapLike
+from stack.navigation.relocalisation import report_pose
+from stack.navigation.tasks import CostmapLike, Emit
+from stack.parameters import suggestion
 from stack.perception.markers.survey import MarkerSurvey
 from stack.perception.places.memory import PlaceMemory
 from stack.types import (
@@ -30,7 +33,6 @@ from stack.types import (
     UNKNOWN_COST,
     CoveragePlan,
     FailureCode,
-    FloatArray,
     Frontier,
     Marker,
     OccupancyGrid,
@@ -57,32 +59,40 @@ class MapStore(Protocol):
         ...
 
 
-class MapService:
-    """Answers questions about the map; keeps only what it has computed from the newest one.
+class Map:
+    """Implements stack.robot.Map; keeps only what it has computed from the newest map.
 
     Args:
         robot: description of the robot.
         estimator: its map is used if it has one.
-        costmap: the global costmap: the map of a mission that has none.
+        costmaps: the local and the global one: the map of a mission that has none.
         static: the mission's map; None without one.
         store: of saved maps.
+        emit: called with (kind, text, level="info", **fields) for each event.
         survey: of markers; None without a camera.
         markers: the known ones, which are saved with the surveyed ones.
         places: keyframes that are saved with the map.
+        cover: without a map, grows the costmaps to contain some poses.
+        draw: replaces the map of the costmaps.
 
     Attributes:
-        surveyed: markers that the survey had found when the map was saved last, map frame.
+        markers: the known ones, map frame.
     """
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
-        self, robot: RobotDescription, estimator: Estimator, costmap: CostmapLike,
-        static: OccupancyGrid | None, store: MapStore, survey: MarkerSurvey | None = None,
-        markers: Sequence[Marker] = (), places: PlaceMemory | None = None,
+        self, robot: RobotDescription, estimator: Estimator,
+        costmaps: tuple[CostmapLike, CostmapLike], static: OccupancyGrid | None, store: MapStore,
+        emit: Emit, survey: MarkerSurvey | None = None, markers: Sequence[Marker] = (),
+        places: PlaceMemory | None = None,
+        cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
+        draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip
-        self._survey, self._markers = survey, tuple(markers)
-        self.surveyed: tuple[Marker, ...] = ()
-        self._robot, self._estimator, self._costmap = robot, estimator, costmap
-        self._static, self._store, self._places = static, store, places
+        self._survey, self.markers = survey, tuple(markers)
+        self._robot, self._estimator = robot, estimator
+        self._costmaps = dict(zip(("local", "global"), costmaps, strict=True))
+        self._costmap = costmaps[1]
+        self._static, self._store, self._emit, self._places = static, store, emit, places
+        self._cover, self._draw = cover, draw
         self._sensed: tuple[int, OccupancyGrid] | None = None
         self._area: tuple[OccupancyGrid, float] | None = None
 
@@ -108,8 +118,8 @@ class MapService:
         return self._area[1]
 
     def frontiers(
-        self, pose: Pose2D, parameters: FrontierParameters, avoided: Sequence[Pose2D] = (),
-        seen_from: Sequence[Pose2D] | None = None,
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
+        avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
         """Return the frontiers that the robot can reach, the nearest first, with other views.
 
@@ -118,16 +128,61 @@ class MapService:
         radius = self._robot.footprint.inscribed_radius + SPARE
         grid = self.grid
         if seen_from is not None:
-            grid = only_in_view(grid, seen_from, parameters.sensor_range)
-        return frontiers_of(grid, pose, radius, parameters, avoided)
+            grid = only_in_view(grid, seen_from, sensor_range)
+        parameters = FrontierParameters(sensor_range, least_size, least_gain)
+        return frontiers_of(grid, self._pose, radius, parameters, avoided)
 
     def coverage(
-        self, pose: Pose2D, corners: FloatArray | None, spacing: float, clearance: float | None
+        self, corners: Sequence[Pose2D], spacing: float, *, clearance: float | None = None
     ) -> CoveragePlan:
         """Return lanes that cover a polygon, or the robot's room, except keep-out zones."""
         radius = self._robot.footprint.half_width + SPARE
-        zones = self._zones()
-        return coverage_plan(self.grid, pose, clearance or radius, spacing, corners, zones)
+        polygon = np.array([(corner.x, corner.y) for corner in corners]) if corners else None
+        return coverage_plan(
+            self.grid, self._pose, clearance or radius, spacing, polygon, self._zones()
+        )
+
+    def clear_costmap(
+        self, which: str = "both", *, radius: float | None = None, layer: str | None = None
+    ) -> None:
+        """Clear sensed obstacles in the `local` or `global` costmap or `both`. The map stays.
+
+        Args:
+            which: costmap.
+            radius: metres around the robot; None: everywhere.
+            layer: name of the only layer to clear; None: all.
+
+        Raises:
+            ParameterError: unknown costmap or layer.
+        """
+        known = (*self._costmaps, "both")
+        if which not in known:
+            raise ParameterError(
+                "which", f"{which!r} is not one of {', '.join(known)}", suggestion(which, known)
+            )
+        costmaps = [item for name, item in self._costmaps.items() if which in (name, "both")]
+        layers = [name for costmap in costmaps for name in costmap.layers]
+        if layer is not None and layer not in layers:
+            raise ParameterError("layer", f"unknown layer {layer!r}", suggestion(layer, layers))
+        for costmap in costmaps:
+            if layer is not None and layer not in costmap.layers:
+                continue
+            if radius is None:
+                costmap.clear(layer=layer)
+            else:
+                costmap.clear_around(self._pose, radius, layer=layer)
+        within = "" if radius is None else f", {radius:g} m around the robot"
+        only = "" if layer is None else f", layer {layer}"
+        self._emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
+
+    def set_mapping(self, is_mapping: bool) -> None:
+        """Begin or cease to change the map."""
+        self._estimator.set_mapping(is_mapping)
+        self._emit("map", "mapping" if is_mapping else "localising on the map as it is")
+
+    @property
+    def _pose(self) -> Pose2D:
+        return self._estimator.estimate.pose
 
     def _zones(self) -> dict[str, NDArray[np.bool_]]:
         """Return the cells (rows, columns) of the map in each keep-out zone, by name."""
@@ -147,30 +202,46 @@ class MapService:
         """
         keyframes = {} if self._places is None else self._places.files()
         try:
-            own = {**self._estimator.map_files(), **self._marker_map(), **keyframes}
+            surveyed = self._surveyed()
+            marker_map = {} if surveyed is None else self._marker_map(surveyed)
+            own = {**self._estimator.map_files(), **marker_map, **keyframes}
         except (InputError, WorkerError) as error:
             sentence = f"the map cannot be saved to {name!r}: {error}"
             raise NavigationError(FailureCode.FAILED, sentence) from None
         files = folder_contents(self.grid, own)
         try:
-            return self._store.save(name, files)
+            saved = self._store.save(name, files)
         except OSError as error:
             sentence = f"the map cannot be saved to {name!r}: {error.strerror or error}"
             raise NavigationError(FailureCode.FAILED, sentence) from None
+        self._emit("map", f"saved the map as {saved}: {self.known_area:.1f} m² known")
+        for one in surveyed or ():
+            x, y, _ = one.position
+            self._emit(
+                "marker",
+                f"surveyed marker {one.number} at ({x:.2f}, {y:.2f}), {degrees(one.heading):.0f} "
+                f"deg, within {one.position_deviation:.2f} m and "
+                f"{degrees(one.heading_deviation):.1f} deg",
+                number=one.number, x=round(x, 3), y=round(y, 3), heading=round(one.heading, 4),
+            )  # fmt: skip
+        return saved
 
-    def _marker_map(self) -> dict[str, bytes]:
-        """Return the map of markers of a saved map, if the mission surveys them."""
+    def _surveyed(self) -> tuple[Marker, ...] | None:
+        """Return the markers that the mission has surveyed; None if it does not survey."""
         if self._survey is None or not self._survey.parameters.survey:
-            return {}
-        exact = {_key(one) for one in self._markers if not one.position_deviation}
+            return None
+        exact = {_key(one) for one in self.markers if not one.position_deviation}
         mapped = [one for one in self._estimator.mapped_markers() if _key(one) not in exact]
-        self.surveyed = self._survey.markers(self._estimator.corrected_pose, mapped)
-        again = {_key(one) for one in self.surveyed}
-        known = [one for one in self._markers if _key(one) not in again]
-        text = marker_map_text((*known, *self.surveyed), "saved with the map")
+        return self._survey.markers(self._estimator.corrected_pose, mapped)
+
+    def _marker_map(self, surveyed: Sequence[Marker]) -> dict[str, bytes]:
+        """Return the map of markers of a saved map."""
+        again = {_key(one) for one in surveyed}
+        known = [one for one in self.markers if _key(one) not in again]
+        text = marker_map_text((*known, *surveyed), "saved with the map")
         return {MARKERS_YAML: text.encode()}
 
-    def load(self, name: str, pose: Pose2D | None) -> OccupancyGrid:
+    def load(self, name: str, pose: Pose2D | None = None) -> None:
         """Load a saved map into the estimator, and its keyframes, and use it from now on.
 
         Args:
@@ -181,7 +252,7 @@ class MapService:
             NavigationError: FAILED if the files are wrong, UNSUPPORTED if the estimator cannot
                 change its map.
         """
-        path = self._store.find(name)
+        path, before = self._store.find(name), self._pose
         folder = path if path.is_dir() else path.parent
         try:
             grid = read_ros_map(path / MAP_YAML if path.is_dir() else path)
@@ -191,7 +262,12 @@ class MapService:
         except (InputError, ParameterError) as error:
             raise NavigationError(FailureCode.FAILED, f"cannot load {name!r}: {error}") from None
         self._static = grid
-        return grid
+        rows, columns = grid.cells.shape
+        x, y = grid.origin
+        end = Pose2D(x + columns * grid.resolution, y + rows * grid.resolution)
+        self._cover([Pose2D(x, y), end])
+        self._draw(grid)
+        report_pose(self._emit, before, self._pose, "map")
 
 
 def _key(marker: Marker) -> tuple[str, int]:

@@ -1,0 +1,67 @@
+"""The localisation of the robot for behaviours: where it is, and how it finds its pose."""
+
+from __future__ import annotations
+
+from stack.components import Estimator
+from stack.frames.buffer import TransformBuffer
+from stack.navigation.navigator import Navigator
+from stack.navigation.relocalisation import Relocalisation, report_pose
+from stack.navigation.tasks import Emit, MotionTask
+from stack.types import CurrentStep, Pose2D, PoseEstimate, Scan
+
+
+class Localisation:
+    """Implements stack.robot.Localisation.
+
+    Args:
+        estimator: of the pose.
+        navigator: stands while the pose is searched.
+        frames: poses by time stamp.
+        now: what the step has perceived.
+        emit: called with (kind, text, level="info", **fields) for each event.
+    """
+
+    def __init__(
+        self, estimator: Estimator, navigator: Navigator, frames: TransformBuffer,
+        now: CurrentStep, emit: Emit,
+    ) -> None:  # fmt: skip
+        self._estimator, self._navigator, self._frames = estimator, navigator, frames
+        self._now, self._emit = now, emit
+
+    @property
+    def estimate(self) -> PoseEstimate:
+        """Pose in the map frame with covariance and health of the localisation."""
+        return self._estimator.estimate
+
+    @property
+    def pose(self) -> Pose2D:
+        """Estimated pose of the robot, map frame."""
+        return self.estimate.pose
+
+    @property
+    def health(self) -> float:
+        """In [0, 1]; below 0.3 the scans do not fit the map here."""
+        return self.estimate.health
+
+    def fit_at(self, pose: Pose2D) -> float:
+        """Health of the newest scan at another pose; 0 without a scan."""
+        scan = self._now.perceived.newest(self._estimator.lidar, Scan)
+        return 0.0 if scan is None else self._estimator.fit_at(pose, scan)
+
+    def set_pose(
+        self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
+    ) -> None:
+        """Reset the localisation around a pose."""
+        before = self.pose
+        self._estimator.set_pose(pose, position_deviation, heading_deviation)
+        report_pose(self._emit, before, pose, source)
+
+    def relocalise(self) -> MotionTask:
+        """Find the pose on the whole map by lidar alone; fails AMBIGUOUS when several poses fit."""
+        activities = self._navigator.activities
+        task = activities.task("relocalise", while_lost=True)
+        executor = Relocalisation(
+            task, self._estimator, self._navigator.parameters, self._frames, self._emit
+        )
+        activities.start(executor, "recovery", "searching for the pose on the whole map")
+        return task

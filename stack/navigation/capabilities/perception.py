@@ -1,0 +1,172 @@
+"""The perception of the robot for behaviours and displays: scans, tracks, pictures, detections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.components import Estimator
+from stack.drivetrain.description import RobotDescription
+from stack.errors import ParameterError
+from stack.frames.buffer import TransformBuffer
+from stack.parameters import suggestion
+from stack.perception.camera_lease import CameraLease
+from stack.perception.coloured_objects import ColouredObjectDetector
+from stack.perception.depth.cloud import point_cloud
+from stack.perception.floor_lines import FloorLineDetector
+from stack.perception.markers.detector import MarkerDetector
+from stack.perception.objects.detection import ObjectDetection
+from stack.perception.places.memory import PlaceMemory
+from stack.types import (
+    ColourMask,
+    CurrentStep,
+    DepthImage,
+    Detection,
+    FloorLines,
+    Image,
+    LineColour,
+    MarkerSighting,
+    ObjectColour,
+    Perceived,
+    PlaceSighting,
+    PointCloud,
+    Scan,
+    StandingObject,
+    TrackedObject,
+)
+
+SHOWN_FOR = 2.0
+"""Seconds for which displays show what a search for a colour has found."""
+
+
+@dataclass(frozen=True)
+class Perception:
+    """Implements stack.robot.Perception.
+
+    Attributes:
+        robot: description of the robot.
+        now: what the step has perceived.
+        frames: poses by time stamp.
+        estimator: of the pose.
+        camera: keeps the camera on while pictures are requested.
+        depth_camera: keeps the depth cameras on while point clouds are requested.
+        objects: detections of a model.
+        places: keyframes of the map.
+        detector: of markers; None when the robot has no camera.
+        lines: on the floor.
+        coloured: objects of a colour.
+    """
+
+    robot: RobotDescription
+    now: CurrentStep
+    frames: TransformBuffer
+    estimator: Estimator
+    camera: CameraLease
+    depth_camera: CameraLease
+    objects: ObjectDetection
+    places: PlaceMemory
+    detector: MarkerDetector | None
+    lines: FloorLineDetector
+    coloured: ColouredObjectDetector
+
+    @property
+    def _perceived(self) -> Perceived:
+        return self.now.perceived
+
+    @property
+    def scan(self) -> Scan | None:
+        """The newest scan of the lidar that the localisation uses."""
+        return self._perceived.newest(self.estimator.lidar, Scan)
+
+    @property
+    def tracks(self) -> tuple[TrackedObject, ...]:
+        """Moving objects around the robot, map frame."""
+        return self._perceived.at(self.estimator.estimate).world.tracks
+
+    @property
+    def standing_objects(self) -> tuple[StandingObject, ...]:
+        """Objects that are not on the map and have not moved, map frame."""
+        return self._perceived.at(self.estimator.estimate).world.standing
+
+    def image(self) -> Image | None:
+        """The newest camera image since the camera was switched on; keeps it on.
+
+        Images from before the camera was last off are not returned: they are out of date.
+        """
+        self.camera.renew(self._perceived.time)
+        image = self._perceived.newest("camera", Image)
+        return image if image is not None and self.camera.covers(image.stamp) else None
+
+    def point_cloud(
+        self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
+    ) -> PointCloud | None:
+        """Points in the newest picture of a depth camera; keeps the depth cameras on."""
+        known = self.robot.depth_cameras
+        name = camera or next(iter(known), "")
+        if name not in known:
+            if not known:
+                raise ParameterError("camera", "the robot has no depth camera")
+            raise ParameterError(
+                "camera", f"unknown depth camera {name!r}", suggestion(name, known)
+            )
+        if not voxel > 0.0:
+            raise ParameterError("voxel", f"expected more than 0 m, got {voxel:g}", "e.g. 0.05")
+        lease = self.depth_camera
+        lease.renew(self._perceived.time)
+        image = self._perceived.newest(name, DepthImage)
+        if image is None or not lease.covers(image.stamp):
+            return None
+        return point_cloud(image, voxel=voxel, above=above)
+
+    def marker_sightings(self) -> tuple[MarkerSighting, ...]:
+        """Known markers in the newest image; keeps the camera on like `image`."""
+        image = self.image()
+        if image is None or self.detector is None:
+            return ()
+        return self.detector.sightings(image)
+
+    @property
+    def keyframes(self) -> int:
+        """Number of keyframes of the map that pictures can be compared with."""
+        return self.places.count
+
+    def place_sightings(self) -> tuple[PlaceSighting, ...]:
+        """Poses from which the newest image can have been taken; keeps the camera on."""
+        image = self.image()
+        return () if image is None else self.places.sightings(image, self.frames)
+
+    def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
+        """Lines on the floor around the robot; keeps the camera on like `image`."""
+        image = self.image()
+        if image is None or not self.frames.covers(image.stamp):
+            return None
+        base = self.frames.pose_at("odom", image.stamp)
+        obstacles = self._perceived.motion.pose.transform(self._perceived.obstacles.points)
+        return self.lines.see(image, base, colour, width, obstacles)
+
+    def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
+        """Objects of a colour on the floor; keeps the camera on like `image`."""
+        image, frames = self.image(), self.frames
+        if image is None or not frames.covers(image.stamp):
+            return None
+        ranges = self._perceived.motion.pose.transform(self._perceived.obstacles.points)
+        ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
+        return self.coloured.detect(image, colour, frames.pose_at("map", image.stamp), ranges)
+
+    def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
+        """Objects in the newest searched picture; keeps detector and camera on."""
+        found = self.objects.detections(self._perceived.time)
+        if found is None or label is None:
+            return found
+        return tuple(item for item in found if item.label == label)
+
+    @property
+    def seen_objects(self) -> tuple[Detection, ...]:
+        """What detector and search for a colour found in recent pictures, for displays."""
+        now = self._perceived.time
+        return (*(self.objects.recent(now) or ()), *self.coloured.recent(now - SHOWN_FOR))
+
+    @property
+    def colour_mask(self) -> ColourMask | None:
+        """Pixels of the colour that was searched in a recent picture, for displays."""
+        mask = self.coloured.mask
+        return mask if mask is not None and mask.stamp >= self._perceived.time - SHOWN_FOR else None

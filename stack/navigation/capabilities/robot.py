@@ -1,0 +1,70 @@
+"""The robot of a run for behaviours: its parts by capability."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from stack.body import Body, Replay
+from stack.navigation.capabilities.base import Base
+from stack.navigation.capabilities.localisation import Localisation
+from stack.navigation.capabilities.map import Map
+from stack.navigation.capabilities.perception import Perception
+from stack.navigation.tasks import Emit
+from stack.robot import JsonValue
+from stack.types import Battery, CurrentStep, Image
+
+
+class ImageStore(Protocol):
+    """Saves images in the run's folder."""
+
+    def save(self, image: Image, name: str, details: Mapping[str, JsonValue] | None = None) -> str:
+        """Save an image, and details beside it; return its path relative to the folder."""
+        ...
+
+
+@dataclass(frozen=True)
+class RunningRobot:
+    """Implements stack.robot.Robot.
+
+    Attributes:
+        body: whose clock counts.
+        now: what the step has perceived.
+        store: of pictures.
+        emit: called with (kind, text, level="info", **fields) for each event.
+    """
+
+    base: Base
+    localisation: Localisation
+    map: Map
+    perception: Perception
+    body: Body
+    now: CurrentStep
+    store: ImageStore
+    emit: Emit
+
+    @property
+    def time(self) -> float:
+        """Seconds on the body's clock."""
+        return self.body.time
+
+    @property
+    def battery(self) -> Battery:
+        """State of charge; full before the first measurement."""
+        return self.now.perceived.battery
+
+    @property
+    def recording_over(self) -> bool:
+        """Whether all measurements of a replayed log have been played."""
+        return isinstance(self.body, Replay) and self.body.recording_over
+
+    def save_image(
+        self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
+    ) -> str:
+        """Save an image in the run's folder; return its path relative to that folder."""
+        return self.store.save(image, name, details)
+
+    def say(self, text: str) -> None:
+        """Write a message to the operator to the event log."""
+        self.emit("say", text)

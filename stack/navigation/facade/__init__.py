@@ -1,1 +1,0 @@
-"""Robot facade for behaviours: its interfaces, its parts and its members by topic."""
