@@ -1,4 +1,4 @@
-"""Interface of the robot for behaviours. Plugins import this module, stack.types, stack.errors.
+"""Interface of the robot for behaviours.
 
 No call blocks. A call that takes time returns a task, which keeps its own outcome; a new motion
 task cancels the previous one. Names follow nav2_simple_commander.

@@ -15,7 +15,7 @@ import pytest
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
+PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 PARTS = (*PACKAGES, "tests", "docs", "README.md", "LICENSE", "Makefile", "pyproject.toml")
 SELECTION = (
     "tests/behaviours/test_catalogue.py",
