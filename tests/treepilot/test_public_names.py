@@ -12,6 +12,8 @@ import pytest
 
 import treepilot
 import treepilot.testing
+from behaviours.scaffold import new_behaviour
+from missions.inspection.scaffold import KINDS, new_component
 from treepilot.shadowing import PACKAGES
 
 ROOT = Path(__file__).parents[2]
@@ -152,7 +154,12 @@ Wait(goal=3)
 
 
 @pytest.mark.slow
-def test_type_checkers_see_the_names(tmp_path):
+def test_type_checkers_see_the_names_and_templates_are_typed(tmp_path):
+    new_behaviour("my_own", tmp_path)
+    for kind in KINDS:
+        new_component(kind, f"my_{kind}", tmp_path)
+    for test in tmp_path.glob("test_*"):
+        test.unlink()
     (tmp_path / "typed.py").write_text(TYPED)
     (tmp_path / "unknown.py").write_text("from treepilot import Pose\n")
     done = subprocess.run(
