@@ -78,12 +78,12 @@ def _catalogue(plugin: str | Path | None) -> Catalogue:
     """Find the behaviours.
 
     Raises:
-        InputError: the plugin, or an installed one, has an error.
+        InputError: the plugin has an error.
     """
     catalogue = find_behaviours(_plugins(plugin))
-    if catalogue.problems:
-        problems = (f"{problem.file}: {problem.sentence}" for problem in catalogue.problems)
-        raise InputError("\n".join(problems))
+    asked_for = [problem for problem in catalogue.problems if problem.plugin >= 0]
+    if asked_for:
+        raise InputError("\n".join(f"{it.file}: {it.sentence}" for it in asked_for))
     return catalogue
 
 

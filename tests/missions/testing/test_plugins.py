@@ -89,3 +89,14 @@ def test_a_file_that_cannot_be_imported_is_reported_by_both(folder):
         choose_component("planner", "beeline", plugin=folder)
     with pytest.raises(InputError, match="there is no such plugin folder"):
         make_behaviour("beep", plugin=folder / "nowhere")
+
+
+def test_an_installed_package_that_is_broken_does_not_fail_the_tests_of_others(
+    folder, tmp_path, monkeypatch
+):
+    metadata = tmp_path / "broken-0.1.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 0.1\n")
+    (metadata / "entry_points.txt").write_text("[treepilot.behaviours]\ngone = no_such_module\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert make_behaviour("beep", {"time": "1 s"}, plugin=folder / "beep.py").time == 1.0
