@@ -2,7 +2,7 @@
 
 VENV := .venv
 PIP := $(VENV)/bin/python -m pip --disable-pip-version-check --quiet
-SOURCES := missions behaviours stack tui robots tests
+SOURCES := treepilot missions behaviours stack tui robots tests
 
 # Python 3.11 if there is one: pybullet has wheels for 3.10 and 3.11 on x86-64 Linux only. For 3.12 and
 # 3.13 pip builds it from source, with the NumPy that is installed: without it, pictures are tuples.

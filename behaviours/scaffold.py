@@ -17,13 +17,10 @@ BEHAVIOUR = '''"""{Sentence}."""
 
 from __future__ import annotations
 
-from py_trees.common import Status
-
-from behaviours.base import RobotBehaviour, output, port
-from stack.types import FailureCode
+from treepilot import Behaviour, FailureCode, Status, output, port
 
 
-class {Class}(RobotBehaviour):
+class {Class}(Behaviour):
     """{Sentence}.
 
     Example to replace: it waits until the robot has not moved for a time. In a mission:
@@ -58,24 +55,15 @@ class {Class}(RobotBehaviour):
 TEST = """from pathlib import Path
 
 import pytest
-from py_trees.common import Status
 
-from behaviours.catalogue import build, find_behaviours
-from behaviours.testing import ScriptedRobot, tick
-from stack.types import Twist
+from treepilot import Status, Twist
+from treepilot.testing import ScriptedRobot, make_behaviour, tick
 
-NAME = "{name}"
+PLUGIN = Path(__file__).with_name("{name}.py")
 
 
-@pytest.fixture
-def kind():
-    catalogue = find_behaviours([f"./{{NAME}}.py"], Path(__file__).parent)
-    assert catalogue.problems == ()
-    return catalogue.get(NAME)
-
-
-def test_succeeds_after_a_time_without_motion(kind):
-    behaviour = build(kind, "wait for it", {{"still_for": "2 s"}})
+def test_succeeds_after_a_time_without_motion():
+    behaviour = make_behaviour(PLUGIN.stem, {{"still_for": "2 s"}}, plugin=PLUGIN)
     robot = ScriptedRobot(speed=Twist(0.3))
     assert tick(behaviour, robot, 1.0) is Status.RUNNING
     robot.speed = Twist()
@@ -84,8 +72,8 @@ def test_succeeds_after_a_time_without_motion(kind):
     assert behaviour.waited == pytest.approx(3.0, abs=0.15)
 
 
-def test_fails_when_the_robot_keeps_moving(kind):
-    behaviour = build(kind, "wait for it", {{"patience": "3 s"}})
+def test_fails_when_the_robot_keeps_moving():
+    behaviour = make_behaviour(PLUGIN.stem, {{"patience": "3 s"}}, plugin=PLUGIN)
     robot = ScriptedRobot(speed=Twist(0.3))
     assert tick(behaviour, robot, 5.0) is Status.FAILURE
     assert behaviour.failure.code == "TIMED_OUT"

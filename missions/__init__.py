@@ -1,10 +1,4 @@
-"""Missions: the language, the compiler, the runner and the command line.
-
-import missions
-
-report = missions.run("missions/01_drive_to_a_point.yaml", seed=3)
-assert report.status == "success"
-"""
+"""Missions: the language, the compiler, the runner and the command line."""
 
 from __future__ import annotations
 
@@ -12,15 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from missions.shadowing import refuse_shadows
-
 if TYPE_CHECKING:
     from missions.execution.report import Report
     from robots.bodies import MakeBody
 
 __all__ = ["run", "run_together"]
-
-refuse_shadows()  # before another module is imported from the wrong file
 
 
 def run(  # noqa: PLR0913 - the settings of a run, all by keyword

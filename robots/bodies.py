@@ -121,7 +121,9 @@ def body_kind(name: str) -> type[BodyKind]:
     except Exception as error:  # a plugin's module may raise any exception
         raise InputError(f"the body {name!r} cannot be used: {error}") from error
     if not (isinstance(found, type) and issubclass(found, BodyKind)):
-        raise InputError(f"the body {name!r} cannot be used: it does not inherit BodyKind")
+        raise InputError(
+            f"the body {name!r} cannot be used: it does not inherit treepilot.BodyKind"
+        )
     return found
 
 

@@ -217,8 +217,7 @@ def _unusable(kind: str, name: str, found: type) -> str:
     base = BASES.get(kind)
     if base is not None and not (isinstance(found, type) and issubclass(found, base)):
         return (
-            f"it does not inherit stack.components.{base.__name__}; "
-            f"write `class {name}({base.__name__}):`"
+            f"it does not inherit treepilot.{base.__name__}; write `class {name}({base.__name__}):`"
         )
     if isinstance(found, ABCMeta) and found.__abstractmethods__:
         return f"it does not implement {', '.join(sorted(found.__abstractmethods__))}"

@@ -15,7 +15,7 @@ import pytest
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
+PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 PARTS = (*PACKAGES, "tests", "docs", "README.md", "LICENSE", "Makefile", "pyproject.toml")
 SELECTION = (
     "tests/behaviours/test_catalogue.py",
@@ -78,8 +78,8 @@ def test_make_works_in_a_folder_with_a_space_in_its_name(tmp_path: Path) -> None
     asked = (folder / "asked.txt").read_text("utf-8").splitlines()
     assert [line for line in asked if " pip " not in line and " -c " not in line] == [
         "treepilot run missions/02_office_patrol.yaml",
-        "ruff check missions behaviours stack tui robots tests",
-        "ruff format --check missions behaviours stack tui robots tests",
+        "ruff check treepilot missions behaviours stack tui robots tests",
+        "ruff format --check treepilot missions behaviours stack tui robots tests",
         "mypy ",
         "python -m pytest -q -n 2 --dist loadgroup",
         "python -m tests.wheel",

@@ -84,10 +84,8 @@ def test_a_table_is_written_from_the_rows(tmp_path):
         "| side | success | samples | RMS error, worst seed |\n|---|---|---|---|\n"
         "| right | 3/3 | 90 | 2.3 cm |\n"
         "| left | 3/3 | 90 | – |\n\n"
-        "*Commit `0123456789`, 2 November 2026; recording off, seeds 3.\n"
-        "Xeon, 2 cores, load 0.1 at the start; Debian GNU/Linux 12, Python 3.11.7, NumPy 2.4.6,"
-        " PyBullet 3.2.7.\n"
-        "Command: `python -m tests.benchmarks wall --docs`.*\n\n"
+        "*Commit `0123456789`, 2 November 2026; recording off, seeds 3; Xeon, 2 cores, load 0.1."
+        " Command: `python -m tests.benchmarks wall --docs`.*\n\n"
         "<!-- /figures -->\nAfter.\n"
     )
     assert updated(written, tmp_path) == written

@@ -19,7 +19,7 @@ from stack import optional_packages
 from stack.optional_packages import Package
 
 ROOT = Path(__file__).parents[1]
-TOP = ("missions", "behaviours", "stack", "tui", "robots")
+TOP = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
@@ -29,11 +29,12 @@ FOUNDATION = {
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
-PLUGIN_API = {"stack.types", "stack.robot", "stack.errors", "stack.parameters"}
-"""All of the stack that a behaviour sees."""
+BEHAVIOUR_API = {"stack.types", "stack.robot", "stack.errors", "stack.parameters"}
+"""All of the stack that a built-in behaviour sees."""
 
 MAY_IMPORT = {
-    "behaviours": {"stack.drivetrain.needs", *PLUGIN_API},
+    "treepilot": {"missions", "behaviours", "robots", "stack"},
+    "behaviours": {"stack.drivetrain.needs", *BEHAVIOUR_API},
     "tui": {"stack.types", "stack.telemetry", "stack.errors"},
     "robots": {"stack.body", "stack.sim", *FOUNDATION},
     "stack.types": set(),
@@ -82,13 +83,12 @@ MAY_IMPORT = {
         "stack.body", "stack.robot", "stack.components", "stack.costmap", "stack.localisation",
         "stack.navigation", "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
     },
-    "missions.shadowing": set(),
     "missions.run_options": {"stack.telemetry"},
     "missions.language": {  # the file of a node kind holds its node of the tree
-        "missions.trees", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,
+        "missions.trees", "behaviours", "stack.documents", "stack.telemetry", *BEHAVIOUR_API,
     },
     "missions.trees": {
-        "missions.language", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,
+        "missions.language", "behaviours", "stack.documents", "stack.telemetry", *BEHAVIOUR_API,
     },
     "missions.nav2": {
         "missions.language", "stack.components", "stack.costmap", "stack.navigation",
@@ -103,7 +103,8 @@ MAY_IMPORT = {
         "stack",
     },
     "missions.testing": {
-        "missions.execution", "missions.language", "missions.trees", "behaviours", "stack",
+        "missions.execution", "missions.language", "missions.trees", "behaviours", "robots",
+        "stack",
     },
     "missions.bench": {"missions.execution", "stack"},
     "missions.tuning": {"missions.execution", "missions.bench", "stack"},
@@ -112,7 +113,7 @@ MAY_IMPORT = {
         "stack",
     },
     "missions.cli": {"missions", "behaviours", "stack"},
-    "missions.my_behaviours": {"behaviours", *PLUGIN_API},
+    "missions.my_behaviours": {"treepilot"},
 }  # fmt: skip
 
 DATA = {"stack": set(), "missions": {"worlds", "parameters", "routes", "maps"}}
@@ -136,7 +137,7 @@ ONE_PLACE = {
     "pygls": {"missions/editor"},
     "lsprotocol": {"missions/editor"},
     "yaml": {"stack/documents", "stack/mapping"},
-    "py_trees": {"missions", "behaviours"},
+    "py_trees": {"treepilot", "missions", "behaviours"},
 }
 
 PROVIDED_BY = {

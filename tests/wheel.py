@@ -20,7 +20,7 @@ from zipfile import ZipFile
 from tests.missions.shipped import check_success
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
+PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 WORDS = "run --headless --speed max --no-rerun --seed 1 --out".split()
 OWN = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 

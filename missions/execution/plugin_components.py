@@ -72,7 +72,7 @@ def _kind_of(cls: type) -> str | None:
     if there >= LAYER_METHODS:
         file = Path(inspect.getfile(cls)).name
         raise InputError(
-            f"{file}: {cls.__name__} is not a costmap layer; inherit stack.costmap.layer.Layer"
+            f"{file}: {cls.__name__} is not a costmap layer; inherit treepilot.CostmapLayer"
         )
     for kind, base in BASES.items():
         if issubclass(cls, base):

@@ -22,7 +22,7 @@ from stack.documents.files import XML_BYTES, read_bytes
 from stack.errors import InputError
 from stack.types.printable import printable
 
-OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
+OUR_PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 
 
 @dataclass(frozen=True)

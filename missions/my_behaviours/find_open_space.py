@@ -1,13 +1,11 @@
 """Example behaviour: find the most open place in view of the lidar."""
 
 import numpy as np
-from py_trees.common import Status
 
-from behaviours.base import RobotBehaviour, output, port
-from stack.types import Pose2D
+from treepilot import Behaviour, Pose2D, Status, output, port
 
 
-class FindOpenSpace(RobotBehaviour):
+class FindOpenSpace(Behaviour):
     """Find the point half-way along the longest view; fails if no view reaches `at_least`."""
 
     at_least: float = port("shortest view worth driving to", unit="m", default=1.0, above=0.0)

@@ -86,7 +86,7 @@ class LayerChoice:
         except TypeError as error:
             raise InputError(
                 f"layer {self.name!r}: {name}(parameters, footprint) failed: {error}; expected a "
-                "constructor with these two positional arguments, as in stack.costmap.layer.Layer"
+                "constructor with these two positional arguments, as in treepilot.CostmapLayer"
             ) from error
 
     def located(self, folder: Path) -> LayerChoice:
@@ -231,7 +231,7 @@ def _layer_class(use: str) -> type[Layer]:
     if not issubclass(found, Layer):
         raise InputError(
             f"{found.__qualname__} in {found.__module__} is not a costmap layer; "
-            "inherit stack.costmap.layer.Layer"
+            "inherit treepilot.CostmapLayer"
         )
     problem = needs_problem(found.needs)
     if problem:

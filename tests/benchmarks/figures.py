@@ -94,16 +94,14 @@ class Figures:
 
     @property
     def caption(self) -> str:
-        """A sentence on where the figures come from."""
+        """A sentence on where the figures come from; the file has the versions too."""
         dirty = " with uncommitted changes" if self.dirty else ""
         day = date.fromisoformat(self.date)
         setting = ", ".join(f"{key} {value}" for key, value in self.setting.items())
         found = self.machine
         return (
-            f"*Commit `{self.commit[:10]}`{dirty}, {day.day} {day:%B %Y}; {setting}.\n"
-            f"{found['processor']}, {found['cores']} cores, load {found['load']:.1f} at the start;"
-            f" {found['system']}, Python {found['python']}, NumPy {found['numpy']},"
-            f" PyBullet {found['pybullet']}.\n"
+            f"*Commit `{self.commit[:10]}`{dirty}, {day.day} {day:%B %Y}; {setting}; "
+            f"{found['processor']}, {found['cores']} cores, load {found['load']:.1f}. "
             f"Command: `{self.command}`.*"
         )
 

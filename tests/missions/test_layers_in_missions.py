@@ -192,7 +192,7 @@ def quiet(mission, source, use):
 
 
 def test_a_layer_without_the_base_class_is_told_what_to_inherit(mission):
-    words = "quiet.py: Quiet is not a costmap layer; inherit stack.costmap.layer.Layer"
+    words = "quiet.py: Quiet is not a costmap layer; inherit treepilot.CostmapLayer"
     with pytest.raises(InputError, match=words):
         quiet(mission, OLD_LAYER, "obstacle")
 

@@ -75,11 +75,11 @@ def plugin(monkeypatch):
 
 
 @pytest.mark.parametrize(("kind", "name", "reason"), [
-    ("planner", "Duck", "it does not inherit stack.components.Planner; "
+    ("planner", "Duck", "it does not inherit treepilot.Planner; "
                         "write `class Duck(Planner):`"),
-    ("controller", "Duck", "it does not inherit stack.components.Controller; "
+    ("controller", "Duck", "it does not inherit treepilot.Controller; "
                            "write `class Duck(Controller):`"),
-    ("planner", "Unfinished", "it does not inherit stack.components.Planner; "
+    ("planner", "Unfinished", "it does not inherit treepilot.Planner; "
                               "write `class Unfinished(Planner):`"),
     ("controller", "Unfinished", "it does not implement step"),
     ("planner", "Bare", "it has no `Parameters`"),

@@ -82,7 +82,7 @@ def test_a_goal_checker_of_a_plugin_is_chosen_by_its_name(mission):
 @pytest.mark.parametrize(
     ("navigation", "sentence"),
     [
-        ("{controller: old_way}", "it does not inherit stack.components.Controller; "
+        ("{controller: old_way}", "it does not inherit treepilot.Controller; "
                                   "write `class OldWay(Controller):`"),
         ("{goal_checker: near}", "there is no goal checker 'near'"),
     ],

@@ -166,7 +166,7 @@ def test_check_imports_only_modules_of_the_plugin_list(use, code, tmp_path, monk
     assert "add its module to the mission: `plugins: [loud_module]`" in found
     assert "loud_module" not in sys.modules
     listed = findings(f"{HEAD}plugins: [loud_module]\n{use}\n", tmp_path)
-    assert listed == [] or "does not inherit stack.components.Planner" in listed[0]
+    assert listed == [] or "does not inherit treepilot.Planner" in listed[0]
     assert "loud_module" in sys.modules
     assert capsys.readouterr() == ("", "imported\n")
     del sys.modules["loud_module"]

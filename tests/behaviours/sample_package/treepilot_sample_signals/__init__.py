@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from py_trees.common import Status
-
-from behaviours.base import RobotBehaviour, port
+from treepilot import Behaviour, Status, port
 
 
-class HonkHorn(RobotBehaviour):
+class HonkHorn(Behaviour):
     """Tell the people around that a robot is coming."""
 
     times: int = port("how often", default=1, at_least=1)

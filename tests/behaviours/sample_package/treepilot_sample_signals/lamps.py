@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from py_trees.common import Status
-
-from behaviours.base import RobotBehaviour
+from treepilot import Behaviour, Status
 
 
-class Flash(RobotBehaviour):
+class Flash(Behaviour):
     """Flash the lamp."""
 
     def update(self) -> Status:
