@@ -50,6 +50,10 @@ from stack.errors import ParameterError as ParameterError
 from stack.errors import TreepilotError as TreepilotError
 from stack.lifecycle import Timers as Timers
 from stack.parameters import parameter as parameter
+from stack.robot import Base as Base
+from stack.robot import Localisation as Localisation
+from stack.robot import Map as Map
+from stack.robot import Perception as Perception
 from stack.robot import Robot as Robot
 from stack.robot import Task as Task
 from stack.streams import stream as stream

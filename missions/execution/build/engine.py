@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
-from stack.navigation.capabilities.localisation import Localisation
-
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import map_of, world_model_of
 from missions.execution.ground_truth import SimulationScorer
@@ -26,6 +24,7 @@ from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
+from stack.navigation.capabilities.localisation import Localisation
 from stack.navigation.capabilities.map import Map
 from stack.navigation.capabilities.perception import Perception
 from stack.navigation.capabilities.robot import RunningRobot
