@@ -12,7 +12,7 @@ from stack.errors import InputError
 from stack.mapping.graph_files import g2o_text, graph_contents, read_graph
 from stack.mapping.slam.graph import EDGE_KINDS, Edge, Keyframe, PoseGraph
 from stack.mapping.trajectories import plain_text, read_trajectory, tum_text
-from stack.mapping.whole_files import backup_of, replace_folder
+from stack.mapping.whole_files import backup_of, replace_file, replace_folder
 from stack.types import Pose2D, Scan
 
 NUMBERS = st.floats(-1e3, 1e3, allow_nan=False)
@@ -131,7 +131,9 @@ def test_a_folder_is_replaced_whole_and_kept_as_bak(saved, monkeypatch):
     monkeypatch.setattr("os.fsync", no_space)
     with pytest.raises(OSError, match="No space"):
         replace_folder(saved, {"b": b"newer"})
-    assert [file.name for file in saved.iterdir()] == ["a"]
+    with pytest.raises(OSError, match="No space"):
+        replace_file(saved / "a", b"newer")
+    assert [(file.name, file.read_bytes()) for file in saved.iterdir()] == [("a", b"new")]
     assert sorted(file.name for file in saved.parent.iterdir()) == ["map", "map.bak"]
 
 
