@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from math import inf
 from typing import Any
 
@@ -24,7 +25,7 @@ from stack.sim.scene_state import RobotShape, SceneState
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.imu import Imu
 from stack.sim.sensors.lidar import Lidar
-from stack.sim.sensors.odometry import Encoders, Odometry
+from stack.sim.sensors.odometry import Odometry
 from stack.sim.sensors.requests import RenderSetup
 from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
@@ -149,7 +150,7 @@ class SimulatedRobot:
         """Take the measurements of time 0."""
         truth = self.truth
         self._friction.update(truth.pose)
-        self._odometry.update(0.0, self._encoders())
+        self._odometry.update(0.0, *self._encoder_angles())
         self._follow(0.0, truth.pose)
         self.measure_ranges(0, 0.0, scene)
         self._imu_schedule.take(0)
@@ -162,7 +163,7 @@ class SimulatedRobot:
 
     def update_scene(self, time: float, period: float, truth: GroundTruth) -> None:
         """Update encoders, battery, friction and contacts; `period` is the time since the last."""
-        self._odometry.update(time, self._encoders())
+        self._odometry.update(time, *self._encoder_angles())
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
         self._follow(time, truth.pose)
@@ -289,9 +290,10 @@ class SimulatedRobot:
         if wheels.steering:
             self.physics.steer(wheels.steering)
 
-    def _encoders(self) -> Encoders:
+    def _encoder_angles(self) -> tuple[Sequence[float], list[float]]:
+        """Return the angles that the driven wheels have rolled, and of the steered wheels."""
         wheels = self._wheel_motion.encoder_angles(self.physics.wheel_angles())
-        return Encoders(wheels, self.physics.steering_angles())
+        return wheels, self.physics.steering_angles()
 
     def _count_contacts(self, time: float, truth: GroundTruth) -> None:
         touching = [*self.physics.touching(), *self._fallen(truth.pose)]

@@ -113,9 +113,8 @@ def test_without_mirrors_nothing_is_followed(monkeypatch):
         0.5, -0.2, 0.3 - pi, 2.0 * pi / 360, 360, *lidar._scene.outlines(SceneState())
     )
     assert (scan.ranges == expected.astype(np.float32)).all()
-    own = (*kernels.CAST, *kernels.SEEDING)
-    assert Lidar.kernels(CENTRED, world) == own
-    assert Lidar.kernels(CENTRED, HALL) == (*own, *kernels.CAST_RAYS)
+    assert Lidar.kernels(CENTRED, world) == kernels.CAST
+    assert Lidar.kernels(CENTRED, HALL) == (*kernels.CAST, *kernels.CAST_RAYS)
 
 
 def test_beams_that_meet_no_mirror_have_the_same_ranges():
