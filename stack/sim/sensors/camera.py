@@ -43,7 +43,7 @@ class Camera:
     def __init__(self, setup: RenderSetup, engine: type[PhysicsEngine] = DEFAULT_ENGINE) -> None:
         self._setup = setup
         name = f"the renderer of the camera {setup.name}"
-        self._renderer = Worker(name, "stack.sim.sensors.camera_worker:renderer", (setup, engine))
+        self._renderer = Worker(name, "stack.sim.sensors.rendering:renderer", (setup, engine))
         self._exposures: deque[float] = deque()
         self.restart()
 

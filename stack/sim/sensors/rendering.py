@@ -5,6 +5,8 @@ The same request gives the same picture in any process, with the same renderer.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -81,6 +83,14 @@ class CameraRenderer:
         world_from_base = transform(request.position, request.orientation)
         world_from_optical = world_from_base @ self._setup.camera.model.base_from_optical()
         return np.linalg.inv(world_from_optical @ FLIP).astype(np.float64)
+
+
+def renderer(
+    setup: tuple[RenderSetup, type[PhysicsEngine]],
+) -> Callable[[RenderRequest], tuple[bytes, str]]:
+    """Return what the process of a `Camera` calls: pixels of a picture, and what drew it."""
+    drawing = CameraRenderer(*setup)
+    return lambda request: (drawing.render(request).tobytes(), drawing.driver)
 
 
 def measured_depth(
