@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import DepthCameraDescription
+from stack.geometry.rotations import from_quaternion
 from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.physics.mirrors import mirror_faces
 from stack.sim.sensors.exposure import automatic_gain, mean_picture, moments
 from stack.sim.sensors.lens import Lens
 from stack.sim.sensors.mirror_views import MirrorViews
-from stack.sim.sensors.pinhole import FLIP, distances, far_plane, transform
+from stack.sim.sensors.pinhole import FLIP, distances, far_plane
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.streams import stream
 from stack.types import FloatArray
@@ -80,7 +81,7 @@ class CameraRenderer:
 
     def _view(self, request: RenderRequest) -> FloatArray:
         """Return (4, 4) OpenGL eye frame from world."""
-        world_from_base = transform(request.position, request.orientation)
+        world_from_base = from_quaternion(request.position, request.orientation)
         world_from_optical = world_from_base @ self._setup.camera.model.base_from_optical()
         return np.linalg.inv(world_from_optical @ FLIP).astype(np.float64)
 
