@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import degrees, pi, radians, remainder, tan
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 from robots.declared import SHAPE, X, Y, Z
 from stack.documents import Section
@@ -16,7 +16,8 @@ from stack.drivetrain.description import (
     LidarDescription,
     SonarDescription,
 )
-from stack.parameters import Declaration, declarations
+from stack.parameters import Declaration
+from stack.sim.worlds.values import fields_of
 from stack.types import DISTORTION, CameraModel, Pose2D
 
 T = TypeVar("T")
@@ -76,9 +77,7 @@ def parameters_of(section: Section | None, kind: type[T], **more: Any) -> T:
     """
     if section is None:
         return kind(**more)
-    values = {
-        name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()
-    }
+    values = fields_of(section, kind)
     section.done()
     return kind(**values, **more)
 

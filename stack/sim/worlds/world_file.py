@@ -16,7 +16,7 @@ import numpy as np
 
 from stack.documents import Findings, Mark, Node, Section, read_document
 from stack.errors import InputError
-from stack.mapping.limits import FARTHEST, MAX_ITEMS
+from stack.mapping.limits import MAX_ITEMS
 from stack.parameters import Declaration, likely, suggestion
 from stack.sim.worlds import items
 from stack.sim.worlds.outlines import Outline, outlines
@@ -24,13 +24,12 @@ from stack.sim.worlds.people import people
 from stack.sim.worlds.timeline import event
 from stack.sim.worlds.values import (
     EMPTY,
-    FLOOR,
-    FRICTION,
-    LIGHT,
     PLACEMENT,
     SHAPE,
     TOO_MANY,
     Reading,
+    coordinate,
+    fields_of,
 )  # fmt: skip
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
@@ -45,10 +44,7 @@ KEYS = (
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
-EDGES = tuple(
-    Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
-    for name in ("x_min", "y_min", "x_max", "y_max")
-)
+EDGES = tuple(coordinate(name) for name in ("x_min", "y_min", "x_max", "y_max"))
 Bounds = tuple[float, float, float, float]
 
 
@@ -113,10 +109,8 @@ def read_world(path: Path, text: str | None = None) -> World:
         timeline=reading.each(top, "timeline", "a timeline entry", event),
         places=reading.places,
         start=_start(reading, top),
-        friction=top.value(replace(FRICTION, default=0.9)),
-        floor=top.value(FLOOR),
-        light=top.value(LIGHT),
         source=path,
+        **fields_of(top, World),
     )
     blocks = chain.from_iterable(dock.boxes() for dock in world.docks)
     world = replace(world, boxes=(*world.boxes, *blocks))
