@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import stack.sim.pace
-from robots.simulated import SimulatedBody, SimulationSettings
+from robots.simulated import SimulatedBody
 from stack.body import Body, BodyCommand
 from stack.errors import ParameterError
 from stack.sim.worlds.world import FrictionZone, World
@@ -19,9 +19,9 @@ ORIGIN = Pose2D(0.0, 0.0)
 def build():
     made = []
 
-    def make(description=ROVER, world: World = EMPTY, start=ORIGIN, seed=1, **choices):
-        settings = SimulationSettings(**choices)
-        made.append(SimulatedBody(description, world, start=start, seed=seed, settings=settings))
+    def make(description=ROVER, world: World = EMPTY, start=ORIGIN, seed=1, pace=0.0):
+        made.append(SimulatedBody(description, world, start=start, seed=seed))
+        made[-1].pace = pace
         return made[-1]
 
     yield make

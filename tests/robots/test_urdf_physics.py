@@ -17,7 +17,6 @@ from stack.documents.xml_file import parse_xml
 from stack.errors import InputError
 from stack.sim.physics.pybullet_engine.engine import BulletEngine
 from stack.sim.physics.pybullet_engine.robot import load_robot
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
@@ -167,7 +166,7 @@ def placed():
     opened = []
 
     def place(robot):
-        opened.append(BulletEngine(EMPTY, SimulationSettings()))
+        opened.append(BulletEngine(EMPTY))
         return opened[-1], opened[-1].add_robot(robot, Pose2D(0.0, 0.0))
 
     yield place

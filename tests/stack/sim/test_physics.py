@@ -7,12 +7,9 @@ import pytest
 from stack.drivetrain.differential import Wheels
 from stack.errors import BodyError
 from stack.sim.physics.pybullet_engine.engine import BulletEngine
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import Box
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import EMPTY, ROVER
-
-SETTINGS = SimulationSettings()
 
 
 @pytest.fixture
@@ -20,7 +17,7 @@ def build():
     made = []
 
     def make(description=ROVER, world=EMPTY, start=Pose2D(0.0, 0.0)):
-        made.append(BulletEngine(world, SETTINGS))
+        made.append(BulletEngine(world))
         return made[-1].add_robot(description, start)
 
     yield make

@@ -18,10 +18,13 @@ from stack.sim.physics.pybullet_engine.own_view import own_ranges
 from stack.sim.physics.pybullet_engine.renderer import BulletRenderer
 from stack.sim.physics.pybullet_engine.robot import BulletRobot
 from stack.sim.physics.pybullet_engine.scene import Scene, static_shape
-from stack.sim.physics.settings import SimulationSettings
+from stack.sim.rates import PHYSICS_PERIOD
 from stack.sim.sensors.requests import RenderSetup
 from stack.sim.worlds.world import World
 from stack.types import CameraModel, FloatArray, Pose2D
+
+SOLVER_ITERATIONS = 20
+"""Of the constraint solver, per physics step."""
 
 
 class BulletEngine(PhysicsEngine):
@@ -35,9 +38,9 @@ class BulletEngine(PhysicsEngine):
         steps: physics steps so far.
     """
 
-    def __init__(self, world: World, settings: SimulationSettings) -> None:
+    def __init__(self, world: World) -> None:
         self.bullet: Any = loader.load()
-        self._world, self._settings = world, settings
+        self._world = world
         self._static = static_shape(world)
         self.friction = world.friction
         self._robots: list[BulletRobot] = []
@@ -45,14 +48,14 @@ class BulletEngine(PhysicsEngine):
 
     def _connect(self) -> None:
         """Connect to a new client and fill it; the one before must be closed."""
-        bullet, settings = self.bullet, self._settings
+        bullet = self.bullet
         self.client: int = bullet.connect(bullet.DIRECT)
         self.steps = 0
         try:
             bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
             bullet.setPhysicsEngineParameter(
-                fixedTimeStep=1.0 / settings.physics_rate,
-                numSolverIterations=settings.solver_iterations,
+                fixedTimeStep=PHYSICS_PERIOD,
+                numSolverIterations=SOLVER_ITERATIONS,
                 physicsClientId=self.client,
             )
             with TemporaryDirectory(prefix="treepilot-") as folder:
