@@ -56,7 +56,8 @@ from stack.drivetrain.description import (
 from stack.drivetrain.limits import Limits
 from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
-from stack.parameters import Declaration, likely, suggestion
+from stack.parameters import Declaration, suggestion
+from stack.sim.worlds.world_file import named_file
 from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
@@ -80,19 +81,12 @@ def find_robot(name_or_path: str, beside: Path) -> Path:
     Raises:
         InputError: there is no robot of that name. A path is not checked here.
     """
-    if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
-        folder = beside.parent if beside.is_file() else beside
-        path = folder / Path(name_or_path).expanduser()
-        try:
-            return path / "robot.yaml" if path.is_dir() else path
-        except OSError as error:
-            raise InputError(f"robot {name_or_path:.60}…: {error.strerror}") from None
-    if name_or_path not in robot_names():
-        hint = likely(name_or_path, robot_names())
-        if not hint:
-            hint = f"available: {', '.join(robot_names())}; a path has a slash: ./{name_or_path}"
-        raise InputError(f"there is no robot {name_or_path!r}; {hint}")
-    return HERE / name_or_path / "robot.yaml"
+    known = {name: HERE / name / "robot.yaml" for name in robot_names()}
+    path = named_file("robot", name_or_path, beside, known)
+    try:
+        return path / "robot.yaml" if path.is_dir() else path
+    except OSError as error:
+        raise InputError(f"robot {name_or_path:.60}…: {error.strerror}") from None
 
 
 def read_robot(path: Path, text: str | None = None) -> RobotDescription:

@@ -6,7 +6,7 @@ E204 placement · E205 too many · E206 empty.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import chain
 from math import ceil, floor
@@ -60,16 +60,34 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
     Raises:
         InputError: there is no world of that name. A path is not checked here.
     """
+    known = {file.stem: file for file in shipped.glob("*.yaml")}
+    return named_file("world", name_or_path, beside, known, ".yaml")
+
+
+def named_file(
+    what: str, name_or_path: str, beside: Path, known: Mapping[str, Path], ending: str = ""
+) -> Path:
+    """Return a path, or the known file of a name; a path has a slash or a suffix.
+
+    Args:
+        what: kind of file, for messages.
+        name_or_path: as written.
+        beside: file that mentions it, or its folder, to which a path is relative.
+        known: file of each name.
+        ending: of a path, for messages.
+
+    Raises:
+        InputError: there is no file of that name. A path is not checked here.
+    """
     if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
         folder = beside.parent if beside.is_file() else beside
         return folder / Path(name_or_path).expanduser()
-    known = [file.stem for file in shipped.glob("*.yaml")]
     if name_or_path not in known:
-        hint = likely(name_or_path, known)
-        if not hint:
-            hint = f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}.yaml"
-        raise InputError(f"there is no world {name_or_path!r}; {hint}")
-    return shipped / f"{name_or_path}.yaml"
+        hint = likely(name_or_path, known) or (
+            f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}{ending}"
+        )
+        raise InputError(f"there is no {what} {name_or_path!r}; {hint}")
+    return known[name_or_path]
 
 
 def read_world(path: Path, text: str | None = None) -> World:
