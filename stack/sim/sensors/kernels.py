@@ -10,9 +10,6 @@ from numba import f8, i8, njit
 ROUNDING = 1e-9
 """Relative extension of a segment at both ends, so that no beam passes between two segments."""
 
-CLEAR_OF_FAN = 1e-6
-"""Metres beside a fan of beams from which on no rounding lets an obstacle reach it."""
-
 
 @njit(cache=True, nogil=True)
 def cast(x, y, first, increment, beams, segments, circles):  # type: ignore[no-untyped-def]
@@ -38,31 +35,11 @@ def cast(x, y, first, increment, beams, segments, circles):  # type: ignore[no-u
     for beam in range(beams):
         angle = first + increment * beam
         directions[beam, 0], directions[beam, 1] = cos(angle), sin(angle)
-    # what lies beside the fan of a sonar is left out without its bearings
-    is_fan = increment * (beams - 1) < pi
     for n in range(segments.shape[0]):
-        px, py, qx, qy = segments[n]
-        if is_fan and _are_beside(directions, px - x, py - y, qx - x, qy - y, CLEAR_OF_FAN):
-            continue
         _cast_on_segment(x, y, first, increment, directions, segments[n], ranges)
     for n in range(circles.shape[0]):
-        cx, cy, clear = circles[n, 0] - x, circles[n, 1] - y, circles[n, 2] + CLEAR_OF_FAN
-        if is_fan and _are_beside(directions, cx, cy, cx, cy, clear):
-            continue
         _cast_on_circle(x, y, first, increment, directions, circles[n], ranges)
     return ranges
-
-
-@njit(cache=True, nogil=True)
-def _are_beside(directions, px, py, qx, qy, clear):  # type: ignore[no-untyped-def]
-    """Whether two points are more than `clear` metres to the left or to the right of a fan.
-
-    Between its first and last beam are less than 180 degrees, so it lies on one side of the line
-    through each of these.
-    """
-    (rx, ry), (lx, ly) = directions[0], directions[-1]
-    is_left = lx * py - ly * px > clear and lx * qy - ly * qx > clear
-    return is_left or (ry * px - rx * py > clear and ry * qx - rx * qy > clear)
 
 
 @njit(cache=True, nogil=True)
