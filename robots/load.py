@@ -27,12 +27,13 @@ from robots.declared import (
 )
 from robots.sensors import (
     check_scan_names,
+    named,
+    optional,
     parameters_of,
     read_camera,
-    read_depth_cameras,
+    read_depth_camera,
     read_lidar,
-    read_lidars,
-    read_sonars,
+    read_sonar,
 )
 from robots.urdf.model import RobotModel
 from robots.urdf.one_axle import on_one_axle
@@ -54,7 +55,9 @@ from stack.drivetrain.description import (
 )
 from stack.drivetrain.limits import Limits
 from stack.errors import InputError, ParameterError
-from stack.parameters import Declaration, likely, suggestion
+from stack.geometry.polygons import points_inside
+from stack.parameters import Declaration, suggestion
+from stack.sim.worlds.world_file import named_file
 from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
@@ -78,19 +81,12 @@ def find_robot(name_or_path: str, beside: Path) -> Path:
     Raises:
         InputError: there is no robot of that name. A path is not checked here.
     """
-    if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
-        folder = beside.parent if beside.is_file() else beside
-        path = folder / Path(name_or_path).expanduser()
-        try:
-            return path / "robot.yaml" if path.is_dir() else path
-        except OSError as error:
-            raise InputError(f"robot {name_or_path:.60}…: {error.strerror}") from None
-    if name_or_path not in robot_names():
-        hint = likely(name_or_path, robot_names())
-        if not hint:
-            hint = f"available: {', '.join(robot_names())}; a path has a slash: ./{name_or_path}"
-        raise InputError(f"there is no robot {name_or_path!r}; {hint}")
-    return HERE / name_or_path / "robot.yaml"
+    known = {name: HERE / name / "robot.yaml" for name in robot_names()}
+    path = named_file("robot", name_or_path, beside, known)
+    try:
+        return path / "robot.yaml" if path.is_dir() else path
+    except OSError as error:
+        raise InputError(f"robot {name_or_path:.60}…: {error.strerror}") from None
 
 
 def read_robot(path: Path, text: str | None = None) -> RobotDescription:
@@ -119,11 +115,11 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     check_lateral_speed(top, wheels, limits)
     skid = read_skid(top, wheels)
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
-    lidar, camera = read_lidar(top.section("lidar")), read_camera(top.section("camera"))
-    lidars, sonars, depth_cameras = read_lidars(top), read_sonars(top), read_depth_cameras(top)
+    lidar, camera = optional(top, "lidar", read_lidar), optional(top, "camera", read_camera)
+    lidars, sonars = named(top, "lidars", read_lidar), named(top, "sonars", read_sonar)
+    depth_cameras = named(top, "depth_cameras", read_depth_camera)
     check_scan_names(top, lidars, depth_cameras)
-    imu_section = top.section("imu")
-    imu = None if imu_section is None else parameters_of(imu_section, ImuDescription)
+    imu = optional(top, "imu", lambda section: parameters_of(section, ImuDescription))
     battery = parameters_of(top.section("battery"), BatteryDescription)
     components = _components(top)
     top.done()
@@ -185,22 +181,12 @@ def _polygon(top: Section, node: Node, points: FloatArray) -> Footprint | None:
         sentence = f"footprint: these {len(points)} corners enclose no area"
         top.findings.error(FOOTPRINT, node.mark, sentence)
         return None
-    if not _holds_origin(points):
+    if not points_inside(np.zeros((1, 2)), points)[0]:
         sentence = "footprint: the base frame's origin [0, 0] is not inside"
         hint = "give corners relative to the point midway between the drive wheels"
         top.findings.error(FOOTPRINT, node.mark, sentence, hint)
         return None
     return Footprint(points if area > 0 else points[::-1].copy())
-
-
-def _holds_origin(points: FloatArray) -> bool:
-    """Whether a ray from the origin along x leaves the polygon an odd number of times."""
-    following = np.roll(points, -1, axis=0)
-    straddles = (points[:, 1] > 0) != (following[:, 1] > 0)
-    starts, ends = points[straddles], following[straddles]
-    share = -starts[:, 1] / (ends[:, 1] - starts[:, 1])
-    crossings = starts[:, 0] + share * (ends[:, 0] - starts[:, 0])
-    return bool(np.count_nonzero(crossings > 0) % 2)
 
 
 def _source(top: Section, path: Path) -> UrdfSource | None:
@@ -236,9 +222,9 @@ def _model(top: Section, source: UrdfSource) -> RobotModel | None:
     assert node is not None
     node = node.get(URDF_FILE.name) or node
     try:
-        urdf = read_urdf(source)
-        top.findings.items += urdf.findings.items
-        return RobotModel(urdf.root)
+        root, warnings = read_urdf(source)
+        top.findings.items += warnings
+        return RobotModel(root)
     except InputError as error:
         near = [file.name for file in source.path.parent.glob("*.urdf")]
         top.findings.items += _at(node, error, suggestion(source.path.name, near))

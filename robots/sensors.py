@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import degrees, pi, radians, remainder, tan
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 from robots.declared import SHAPE, X, Y, Z
 from stack.documents import Section
@@ -16,7 +16,8 @@ from stack.drivetrain.description import (
     LidarDescription,
     SonarDescription,
 )
-from stack.parameters import Declaration, declarations
+from stack.parameters import Declaration
+from stack.sim.worlds.values import fields_of
 from stack.types import DISTORTION, CameraModel, Pose2D
 
 T = TypeVar("T")
@@ -76,17 +77,13 @@ def parameters_of(section: Section | None, kind: type[T], **more: Any) -> T:
     """
     if section is None:
         return kind(**more)
-    values = {
-        name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()
-    }
+    values = fields_of(section, kind)
     section.done()
     return kind(**values, **more)
 
 
-def read_lidar(section: Section | None) -> LidarDescription | None:
-    """Read a lidar; None without a section."""
-    if section is None:
-        return None
+def read_lidar(section: Section) -> LidarDescription:
+    """Read a lidar."""
     mask, upside_down = _mask(section), _upside_down(section)
     if upside_down:  # seen from above, its angles run the other way
         mask = tuple((-last, -first) for first, last in mask)
@@ -135,10 +132,8 @@ def _mask(section: Section) -> tuple[tuple[float, float], ...]:
     return tuple((limits[0], limits[1]) for limits in read if limits is not None)
 
 
-def read_camera(section: Section | None) -> CameraDescription | None:
-    """Read the camera; None without a section."""
-    if section is None:
-        return None
+def read_camera(section: Section) -> CameraDescription:
+    """Read the camera."""
     camera = parameters_of(section, CameraDescription, model=_model(section))
     limit = min(1.0 / camera.rate, 2.0 * camera.latency)
     if camera.exposure > limit:
@@ -151,13 +146,10 @@ def read_camera(section: Section | None) -> CameraDescription | None:
     return camera
 
 
-def _depth_camera(section: Section | None) -> DepthCameraDescription | None:
-    if section is None:
-        return None
-    camera = parameters_of(
-        section, DepthCameraDescription, model=_model(section),
-        scan=_scan(section.section("scan")),
-    )  # fmt: skip
+def read_depth_camera(section: Section) -> DepthCameraDescription:
+    """Read a depth camera."""
+    scan = optional(section, "scan", _scan)
+    camera = parameters_of(section, DepthCameraDescription, model=_model(section), scan=scan)
     if camera.range_min >= camera.range_max:
         mark = (section.node.get("range_min") or section.node).mark
         sentence = f"range_min: {camera.range_min:g} must be below {camera.range_max:g}"
@@ -165,9 +157,7 @@ def _depth_camera(section: Section | None) -> DepthCameraDescription | None:
     return camera
 
 
-def _scan(section: Section | None) -> DepthScanDescription | None:
-    if section is None:
-        return None
+def _scan(section: Section) -> DepthScanDescription:
     scan = parameters_of(section, DepthScanDescription)
     if scan.low >= scan.high:
         mark = (section.node.get("low") or section.node).mark
@@ -227,21 +217,6 @@ def _check_lens(section: Section, model: CameraModel) -> None:
         section.findings.error(SHAPE, node.mark, sentence, hint)
 
 
-def read_lidars(top: Section) -> dict[str, LidarDescription]:
-    """Read the additional lidars, by name."""
-    return _named(top, "lidars", read_lidar)
-
-
-def read_sonars(top: Section) -> dict[str, SonarDescription]:
-    """Read the sonars, by name."""
-    return _named(top, "sonars", _sonar)
-
-
-def read_depth_cameras(top: Section) -> dict[str, DepthCameraDescription]:
-    """Read the depth cameras, by name."""
-    return _named(top, "depth_cameras", _depth_camera)
-
-
 def check_scan_names(
     top: Section, lidars: Mapping[str, object], cameras: Mapping[str, DepthCameraDescription]
 ) -> None:
@@ -253,22 +228,27 @@ def check_scan_names(
             top.findings.error(SHAPE, top.node.mark, sentence)
 
 
-def _named(top: Section, key: str, read: Callable[[Section | None], T | None]) -> dict[str, T]:
+def optional(top: Section, key: str, read: Callable[[Section], T]) -> T | None:
+    """Read the section under a key; None without it."""
+    section = top.section(key)
+    return None if section is None else read(section)
+
+
+def named(top: Section, key: str, read: Callable[[Section], T]) -> dict[str, T]:
+    """Read the sections of a mapping, by name."""
     section = top.section(key)
     found: dict[str, T] = {}
     for name, node in section.node.entries if section is not None else ():
         if name.value in RESERVED:
             top.findings.error(SHAPE, name.mark, f"{key}: the name `{name.value}` is reserved")
             continue
-        sensor = read(Section(node, top.findings, f"`{key}.{name.value}`", SHAPE))
-        if sensor is not None:
-            found[str(name.value)] = sensor
+        part = Section(node, top.findings, f"`{key}.{name.value}`", SHAPE)
+        found[str(name.value)] = read(part)
     return found
 
 
-def _sonar(section: Section | None) -> SonarDescription | None:
-    if section is None:
-        return None
+def read_sonar(section: Section) -> SonarDescription:
+    """Read a sonar."""
     return parameters_of(section, SonarDescription, mount=_mount(section))
 
 

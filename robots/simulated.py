@@ -22,7 +22,6 @@ from stack.body import (
     SimulationEvent,
 )
 from stack.drivetrain.description import RobotDescription
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.simulated_robot import CAMERA
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
@@ -40,19 +39,17 @@ class SimulatedBody(Body, SimulatedWorld):
         world: the world it drives in.
         start: pose of the base frame, world frame.
         seed: of every random stream.
-        settings: rates and pace.
         simulation: of this world, shared with other robots; None: one of its own.
 
     Raises:
         BodyError: the robot's URDF cannot be read.
     """
 
-    def __init__(  # noqa: PLR0913 - a robot, its place and its world
+    def __init__(
         self, description: RobotDescription, world: World, *, start: Pose2D, seed: int,
-        settings: SimulationSettings = SimulationSettings(),  # noqa: B008 - frozen
         simulation: Simulation | None = None,
     ) -> None:  # fmt: skip
-        self._simulation, self._owns_it = simulation or Simulation(world, settings), not simulation
+        self._simulation, self._owns_it = simulation or Simulation(world), not simulation
         try:
             self._robot = self._simulation.add_robot(description, start, seed)
         except BaseException:

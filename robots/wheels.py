@@ -65,6 +65,12 @@ KEYS: dict[str, tuple[Declaration, ...]] = {
 }  # fmt: skip
 """The keys of `wheels` besides `drive`, by kind of drive."""
 
+GEOMETRIES: dict[str, Callable[..., WheelGeometry]] = {
+    Differential.kind: Wheels,
+    SkidSteered.kind: SkidWheels,
+    Ackermann.kind: SteeredWheels,
+}
+
 LEAST_SINGULAR_VALUE = 1e-3
 """Of the wheels' Jacobian; below it some velocity needs wheels a thousand times as fast."""
 
@@ -80,7 +86,7 @@ def read_wheels(top: Section) -> WheelGeometry | None:
     written = section.node.get("drive")
     if written is not None and written.value not in KEYS:
         return None  # the other keys depend on the kind of drive
-    wheels = READERS[kind](section)
+    wheels = _omni(section) if kind == Omnidirectional.kind else _listed(section, kind)
     _report_misplaced(section, kind)
     section.done()
     return wheels
@@ -138,31 +144,35 @@ def check_joints(top: Section, model: RobotModel, wheels: WheelGeometry) -> bool
     return len(top.findings.errors) == before
 
 
-def _differential(section: Section) -> Wheels | None:
-    sides = _sides(section)
-    radius, separation = section.value(RADIUS), section.value(SEPARATION)
-    if sides is None or radius is None or separation is None:
+def _listed(section: Section, kind: str) -> WheelGeometry | None:
+    """Read wheels that are listed by side or by axle; their keys are the fields, in order."""
+    values = [_value(section, declared) for declared in KEYS[kind]]
+    if any(value is None for value in values):
         return None
-    return Wheels(*sides, radius, separation)
+    wheels: WheelGeometry = GEOMETRIES[kind](*values)
+    if isinstance(wheels, SteeredWheels):
+        try:
+            wheels.check_turning(wheels.track, "rear wheels")
+        except ValueError as error:
+            section.findings.error(SHAPE, section.node.mark, str(error), TIGHT)
+            return None
+    return wheels
 
 
-def _skid_steered(section: Section) -> SkidWheels | None:
-    sides, radius = _sides(section), section.value(RADIUS)
-    track, effective = section.value(TRACK), section.value(EFFECTIVE_TRACK)
-    offset = section.value(ICR_OFFSET)
-    if sides is None or radius is None or track is None or effective is None or offset is None:
+def _value(section: Section, declared: Declaration) -> Any:
+    """Read a key; joints as a tuple: any number of a side, left and right of an axle."""
+    value, name = section.value(declared), declared.name
+    if not isinstance(value, list):
+        return value
+    node = section.node.get(name) or section.node
+    if declared in (STEERING, REAR) and len(value) != 2:
+        sentence = f"{name}: expected [left, right], got {len(value)} joints"
+        section.findings.error(SHAPE, node.mark, sentence)
         return None
-    return SkidWheels(*sides, radius, track, effective, offset)
-
-
-def _sides(section: Section) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
-    left, right = section.value(LEFT), section.value(RIGHT)
-    for side, joints in (("left", left), ("right", right)):
-        if joints == []:
-            sentence = f"wheels: {side} has no joint"
-            hint = f"add one, e.g. {side}: [{side}_wheel]"
-            section.findings.error(SHAPE, section.node.mark, sentence, hint)
-    return (tuple(left), tuple(right)) if left and right else None
+    if not value:
+        hint = f"add one, e.g. {name}: [{name}_wheel]"
+        section.findings.error(SHAPE, section.node.mark, f"wheels: {name} has no joint", hint)
+    return tuple(value) or None
 
 
 def _omni(section: Section) -> OmniWheels | None:
@@ -197,21 +207,6 @@ def _check_mounts(section: Section, wheels: OmniWheels) -> None:
         section.findings.error(SHAPE, node.mark, sentence, hint)
 
 
-def _steered(section: Section) -> SteeredWheels | None:
-    values = [section.value(declared) for declared in KEYS[Ackermann.kind]]
-    pairs = [_pair(section, STEERING, values[0]), _pair(section, REAR, values[1])]
-    if any(value is None for value in (*pairs, *values)):
-        return None
-    assert pairs[0] is not None and pairs[1] is not None
-    wheels = SteeredWheels(pairs[0], pairs[1], *values[2:])
-    try:
-        wheels.check_turning(wheels.track, "rear wheels")
-    except ValueError as error:
-        section.findings.error(SHAPE, section.node.mark, str(error), TIGHT)
-        return None
-    return wheels
-
-
 def as_modelled(
     top: Section, wheels: WheelGeometry, at: Mapping[str, tuple[float, float]]
 ) -> WheelGeometry:
@@ -227,26 +222,6 @@ def as_modelled(
     except ValueError as error:
         top.findings.error(SHAPE, top.node.mark, str(error), TIGHT)
         return wheels
-
-
-def _pair(
-    section: Section, declared: Declaration, joints: list[str] | None
-) -> tuple[str, str] | None:
-    if joints is None or len(joints) == 2:
-        return None if joints is None else (joints[0], joints[1])
-    node = section.node.get(declared.name) or section.node
-    sentence = f"{declared.name}: expected [left, right], got {len(joints)} joints"
-    section.findings.error(SHAPE, node.mark, sentence)
-    return None
-
-
-READERS: dict[str, Callable[[Section], WheelGeometry | None]] = {
-    Differential.kind: _differential,
-    SkidSteered.kind: _skid_steered,
-    Omnidirectional.kind: _omni,
-    Ackermann.kind: _steered,
-}
-"""Readers of the keys of `wheels`, by kind of drive."""
 
 
 def _report_misplaced(section: Section, kind: str) -> None:

@@ -7,7 +7,6 @@ read, so that a new key of a reader is in the schema at once.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from missions.editor.mission_schema import DRAFT
@@ -21,11 +20,12 @@ from missions.editor.value_schemas import (
 )
 from stack.documents import Findings, Mark, Node, Section
 from stack.mapping.marker_maps import board_entries, marker_entry
-from stack.parameters import Declaration
+from stack.parameters import Declaration, declarations
 from stack.sim.worlds import items
 from stack.sim.worlds.people import people
 from stack.sim.worlds.timeline import ACTIONS, event
-from stack.sim.worlds.values import FLOOR, FRICTION, LIGHT, Reading, X, Y
+from stack.sim.worlds.values import Reading, X, Y
+from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import EDGES
 
 LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
@@ -55,9 +55,10 @@ def world_schema() -> Schema:
         "doc": documented({"type": "string"}, "Description."),
         "bounds": documented(parts(EDGES), "Area of the map: [x_min, y_min, x_max, y_max]."),
         "start": documented(pose_or_place, "Default start pose of the robot."),
-        "friction": of_declaration(replace(FRICTION, default=0.9), references=False),
-        "floor": of_declaration(FLOOR, references=False),
-        "light": of_declaration(LIGHT, references=False),
+        **{
+            name: of_declaration(declared, references=False)
+            for name, declared in declarations(World).items()
+        },
         "places": documented(
             {"type": "object", "additionalProperties": pose()},
             "Named poses that missions can use.",

@@ -11,7 +11,7 @@ from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import versions
 from stack.runtime.loop import Runtime
-from stack.sim.physics.settings import SimulationSettings
+from stack.sim.battery import START_CHARGE
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Event, RunInfo, Snapshot, StageTiming
 from stack.types import Pose2D
@@ -59,7 +59,7 @@ def unstarted_report(plan: PreparedMission, options: RunOptions, folder: RunFold
         cpu_features=cpu_features(), simulated_seconds=0.0, wall_seconds=0.0, real_time_factor=0.0,
         time_to_first_tick=0.0, ticks=0, distance_m=0.0, recoveries=0, replans=0, collisions=None,
         pushed_into=None, min_clearance_m=None, localisation_error=None, relocalised_by="",
-        relocalisations=[], battery=SimulationSettings().battery_charge, stages={}, final_pose={},
+        relocalisations=[], battery=START_CHARGE, stages={}, final_pose={},
         blackboard={}, peak_memory_mb=0.0, log_sha256="", folder=str(folder.path),
         arguments=dict(options.arguments or {}),
     )  # fmt: skip

@@ -17,7 +17,6 @@ from robots.bodies import body_kind, sharing
 from stack.documents import read_file
 from stack.errors import InputError
 from stack.geometry.polygons import outline_points, points_inside
-from stack.sim.physics.settings import SimulationSettings
 from stack.telemetry.sinks import Sink
 
 EDGE_SPACING = 0.02
@@ -91,7 +90,7 @@ def run_together(
     from stack.sim.simulation import Simulation  # imports PyBullet
 
     first = entries[0]
-    simulation = Simulation(first.plan.world, SimulationSettings(pace=first.options.speed))
+    simulation = Simulation(first.plan.world, pace=first.options.speed)
     runs: list[Run] = []
     with rare_collections(), ExitStack() as cleanup:
         cleanup.callback(simulation.close)

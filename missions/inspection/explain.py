@@ -89,8 +89,6 @@ FILE_CODES: dict[str, Code] = {
                  "", "move the edge"),
     "E403": Code("map: pose graph", "graph.json, graph.npz or a g2o file is damaged, or of another "
                  "version", "", "save the map again, or use the kept `.bak`"),
-    "E404": Code("trajectory", "a line is not `t x y theta` and not in TUM's format", "1.0 2.0",
-                 "write `t x y theta`"),
     "E407": Code("map: keyframes", "keyframes.npz beside a map is damaged, or of another version",
                  "", "save the map again, or delete the file: the map works without it"),
     "E501": Code("log: kind", "the file is not a log that can be played, or lacks odometry or "

@@ -10,14 +10,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from robots.logs.recording import DAMAGED_LOG, NOT_A_LOG, refuse
 from stack.errors import InputError
 from stack.optional_packages import MISSING_PACKAGE, ROSBAGS
-
-if TYPE_CHECKING:
-    from rosbags.interfaces import Connection
 
 
 class BagReader:
@@ -54,33 +51,27 @@ class BagReader:
         self._reader.close()
 
     @property
-    def connections(self) -> list[Connection]:
-        """The connections; each has a topic, a message type and a number of messages."""
-        found: list[Connection] = self._reader.connections
+    def topics(self) -> dict[str, tuple[str, int]]:
+        """Message type and number of messages of each topic."""
+        found: dict[str, tuple[str, int]] = {}
+        for item in self._reader.connections:
+            count = found[item.topic][1] if item.topic in found else 0
+            found[item.topic] = item.msgtype, count + item.msgcount
         return found
 
     @property
-    def start_time(self) -> int:
-        """Time of the first message, nanoseconds."""
-        return int(self._reader.start_time)
+    def end_time(self) -> float:
+        """Time after the last message, seconds."""
+        return float(self._reader.end_time * 1e-9)
 
-    @property
-    def end_time(self) -> int:
-        """Time after the last message, nanoseconds."""
-        return int(self._reader.end_time)
-
-    def messages(
-        self, connections: Collection[Connection]
-    ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield the messages of some connections: connection, time in nanoseconds, content."""
+    def messages(self, topics: Collection[str]) -> Iterator[tuple[str, float, Any]]:
+        """Yield the messages of some topics of standard types: topic, time in seconds, message."""
+        connections = [item for item in self._reader.connections if item.topic in topics]
+        store = self._store
+        read = store.deserialize_ros1 if self._is_ros1 else store.deserialize_cdr
         if connections:  # the library reads all messages for none
-            yield from self._reader.messages(connections)
-
-    def deserialize(self, raw: bytes, kind: str) -> Any:
-        """Return a message of a standard type."""
-        if self._is_ros1:
-            return self._store.deserialize_ros1(raw, kind)
-        return self._store.deserialize_cdr(raw, kind)
+            for connection, logged, raw in self._reader.messages(connections):
+                yield connection.topic, logged * 1e-9, read(raw, connection.msgtype)
 
 
 def damaged(path: Path, error: Exception, after: str = "") -> InputError:

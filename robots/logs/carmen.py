@@ -23,9 +23,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robots.logs.carmen_messages import Content, Laser, add_message
+from robots.logs.carmen_messages import Content, Laser, Readings, add_message
 from robots.logs.recording import (
     DAMAGED_LOG,
     LONGEST_GAP,
@@ -39,7 +38,7 @@ from robots.logs.recording import (
 )
 from stack.documents.files import open_regular
 from stack.drivetrain.description import LidarDescription
-from stack.types import FloatArray, Footprint, Observation, Odometry, Pose2D, Scan, Twist
+from stack.types import FloatArray, Footprint, Odometry, Pose2D, Scan, Twist
 
 GZIP = b"\x1f\x8b"
 
@@ -67,31 +66,25 @@ def read_carmen_log(file: Path) -> Recording:
         InputError: the file is missing, not a CARMEN log, or damaged; with the line.
     """
     content = _read(file)
-    if not content.order:
+    poses = sum(isinstance(value, Pose2D) for _, _, value in content.measured)
+    if not content.measured:
         hint = "expected lines that begin with FLASER, ROBOTLASER1 or ODOM"
         raise refuse(file, NOT_A_LOG, "this is not a CARMEN log: it has no measurements", hint)
-    if not content.poses:
+    if not poses:
         raise refuse(file, NOT_A_LOG, "the log has no odometry: no FLASER, ROBOTLASER1 or ODOM")
-    stamps = np.array([stamp for stamp, _ in content.order])
+    stamps = np.array([stamp for stamp, _, _ in content.measured])
     _check_gaps(content, stamps, file)
     backwards = int(np.count_nonzero(np.diff(stamps) < 0.0))
     first, last = float(stamps.min()), float(stamps.max())
     factory = _ScanFactory(content)
-    notes = _notes(content, backwards)
-
-    def play() -> Iterator[Observation]:
-        return observations(_events(content, factory), first)
-
     span = max(last - first, 1e-3)
-    lidars, counts = {}, {WHEELS: len(content.poses)}
-    for name in ("lidar", "rear_lidar"):
-        number = sum(1 for _, sensor, _, _ in content.scans if sensor == name)
-        if number:
-            lidars[name] = factory.description(name, number / span)
-            counts[name] = number
+    lidars, counts = {}, {WHEELS: poses}
+    for name, number in sorted(factory.counts.items()):
+        lidars[name], counts[name] = factory.description(name, number / span), number
     return Recording(
-        file, "CARMEN log", first, last - first, counts, lidars, play,
-        footprint=_footprint(content.parameters), notes=notes,
+        file, "CARMEN log", first, last - first, counts, lidars,
+        lambda: observations(_events(content, factory), first),
+        footprint=_footprint(content.parameters), notes=_notes(content, backwards),
     )  # fmt: skip
 
 
@@ -105,7 +98,7 @@ def _check_gaps(content: Content, stamps: FloatArray, file: Path) -> None:
         return
     steps = np.diff(stamps)
     at = int(np.flatnonzero(np.abs(steps) > LONGEST_GAP)[0])
-    raise refuse_jump(file, float(steps[at]), "the log", content.lines[at + 1])
+    raise refuse_jump(file, float(steps[at]), "the log", content.measured[at + 1][1])
 
 
 def _read(file: Path) -> Content:
@@ -114,7 +107,6 @@ def _read(file: Path) -> Content:
         with open_regular(file) as raw:
             for number, line in enumerate(_lines(_unpacked(raw), file), 1):
                 add_message(content, line, file, number)
-                content.lines += [number] * (len(content.order) - len(content.lines))
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise refuse(file, DAMAGED_LOG, f"the compressed file is damaged: {error}") from None
     except OSError as error:
@@ -144,27 +136,29 @@ def _lines(stream: BinaryIO, file: Path) -> Iterator[bytes]:
 
 
 class _ScanFactory:
-    """Scans of a log, with the geometry of its lasers."""
+    """Scans of a log, with the geometry of its lasers.
+
+    Attributes:
+        counts: number of scans by sensor.
+    """
 
     def __init__(self, content: Content) -> None:
         self._parameters = content.parameters
-        self._units: dict[str, float] = {}
+        self._largest: dict[str, float] = {}
         self._lasers: dict[tuple[str, int], Laser] = {}
         self._first: dict[str, Laser] = {}
-        for _, sensor, ranges, _ in content.scans:
-            finite = ranges[np.isfinite(ranges)]
-            largest = float(finite.max()) if finite.size else 0.0
-            self._units[sensor] = max(self._units.get(sensor, 0.0), largest)
-        for _, sensor, ranges, given in content.scans:
-            laser = given or self._guessed(sensor, ranges.size)
-            self._first.setdefault(sensor, laser)
+        self.counts: dict[str, int] = {}
+        found = [value for _, _, value in content.measured if isinstance(value, Readings)]
+        for item in found:
+            largest = float(item.ranges[np.isfinite(item.ranges)].max(initial=0.0))
+            self._largest[item.sensor] = max(self._largest.get(item.sensor, 0.0), largest)
+        for item in found:
+            self._first.setdefault(item.sensor, self._laser(item))
+            self.counts[item.sensor] = self.counts.get(item.sensor, 0) + 1
 
-    def scan(
-        self, stamp: float, sensor: str, ranges: NDArray[np.float32], given: Laser | None
-    ) -> Scan:
+    def scan(self, stamp: float, readings: Readings) -> Scan:
         """Return a scan."""
-        laser = given or self._guessed(sensor, ranges.size)
-        ranges = ranges.copy()
+        laser, ranges = self._laser(readings), readings.ranges.copy()
         ranges[ranges >= laser.range_max] = np.inf
         ranges[~(ranges > 0.0)] = np.nan
         return Scan(
@@ -180,6 +174,9 @@ class _ScanFactory:
             laser.mount, beams=beams, field_of_view=view, rate=max(rate, 0.01), range_min=0.0,
             range_max=laser.range_max, noise=0.01, dropout=0.0,
         )  # fmt: skip
+
+    def _laser(self, readings: Readings) -> Laser:
+        return readings.laser or self._guessed(readings.sensor, readings.ranges.size)
 
     def _guessed(self, sensor: str, readings: int) -> Laser:
         """Return the geometry of an FLASER or RLASER line with this number of readings."""
@@ -201,7 +198,7 @@ class _ScanFactory:
 
     def _limit(self, sensor: str) -> float:
         """Return the range from which readings are codes, by the laser's resolution, metres."""
-        largest = self._units[sensor]
+        largest = self._largest[sensor]
         for unit in (0.001, 0.01):
             if largest <= 8191.5 * unit:
                 return FIRST_ERROR_READING * unit
@@ -210,13 +207,11 @@ class _ScanFactory:
 
 def _events(content: Content, factory: _ScanFactory) -> Iterator[Event]:
     """Yield the messages sorted by their stamps; a scan precedes the pose of its line."""
-    for stamp, number in sorted(content.order, key=lambda entry: entry[0]):
-        if number > 0:
-            pose = content.poses[number - 1][1]
-            yield Event(stamp, WHEELS, Odometry(stamp, pose, Twist()))
+    for stamp, _, value in sorted(content.measured, key=lambda entry: entry[0]):
+        if isinstance(value, Pose2D):
+            yield Event(stamp, WHEELS, Odometry(stamp, value, Twist()))
         else:
-            entry = content.scans[-number - 1]
-            yield Event(stamp, entry[1], factory.scan(*entry))
+            yield Event(stamp, value.sensor, factory.scan(stamp, value))
 
 
 def _notes(content: Content, backwards: int) -> tuple[str, ...]:

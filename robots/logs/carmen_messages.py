@@ -37,18 +37,24 @@ class Laser:
     mount: Pose2D
 
 
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """Readings of a laser as in the file, and its geometry if the message has it."""
+
+    sensor: str
+    ranges: NDArray[np.float32]
+    laser: Laser | None
+
+
+Measured = list[tuple[float, int, Readings | Pose2D]]
+"""Stamp, number of the line, and what was measured: a pose of the odometry, or readings."""
+
+
 @dataclass
 class Content:
-    """Messages of a log: (stamp, sensor, readings, geometry or None) and (stamp, pose).
+    """What a log contains, in the order of its lines."""
 
-    `order` has the stamps as they are in the file, with the numbers of poses from 1 on and those of
-    scans from -1 down; `lines` has their lines.
-    """
-
-    scans: list[tuple[float, str, NDArray[np.float32], Laser | None]] = field(default_factory=list)
-    poses: list[tuple[float, Pose2D]] = field(default_factory=list)
-    order: list[tuple[float, int]] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
+    measured: Measured = field(default_factory=list)
     parameters: dict[str, str] = field(default_factory=dict)
     ignored: dict[str, int] = field(default_factory=dict)
     cut: bool = False
@@ -64,11 +70,11 @@ def add_message(content: Content, line: bytes, file: Path, number: int) -> None:
         if kind in GFS_KINDS or (kind == b"ODOM" and len(words) == GFS_ODOM and line[-1:] == b"\n"):
             raise refuse(file, NOT_A_LOG, GFS, "convert it with GMapping's gfs2log", number)
         if kind in FLASER_SENSORS:
-            _old_laser(content, FLASER_SENSORS[kind], words)
+            content.measured += _old_laser(FLASER_SENSORS[kind], words, number)
         elif kind in ROBOTLASER_SENSORS:
-            _robot_laser(content, ROBOTLASER_SENSORS[kind], words)
+            content.measured += _robot_laser(ROBOTLASER_SENSORS[kind], words, number)
         elif kind == b"ODOM":
-            _add_pose(content, _stamp(words, 7), _pose(words, 1))
+            content.measured.append((_stamp(words, 7), number, _pose(words, 1)))
         elif kind == b"PARAM" and len(words) >= 3:
             content.parameters[_text(words[1])] = _text(words[2])
         elif kind.isascii() and kind.decode().isidentifier() and len(content.ignored) < 100:
@@ -82,20 +88,17 @@ def add_message(content: Content, line: bytes, file: Path, number: int) -> None:
         raise refuse(file, DAMAGED_LOG, sentence, "remove the line", number) from None
 
 
-def _old_laser(content: Content, sensor: str, words: list[bytes]) -> None:
-    """Add `FLASER n readings… x y theta odom_x odom_y odom_theta stamp host logger_stamp`."""
+def _old_laser(sensor: str, words: list[bytes], number: int) -> Measured:
+    """Read `FLASER n readings… x y theta odom_x odom_y odom_theta stamp host logger_stamp`."""
     count = _count(words, 1)
     ranges = _numbers(words, 2, count)
     at = 2 + count
-    stamp = _stamp(words, at + 6)
-    pose = _pose(words, at + 3)
-    content.scans.append((stamp, sensor, ranges, None))
-    content.order.append((stamp, -len(content.scans)))
-    _add_pose(content, stamp, pose)
+    stamp, pose = _stamp(words, at + 6), _pose(words, at + 3)
+    return [(stamp, number, Readings(sensor, ranges, None)), (stamp, number, pose)]
 
 
-def _robot_laser(content: Content, sensor: str, words: list[bytes]) -> None:
-    """Add `ROBOTLASER1 type start fov spacing range_max accuracy mode n readings… m remissions…
+def _robot_laser(sensor: str, words: list[bytes], number: int) -> Measured:
+    """Read `ROBOTLASER1 type start fov spacing range_max accuracy mode n readings… m remissions…
     laser_pose robot_pose tv rv forward side turn stamp host logger_stamp`.
     """  # noqa: D205
     start, spacing, range_max = (_float(words, n) for n in (2, 4, 5))
@@ -109,14 +112,8 @@ def _robot_laser(content: Content, sensor: str, words: list[bytes]) -> None:
     stamp = _stamp(words, at + 11)
     mount = laser.relative_to(robot)
     mount = Pose2D(round(mount.x, 4), round(mount.y, 4), round(mount.heading, 5))
-    content.scans.append((stamp, sensor, ranges, Laser(count, start, spacing, range_max, mount)))
-    content.order.append((stamp, -len(content.scans)))
-    _add_pose(content, stamp, robot)
-
-
-def _add_pose(content: Content, stamp: float, pose: Pose2D) -> None:
-    content.poses.append((stamp, pose))
-    content.order.append((stamp, len(content.poses)))
+    readings = Readings(sensor, ranges, Laser(count, start, spacing, range_max, mount))
+    return [(stamp, number, readings), (stamp, number, robot)]
 
 
 def _numbers(words: list[bytes], start: int, count: int) -> NDArray[np.float32]:

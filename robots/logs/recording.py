@@ -164,13 +164,12 @@ def observations(events: Iterable[Event], epoch: float) -> Iterator[Observation]
         yield from _between(waiting, last, end, epoch)
 
 
-def in_order(events: Iterable[Event], window: float, late: list[int]) -> Iterator[Event]:
+def in_order(events: Iterable[Event], window: float) -> Iterator[Event]:
     """Return events in the order of their stamps; equal stamps keep their order.
 
     Args:
         events: nearly in order.
-        window: seconds by which a stamp may be older than the newest one.
-        late: its item is increased by one for each event that is older and is left out.
+        window: seconds by which a stamp may be older than the newest one; others are left out.
     """
     from heapq import heappop, heappush
 
@@ -178,7 +177,6 @@ def in_order(events: Iterable[Event], window: float, late: list[int]) -> Iterato
     newest, released = -np.inf, -np.inf
     for number, event in enumerate(events):
         if event.stamp < released:
-            late[0] += 1
             continue
         heappush(heap, (event.stamp, number, event))
         newest = max(newest, event.stamp)

@@ -34,7 +34,7 @@ from robots.logs.recording import (
 from robots.logs.transforms import Frames, add_transforms, between
 from stack.drivetrain.description import ImuDescription, LidarDescription
 from stack.errors import InputError
-from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Scan, Twist
+from stack.types import FloatArray, Imu, Odometry, Pose2D, Scan, Twist
 
 REORDER_WINDOW = 1.0
 MOST_TILT = np.radians(10.0)
@@ -77,19 +77,28 @@ class _Mount:
 
 @dataclass
 class _Layout:
-    """What a bag contains: topics by role, mounts by frame, the first scan of each lidar."""
+    """What a bag contains: topics by role, mounts and first scans by lidar.
 
+    Attributes:
+        lidars: name of each topic of a lidar.
+        odometry: topic; empty: none.
+        imu: topic; empty: none.
+        transforms: topics of TFMessage.
+        counts: number of messages by sensor.
+        end: time after the last message, seconds.
+    """
+
+    lidars: dict[str, str]
+    odometry: str
+    imu: str
+    transforms: list[str]
+    counts: dict[str, int]
+    end: float
     base: str = "base_link"
-    sensors: dict[str, str] = field(default_factory=dict)
-    odometry: str = ""
-    imu: str = ""
-    counts: dict[str, int] = field(default_factory=dict)
     mounts: dict[str, _Mount] = field(default_factory=dict)
     first_scans: dict[str, Any] = field(default_factory=dict)
     imu_turn: FloatArray = field(default_factory=lambda: np.eye(3))
     notes: list[str] = field(default_factory=list)
-    start: float = 0.0
-    end: float = 0.0
 
 
 def read_bag(path: Path, topics: Topics = Topics()) -> Recording:
@@ -103,65 +112,63 @@ def read_bag(path: Path, topics: Topics = Topics()) -> Recording:
     try:
         with reader:
             layout = _layout(reader, path, topics)
+            _read_geometry(reader, layout)
     except InputError:
         raise
     except Exception as error:  # of a library that parses foreign files
         raise damaged(path, error) from error
-    late = [0]
-    epoch = _epoch(path, layout)
 
-    def play() -> Iterator[Observation]:
-        events = without_jumps(_events(path, layout), path)
-        return observations(in_order(events, REORDER_WINDOW, late), epoch)
+    def events() -> Iterator[Event]:
+        return in_order(without_jumps(_events(path, layout), path), REORDER_WINDOW)
 
+    epoch = next((item.stamp for item in events() if isinstance(item.measurement, Odometry)), None)
+    if epoch is None:
+        raise refuse(path, NOT_A_LOG, "the bag has no odometry and no scans with a stamp")
     span = max(layout.end - epoch, 1e-3)
     lidars = {
-        name: _description(layout, name, layout.counts[name] / span) for name in layout.sensors
+        name: _description(layout, name, layout.counts[name] / span)
+        for name in layout.lidars.values()
     }
     imu = ImuDescription(rate=max(layout.counts["imu"] / span, 0.01)) if layout.imu else None
     return Recording(
-        path, "ROS bag", epoch, span, layout.counts, lidars, play, imu=imu,
-        notes=tuple(layout.notes),
+        path, "ROS bag", epoch, span, layout.counts, lidars, lambda: observations(events(), epoch),
+        imu=imu, notes=tuple(layout.notes),
     )  # fmt: skip
 
 
 def _layout(reader: BagReader, path: Path, topics: Topics) -> _Layout:
-    """Find topics, mounts and the first scans.
+    """Choose the topics.
 
     Raises:
         InputError: a topic is not in the bag, or there are neither scans nor odometry.
     """
-    by_kind: dict[str, list[str]] = {SCAN: [], ODOMETRY: [], IMU: [], TF: []}
-    counts: dict[str, int] = {}
-    for item in reader.connections:
-        if item.msgtype in by_kind and item.topic not in by_kind[item.msgtype]:
-            by_kind[item.msgtype].append(item.topic)
-        counts[item.topic] = counts.get(item.topic, 0) + item.msgcount
-    used = {kind: [name for name in sorted(found) if counts[name]]
-            for kind, found in by_kind.items()}  # fmt: skip
-    layout = _Layout(start=reader.start_time * 1e-9, end=reader.end_time * 1e-9)
-    lidars = _wanted(path, topics.lidars, used[SCAN], SCAN)
-    odometry = _wanted(path, (topics.odometry,) if topics.odometry else (), used[ODOMETRY], "")
-    imus = _wanted(path, (topics.imu,) if topics.imu else (), used[IMU], "")
+    counts = {name: count for name, (_, count) in reader.topics.items()}
+    used: dict[str, list[str]] = {SCAN: [], ODOMETRY: [], IMU: [], TF: []}
+    for name, (kind, count) in sorted(reader.topics.items()):
+        if count and kind in used:
+            used[kind].append(name)
+    lidars = _wanted(path, topics.lidars, used[SCAN])
+    odometry = _wanted(path, (topics.odometry,) if topics.odometry else (), used[ODOMETRY])
+    imus = _wanted(path, (topics.imu,) if topics.imu else (), used[IMU])
     if not lidars and not odometry:
         found = ", ".join(sorted(counts)) or "none"
         sentence = "the bag has no LaserScan and no Odometry messages"
         raise refuse(path, NOT_A_LOG, sentence, f"its topics: {found}")
-    layout.sensors = {_sensor_name(n, topic): topic for n, topic in enumerate(lidars)}
-    layout.odometry, layout.imu = next(iter(odometry), ""), next(iter(imus), "")
-    _read_geometry(reader, layout, [*used[TF]])
-    layout.counts = {name: counts[topic] for name, topic in layout.sensors.items()}
-    layout.counts[WHEELS] = counts.get(layout.odometry, 0)
-    if layout.imu:
-        layout.counts["imu"] = counts[layout.imu]
-    for kind, chosen in ((ODOMETRY, layout.odometry), (IMU, layout.imu)):
-        others = [name for name in used[kind] if name != chosen]
+    names = {topic: _sensor_name(n, topic) for n, topic in enumerate(lidars)}
+    chosen = {WHEELS: next(iter(odometry), ""), "imu": next(iter(imus), "")}
+    measured = {name: counts[topic] for topic, name in names.items()}
+    measured[WHEELS] = counts.get(chosen[WHEELS], 0)
+    if chosen["imu"]:
+        measured["imu"] = counts[chosen["imu"]]
+    layout = _Layout(names, chosen[WHEELS], chosen["imu"], used[TF], measured, reader.end_time)
+    for kind, sensor in ((ODOMETRY, WHEELS), (IMU, "imu")):
+        others = [name for name in used[kind] if name != chosen[sensor]]
         if others:
-            layout.notes.append(f"not used: {', '.join(others)}; {chosen} is")
+            layout.notes.append(f"not used: {', '.join(others)}; {chosen[sensor]} is")
     return layout
 
 
-def _wanted(path: Path, chosen: tuple[str, ...], found: list[str], kind: str) -> list[str]:
+def _wanted(path: Path, chosen: tuple[str, ...], found: list[str]) -> list[str]:
     for name in chosen:
         if name not in found:
             have = ", ".join(found) or "none"
@@ -173,29 +180,23 @@ def _sensor_name(number: int, topic: str) -> str:
     return "lidar" if number == 0 else topic.strip("/").replace("/", "_")
 
 
-def _read_geometry(reader: BagReader, layout: _Layout, tf_topics: list[str]) -> None:
+def _read_geometry(reader: BagReader, layout: _Layout) -> None:
     """Read the first scan of each lidar, the static transforms and the frame of the odometry."""
-    names = {topic: name for name, topic in layout.sensors.items()}
-    wanted = {*names, *(name for name in (layout.odometry, layout.imu) if name)}
+    wanted = {*layout.lidars, *(name for name in (layout.odometry, layout.imu) if name)}
     frames: Frames = {}
     base = ""
-    static = [topic for topic in tf_topics if "static" in topic] or tf_topics
-    connections = [item for item in reader.connections if item.topic in (*wanted, *static)]
-    for seen, (connection, _, raw) in enumerate(reader.messages(connections)):
-        topic = connection.topic
+    static = [topic for topic in layout.transforms if "static" in topic] or layout.transforms
+    for seen, (topic, _, message) in enumerate(reader.messages((*wanted, *static))):
         if not wanted and seen > MOST_SEARCHED:
             break
-        if topic not in wanted and topic not in static:
-            continue
-        message: Any = reader.deserialize(raw, connection.msgtype)
         if topic in static:
             add_transforms(frames, message)
-            continue
-        wanted.discard(topic)
-        if topic in names:
-            layout.first_scans[names[topic]] = message
-        elif topic == layout.odometry:
-            base = message.child_frame_id.lstrip("/")
+        elif topic in wanted:
+            wanted.discard(topic)
+            if topic in layout.lidars:
+                layout.first_scans[layout.lidars[topic]] = message
+            elif topic == layout.odometry:
+                base = message.child_frame_id.lstrip("/")
     parents = {parent for parent, _ in frames.values()}
     known = [name for name in BASES if name in frames or name in parents]
     layout.base = base or next(iter(known), "base_link")
@@ -208,11 +209,9 @@ def _read_geometry(reader: BagReader, layout: _Layout, tf_topics: list[str]) -> 
 
 def _read_imu_mount(reader: BagReader, layout: _Layout, frames: Frames) -> None:
     """Find how the IMU is turned, by its frame and the acceleration of its first messages."""
-    connections = [item for item in reader.connections if item.topic == layout.imu]
     frame = ""
     forces: list[tuple[float, float, float]] = []
-    for connection, _, raw in islice(reader.messages(connections), IMU_SAMPLES):
-        message: Any = reader.deserialize(raw, connection.msgtype)
+    for _, _, message in islice(reader.messages([layout.imu]), IMU_SAMPLES):
         a, frame = message.linear_acceleration, message.header.frame_id.lstrip("/")
         force = float(a.x), float(a.y), float(a.z)
         if all(map(isfinite, force)):
@@ -250,49 +249,39 @@ def _description(layout: _Layout, name: str, rate: float) -> LidarDescription:
     )  # fmt: skip
 
 
-def _epoch(path: Path, layout: _Layout) -> float:
-    """Return the stamp of the first observation."""
-    ordered = in_order(without_jumps(_events(path, layout), path), REORDER_WINDOW, [0])
-    for event in ordered:
-        if isinstance(event.measurement, Odometry):
-            return event.stamp
-    raise refuse(path, NOT_A_LOG, "the bag has no odometry and no scans with a stamp")
-
-
 def _events(path: Path, layout: _Layout) -> Iterator[Event]:
     """Yield the messages of the bag as measurements, in the order of the file.
 
     Raises:
         InputError: a message is damaged.
     """
-    names = {topic: name for name, topic in layout.sensors.items()}
+    topics = {*layout.lidars, layout.odometry, layout.imu}
+    if not layout.odometry:
+        topics |= set(layout.transforms)
     reader = BagReader(path)
     count = 0
     try:
         with reader:
-            kinds = {SCAN, ODOMETRY, IMU} if layout.odometry else {SCAN, IMU, TF}
-            connections = [item for item in reader.connections if item.msgtype in kinds]
-            has_tf = not layout.odometry and _has_odometry(reader, layout)
-            for connection, logged, raw in reader.messages(connections):
+            stands = not layout.odometry and not _has_odometry(reader, layout)
+            for topic, logged, message in reader.messages(topics):
                 count += 1
-                topic = connection.topic
-                message: Any = reader.deserialize(raw, connection.msgtype)
-                if connection.msgtype == TF:
-                    yield from _tf_odometry(message, layout.base, logged * 1e-9)
+                if topic in layout.transforms:
+                    yield from _tf_odometry(message, layout.base, logged)
                     continue
                 stamp = _stamp(message.header, logged)
-                if topic in names:
-                    scan = _scan(message, stamp, layout.mounts[names[topic]])
+                if topic in layout.lidars:
+                    name = layout.lidars[topic]
+                    scan = _scan(message, stamp, layout.mounts[name])
                     first, last = scan.interval
-                    stands = not layout.odometry and not has_tf
                     if stands and first < last:
                         yield _standing(first)
-                    yield Event(last, names[topic], scan)
+                    yield Event(last, name, scan)
                     if stands:
                         yield _standing(last)
                 elif topic == layout.odometry:
-                    yield Event(stamp, WHEELS, _odometry(message, stamp))
-                elif topic == layout.imu:
+                    pose = _planar(message.pose.pose.position, message.pose.pose.orientation)
+                    yield Event(stamp, WHEELS, Odometry(stamp, pose, Twist()))
+                else:
                     yield Event(stamp, "imu", _imu(message, stamp, layout.imu_turn))
     except InputError:
         raise
@@ -307,10 +296,8 @@ def _standing(stamp: float) -> Event:
 
 def _has_odometry(reader: BagReader, layout: _Layout) -> bool:
     """Whether the transforms contain odom -> base; a note otherwise."""
-    connections = [item for item in reader.connections if item.msgtype == TF]
-    for number, (connection, logged, raw) in enumerate(reader.messages(connections)):
-        message: Any = reader.deserialize(raw, connection.msgtype)
-        if any(_tf_odometry(message, layout.base, logged * 1e-9)):
+    for number, (_, logged, message) in enumerate(reader.messages(layout.transforms)):
+        if any(_tf_odometry(message, layout.base, logged)):
             return True
         if number > MOST_SEARCHED:
             break
@@ -325,14 +312,14 @@ def _tf_odometry(message: Any, base: str, logged: float) -> Iterator[Event]:
     for item in message.transforms:
         parent, child = item.header.frame_id.lstrip("/"), item.child_frame_id.lstrip("/")
         if parent in ODOM_FRAMES and child in (base, *BASES):
-            stamp = item.header.stamp.sec + item.header.stamp.nanosec * 1e-9 or logged
+            stamp = _stamp(item.header, logged)
             pose = _planar(item.transform.translation, item.transform.rotation)
             yield Event(stamp, WHEELS, Odometry(stamp, pose, Twist()))
 
 
-def _stamp(header: Any, logged: int) -> float:
+def _stamp(header: Any, logged: float) -> float:
     stamp = header.stamp.sec + header.stamp.nanosec * 1e-9
-    return float(stamp) if stamp > 0.0 else logged * 1e-9
+    return float(stamp) if stamp > 0.0 else logged
 
 
 def _planar(position: Any, q: Any) -> Pose2D:
@@ -341,11 +328,6 @@ def _planar(position: Any, q: Any) -> Pose2D:
     if not all(isfinite(value) for value in (pose.x, pose.y, pose.heading)):
         raise ValueError("an odometry pose is not finite")
     return pose
-
-
-def _odometry(message: Any, stamp: float) -> Odometry:
-    return Odometry(stamp, _planar(message.pose.pose.position, message.pose.pose.orientation),
-                    Twist())  # fmt: skip
 
 
 def _scan(message: Any, stamp: float, mount: _Mount) -> Scan:

@@ -46,7 +46,7 @@ def propose_robot(source: UrdfSource, name: str, urdf: str) -> RobotProposal:
     Raises:
         InputError: the URDF has errors, or no kind of drive fits it.
     """
-    model = RobotModel(read_urdf(source).root)
+    model = RobotModel(read_urdf(source)[0])
     drive = propose_drive(model)
     outline, height = _outline(model, drive.base)
     named = name or re.sub(r"\W+", "_", model.element.name).strip("_").lower() or "robot"

@@ -10,13 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from math import cos, sin
 
 import numpy as np
 
 from robots.declared import URDF
 from stack.documents import Findings
 from stack.documents.xml_file import Element
+from stack.geometry.rotations import from_angles
 from stack.types import FloatArray
 
 TURNING = ("continuous", "revolute")
@@ -202,24 +202,8 @@ def _joint(element: Element, links: dict[str, Element], findings: Findings) -> J
 def origin_of(element: Element) -> FloatArray:
     """The transform (4, 4) of the <origin> in an element; identity without one."""
     origin = element.first("origin")
-    return transform_of(
-        _three(origin, "xyz", (0.0, 0.0, 0.0)), _three(origin, "rpy", (0.0, 0.0, 0.0))
-    )
-
-
-def transform_of(position: FloatArray, angles: FloatArray) -> FloatArray:
-    """The transform (4, 4) with a position (3,), metres, and roll, pitch and yaw, radians."""
-    result = np.eye(4)
-    result[:3, 3] = position
-    roll, pitch, yaw = angles.tolist()
-    if roll or pitch or yaw:
-        (cr, sr), (cp, sp), (cy, sy) = ((cos(a), sin(a)) for a in (roll, pitch, yaw))
-        result[:3, :3] = [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    return result
+    position, angles = (_three(origin, name, (0.0, 0.0, 0.0)) for name in ("xyz", "rpy"))
+    return from_angles(position, angles.tolist())
 
 
 def inertial_of(link: Element) -> Inertial | None:

@@ -14,7 +14,6 @@ import numpy as np
 from robots.urdf.extent import points_of
 from robots.urdf.model import RobotModel
 from stack.documents.xml_file import Element
-from stack.errors import Mark
 from stack.types import FloatArray
 
 CASTER = 0.3
@@ -42,7 +41,7 @@ def on_one_axle(model: RobotModel, sides: Iterable[Sequence[str]], radius: float
     root = model.element
     aside = [np.mean([model.poses[model.joints[name].child][1, 3] for name in side])
              for side in sides]  # fmt: skip
-    parts = _Parts(root.mark, float(np.mean(aside)))
+    middle = float(np.mean(aside))
     fixed = {name for side in several for name in side}
     wheels = {model.joints[name].child for name in fixed}
     massless = {model.joints[side[0]].child for side in several}
@@ -57,8 +56,8 @@ def on_one_axle(model: RobotModel, sides: Iterable[Sequence[str]], radius: float
             child = Element("link", child.attributes, child.mark, "", [*kept, *_lifted(child)])
         children.append(child)
     for side in several:
-        children += parts.axle(model, side, radius)
-        children += [part for name in side for part in parts.caster(model, name, radius)]
+        children += _axle(model, side, radius, middle)
+        children += [part for name in side for part in _caster(model, name, radius)]
     return RobotModel(Element("robot", root.attributes, root.mark, "", children))
 
 
@@ -77,52 +76,47 @@ def _changed(element: Element, **attributes: str) -> Element:
     return Element(element.tag, merged, element.mark, element.text, element.children)
 
 
-class _Parts:
-    """Makes links and joints.
+def _axle(model: RobotModel, side: Sequence[str], radius: float, middle: float) -> list[Element]:
+    """The driven wheel of a side: between its real ones, no further out than they reach.
 
     Args:
-        mark: position of an element in the file, for findings.
+        model: of the robot.
+        side: its joints.
+        radius: of the wheels, metres.
         middle: y of the middle between the sides in the root's frame, metres.
     """
+    links = [model.joints[name].child for name in side]
+    centre = np.mean([model.poses[link][:3, 3] for link in links], axis=0)
+    points = points_of(model, links[0], "collision", meshes=False)
+    width = float(np.ptp(points[:, 1])) / 2 if len(points) else 0.0
+    aside = centre[1] - middle
+    inwards = min(max(radius - width, 0.0), (1.0 - INMOST) * abs(aside))
+    centre[1] -= np.copysign(inwards, aside)
+    inertial = list(model.links[links[0]].all("inertial"))
+    return _ball(model, side[0], f"{side[0]}_axle", centre, radius, inertial)
 
-    def __init__(self, mark: Mark, middle: float) -> None:
-        self._mark, self._middle = mark, middle
 
-    def axle(self, model: RobotModel, side: Sequence[str], radius: float) -> list[Element]:
-        """The driven wheel of a side: between its real ones, no further out than they reach."""
-        links = [model.joints[name].child for name in side]
-        centre = np.mean([model.poses[link][:3, 3] for link in links], axis=0)
-        points = points_of(model, links[0], "collision", meshes=False)
-        width = float(np.ptp(points[:, 1])) / 2 if len(points) else 0.0
-        aside = centre[1] - self._middle
-        inwards = min(max(radius - width, 0.0), (1.0 - INMOST) * abs(aside))
-        centre[1] -= np.copysign(inwards, aside)
-        inertial = list(model.links[links[0]].all("inertial"))
-        return self._ball(model, side[0], f"{side[0]}_axle", centre, radius, inertial)
+def _caster(model: RobotModel, name: str, radius: float) -> list[Element]:
+    """A caster where a real wheel touches the floor."""
+    centre = model.poses[model.joints[name].child][:3, 3] - (0.0, 0.0, (1 - CASTER) * radius)
+    return _ball(model, f"{name}_contact", f"{name}_caster", centre, CASTER * radius)
 
-    def caster(self, model: RobotModel, name: str, radius: float) -> list[Element]:
-        """A caster where a real wheel touches the floor."""
-        centre = model.poses[model.joints[name].child][:3, 3] - (0.0, 0.0, (1 - CASTER) * radius)
-        return self._ball(model, f"{name}_contact", f"{name}_caster", centre, CASTER * radius)
 
-    def _ball(  # noqa: PLR0913 - a joint and a link
-        self, model: RobotModel, joint: str, link: str, at: FloatArray, radius: float,
-        inertial: Sequence[Element] = (),
-    ) -> list[Element]:  # fmt: skip
-        shape = self._element("geometry", self._element("sphere", radius=f"{radius}"))
-        kind = "continuous" if inertial else "fixed"
-        return [
-            self._element("link", *inertial, self._element("collision", shape), name=link),
-            self._element(
-                "joint",
-                self._element("parent", link=model.root),
-                self._element("child", link=link),
-                self._element("origin", xyz=" ".join(f"{float(value)!r}" for value in at)),
-                self._element("axis", xyz="0 1 0"),
-                name=joint,
-                type=kind,
-            ),
-        ]
+def _ball(  # noqa: PLR0913 - a joint and a link
+    model: RobotModel, joint: str, link: str, at: FloatArray, radius: float,
+    inertial: Sequence[Element] = (),
+) -> list[Element]:  # fmt: skip
+    def element(tag: str, *children: Element, **attributes: str) -> Element:
+        return Element(tag, attributes, model.element.mark, "", list(children))
 
-    def _element(self, tag: str, *children: Element, **attributes: str) -> Element:
-        return Element(tag, attributes, self._mark, "", list(children))
+    shape = element("geometry", element("sphere", radius=f"{radius}"))
+    parts = (
+        element("parent", link=model.root),
+        element("child", link=link),
+        element("origin", xyz=" ".join(f"{float(value)!r}" for value in at)),
+        element("axis", xyz="0 1 0"),
+    )
+    return [
+        element("link", *inertial, element("collision", shape), name=link),
+        element("joint", *parts, name=joint, type="continuous" if inertial else "fixed"),
+    ]

@@ -14,7 +14,7 @@ from pathlib import Path
 from robots.declared import LEFT_OUT, URDF
 from robots.urdf.packages import PackageSearch
 from robots.urdf.xacro_file import expand, is_xacro, package_hint
-from stack.documents import Findings, Mark
+from stack.documents import Finding, Findings, Mark
 from stack.documents.files import MESH_BYTES, URDF_BYTES, open_regular, read_input
 from stack.documents.xml_file import Element, parse_xml
 
@@ -71,22 +71,12 @@ class UrdfSource:
     arguments: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Urdf:
-    """A URDF whose numbers and files can be used.
-
-    Attributes:
-        root: the element `robot`. Names of meshes are absolute paths; shapes that cannot be drawn
-            are left out.
-        findings: the warnings.
-    """
-
-    root: Element
-    findings: Findings
-
-
-def read_urdf(source: UrdfSource) -> Urdf:
+def read_urdf(source: UrdfSource) -> tuple[Element, list[Finding]]:
     """Read a URDF, or expand a xacro file.
+
+    Returns:
+        The element `robot`, and the warnings. Names of meshes are absolute paths; shapes that
+        cannot be drawn are left out.
 
     Raises:
         InputError: it cannot be read, is not XML, or has values that the physics cannot compute
@@ -112,7 +102,7 @@ def read_urdf(source: UrdfSource) -> Urdf:
     for link in links:
         _check_shapes(link, search, findings)
     findings.raise_errors()
-    return Urdf(root, findings)
+    return root, findings.items
 
 
 def _check_numbers(element: Element, findings: Findings) -> None:

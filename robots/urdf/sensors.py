@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from robots.declared import URDF
-from robots.urdf.model import RobotModel, transform_of
-from stack.documents import Finding
+from robots.urdf.model import RobotModel
+from stack.documents import Findings
 from stack.documents.xml_file import Element
-from stack.errors import InputError
+from stack.sim.sdf.frames import read_pose
 from stack.types import FloatArray
 
 GAZEBO_TYPES = {
@@ -59,7 +59,7 @@ def sensors_of(model: RobotModel) -> dict[str, list[ModelledSensor]]:
     taken by name.
 
     Raises:
-        InputError: the pose of a sensor is not six numbers.
+        InputError: the pose of a sensor is damaged.
     """
     found: dict[str, list[ModelledSensor]] = {}
     for sensor in _gazebo_sensors(model):
@@ -83,30 +83,16 @@ def sensors_of(model: RobotModel) -> dict[str, list[ModelledSensor]]:
 
 def _gazebo_sensors(model: RobotModel) -> Iterator[ModelledSensor]:
     """The <sensor> elements for Gazebo; each has a pose in the frame of its link."""
+    findings = Findings()
     for gazebo in model.element.all("gazebo"):
         link = gazebo.attributes.get("reference", "")
         if link in model.links:
             for sensor in gazebo.all("sensor"):
-                pose = model.poses[link] @ _pose_on_link(sensor)
-                yield ModelledSensor(link, pose, sensor)
-
-
-def _pose_on_link(sensor: Element) -> FloatArray:
-    """The transform (4, 4) of the <pose> of a sensor; identity without one."""
-    element = sensor.first("pose")
-    if element is None or not element.text:
-        return np.eye(4)
-    try:
-        values = np.array([float(word) for word in element.text.split()])
-    except ValueError:
-        values = np.empty(0)
-    if values.shape != (6,) or not np.isfinite(values).all():
-        sentence = f"the pose of the sensor {sensor.name!r} must be six numbers: x y z and r p y"
-        raise InputError([Finding(element.mark, URDF, sentence)])
-    angles = values[3:]
-    if element.attributes.get("degrees", "") in ("true", "1"):
-        angles = np.radians(angles)
-    return transform_of(values[:3], angles)
+                element = sensor.first("pose")
+                own = np.eye(4) if element is None else read_pose(findings, element, URDF)
+                if own is not None:
+                    yield ModelledSensor(link, model.poses[link] @ own, sensor)
+    findings.raise_errors()
 
 
 def _is_single_beam(sensor: Element) -> bool:

@@ -12,12 +12,14 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable
+from math import cos, sin
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.documents.files import JSON_BYTES, RECORD_BYTES, decoded, read_input
 from stack.errors import Finding, InputError, Mark, ParameterError
@@ -29,7 +31,6 @@ from stack.mapping.slam.graph import (
     PoseGraph,
     Sighting,
 )
-from stack.mapping.trajectories import plain_text, tum_text
 from stack.types import FloatArray, Pose2D, RelativePose, Scan
 
 GRAPH = "E403"
@@ -43,22 +44,52 @@ UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Entries of an information matrix in the order of g2o."""
 
 SCAN_FIELDS = ("angle_min", "angle_increment", "range_min", "range_max", "time_increment")
-KEYFRAME_ARRAYS = {
-    "ids": (), "stamps": (), "poses": (3,), "odometry": (3,), "sessions": (), "mounts": (3,),
-    "geometry": (len(SCAN_FIELDS),), "scan_stamps": (), "beams": (), "deskewed": (),
-}  # fmt: skip
-EDGE_ARRAYS = {
-    "sources": (), "targets": (), "relatives": (3,), "informations": (3, 3), "kinds": (),
-}  # fmt: skip
-LANDMARK_ARRAYS = {
-    "landmark_dictionaries": (), "landmark_numbers": (), "landmark_sizes": (),
-    "landmark_placed": (), "landmark_poses": (3,),
-}  # fmt: skip
-SIGHTING_ARRAYS = {"sighting_landmarks": (), "sighting_keyframes": (), "sighting_heights": ()}
-CANDIDATE_ARRAYS = {
-    "candidate_sightings": (), "candidate_poses": (3,), "candidate_covariances": (3, 3),
-    "candidate_shares": (),
-}  # fmt: skip
+
+Columns = dict[str, tuple[type, tuple[int, ...], Callable[[Any], Any]]]
+"""Arrays with one row for each of some things: type, shape of a row, and the row of a thing."""
+
+KEYFRAMES: Columns = {
+    "ids": (np.int64, (), attrgetter("id")),
+    "stamps": (np.float64, (), attrgetter("stamp")),
+    "poses": (np.float64, (3,), lambda frame: _row(frame.pose)),
+    "odometry": (np.float64, (3,), lambda frame: _row(frame.odometry)),
+    "sessions": (np.int64, (), attrgetter("session")),
+    "mounts": (np.float64, (3,), lambda frame: _row(frame.scan.mount)),
+    "geometry": (np.float64, (5,), lambda frame: attrgetter(*SCAN_FIELDS)(frame.scan)),
+    "scan_stamps": (np.float64, (), attrgetter("scan.stamp")),
+    "beams": (np.int64, (), attrgetter("scan.ranges.size")),
+    "deskewed": (np.bool_, (), lambda frame: frame.scan.bearings is not None),
+}
+EDGES: Columns = {
+    "sources": (np.int64, (), attrgetter("source")),
+    "targets": (np.int64, (), attrgetter("target")),
+    "relatives": (np.float64, (3,), lambda edge: _row(edge.relative)),
+    "informations": (np.float64, (3, 3), attrgetter("information")),
+    "kinds": (np.int64, (), lambda edge: EDGE_KINDS.index(edge.kind)),
+}
+LANDMARKS: Columns = {
+    "landmark_dictionaries": (np.str_, (), lambda item: item[0][0]),
+    "landmark_numbers": (np.int64, (), lambda item: item[0][1]),
+    "landmark_sizes": (np.float64, (), lambda item: item[1].size),
+    "landmark_placed": (np.bool_, (), lambda item: item[1].pose is not None),
+    "landmark_poses": (np.float64, (3,), lambda item: _row(item[1].pose or Pose2D(0.0, 0.0))),
+}
+"""Of dictionary and number, and landmark."""
+
+SIGHTINGS: Columns = {
+    "sighting_landmarks": (np.int64, (), lambda item: item[0]),
+    "sighting_keyframes": (np.int64, (), lambda item: item[1]),
+    "sighting_heights": (np.float64, (), lambda item: item[2].height),
+}
+"""Of the row of the landmark, keyframe, and sighting."""
+
+CANDIDATES: Columns = {
+    "candidate_sightings": (np.int64, (), lambda item: item[0]),
+    "candidate_poses": (np.float64, (3,), lambda item: _row(item[1].pose)),
+    "candidate_covariances": (np.float64, (3, 3), lambda item: item[1].covariance),
+    "candidate_shares": (np.float64, (), lambda item: item[1].share),
+}
+"""Of the row of the sighting, and candidate."""
 
 
 def graph_contents(graph: PoseGraph, epoch: float = 0.0) -> dict[str, bytes]:
@@ -72,29 +103,12 @@ def graph_contents(graph: PoseGraph, epoch: float = 0.0) -> dict[str, bytes]:
     scans = [frame.scan for frame in frames]
     bearings = [scan.bearings for scan in scans if scan.bearings is not None]
     arrays: dict[str, Any] = {
-        "ids": np.array([frame.id for frame in frames], np.int64),
-        "stamps": np.array([frame.stamp for frame in frames], np.float64),
-        "poses": _rows([frame.pose for frame in frames]),
-        "odometry": _rows([frame.odometry for frame in frames]),
-        "sessions": np.array([frame.session for frame in frames], np.int64),
-        "mounts": _rows([scan.mount for scan in scans]),
-        "geometry": np.array(
-            [attrgetter(*SCAN_FIELDS)(scan) for scan in scans], np.float64
-        ).reshape(-1, len(SCAN_FIELDS)),
-        "scan_stamps": np.array([scan.stamp for scan in scans], np.float64),
-        "beams": np.array([scan.ranges.size for scan in scans], np.int64),
-        "deskewed": np.array([scan.bearings is not None for scan in scans], np.bool_),
+        **_arrays(KEYFRAMES, frames),
         "ranges": np.concatenate([np.zeros(0, np.float32), *(scan.ranges for scan in scans)]),
         "bearings": np.concatenate([np.zeros(0), *bearings]),
-        "sources": np.array([edge.source for edge in graph.edges], np.int64),
-        "targets": np.array([edge.target for edge in graph.edges], np.int64),
-        "relatives": _rows([edge.relative for edge in graph.edges]),
-        "informations": np.array(
-            [edge.information for edge in graph.edges], np.float64
-        ).reshape(-1, 3, 3),
-        "kinds": np.array([EDGE_KINDS.index(edge.kind) for edge in graph.edges], np.int64),
+        **_arrays(EDGES, graph.edges),
         **_landmark_arrays(graph),
-    }  # fmt: skip
+    }
     packed = io.BytesIO()
     np.savez_compressed(packed, allow_pickle=False, **arrays)
     header = {
@@ -160,6 +174,26 @@ def g2o_text(graph: PoseGraph) -> str:
     return "".join(lines)
 
 
+def tum_text(stamps: FloatArray, poses: list[Pose2D]) -> str:
+    """Return a trajectory with the lines `t x y z qx qy qz qw`; stamps (n,) seconds.
+
+    J. Sturm et al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012.
+    """
+    return "".join(
+        f"{stamp:.6f} {pose.x!r} {pose.y!r} 0 0 0 {sin(pose.heading / 2)!r} "
+        f"{cos(pose.heading / 2)!r}\n"
+        for stamp, pose in zip(stamps.tolist(), poses, strict=True)
+    )
+
+
+def plain_text(stamps: FloatArray, poses: list[Pose2D]) -> str:
+    """Return a trajectory with the lines `t x y theta`; stamps (n,) seconds."""
+    return "".join(
+        f"{stamp:.6f} {pose.x!r} {pose.y!r} {pose.heading!r}\n"
+        for stamp, pose in zip(stamps.tolist(), poses, strict=True)
+    )
+
+
 def _header(file: Path) -> dict[str, Any]:
     text = decoded(read_input(file, "pose graph", JSON_BYTES), file)
     try:
@@ -180,12 +214,11 @@ def _check(arrays: dict[str, Any], header: dict[str, Any]) -> None:
     Raises:
         ValueError: an array is missing, has another shape, or holds numbers that are not finite.
     """
-    _check_group(arrays, KEYFRAME_ARRAYS, header["keyframes"])
-    _check_group(arrays, EDGE_ARRAYS, header["edges"])
+    _check_group(arrays, KEYFRAMES, header["keyframes"])
+    _check_group(arrays, EDGES, header["edges"])
     if "landmark_numbers" in arrays:
-        _check_group(arrays, LANDMARK_ARRAYS)
-        _check_group(arrays, SIGHTING_ARRAYS)
-        _check_group(arrays, CANDIDATE_ARRAYS)
+        for columns in (LANDMARKS, SIGHTINGS, CANDIDATES):
+            _check_group(arrays, columns)
     beams = arrays["beams"]
     if arrays["ranges"].shape != (beams.sum(),) or (beams < 0).any():
         raise ValueError(f"ranges has the shape {arrays['ranges'].shape}, not ({beams.sum()},)")
@@ -193,11 +226,9 @@ def _check(arrays: dict[str, Any], header: dict[str, Any]) -> None:
         raise ValueError(f"bearings has the shape {arrays['bearings'].shape}")
 
 
-def _check_group(
-    arrays: dict[str, Any], wanted: Mapping[str, tuple[int, ...]], count: int | None = None
-) -> None:
+def _check_group(arrays: dict[str, Any], columns: Columns, count: int | None = None) -> None:
     """Check arrays with one row for each of `count` things; by default as many as the first has."""
-    for name, shape in wanted.items():
+    for name, (_, shape, _) in columns.items():
         if name not in arrays:
             raise ValueError(f"{name} is missing")
         count = len(arrays[name]) if count is None else count
@@ -209,26 +240,24 @@ def _check_group(
 
 def _landmark_arrays(graph: PoseGraph) -> dict[str, Any]:
     """Return the arrays of the landmarks; none of a graph without them."""
-    marks = list(graph.landmarks.values())
-    if not marks:
-        return {}
-    seen = [(n, number, one) for n, mark in enumerate(marks)
-            for number, one in mark.sightings.items()]  # fmt: skip
+    seen = [(n, keyframe, sighting) for n, mark in enumerate(graph.landmarks.values())
+            for keyframe, sighting in mark.sightings.items()]  # fmt: skip
     rows = [(n, one) for n, (_, _, sighting) in enumerate(seen) for one in sighting.candidates]
-    covariances = np.array([one.covariance for _, one in rows], np.float64)
+    if not graph.landmarks:
+        return {}
     return {
-        "landmark_dictionaries": np.array([dictionary for dictionary, _ in graph.landmarks]),
-        "landmark_numbers": np.array([number for _, number in graph.landmarks], np.int64),
-        "landmark_sizes": np.array([mark.size for mark in marks], np.float64),
-        "landmark_placed": np.array([mark.pose is not None for mark in marks], np.bool_),
-        "landmark_poses": _rows([mark.pose or Pose2D(0.0, 0.0) for mark in marks]),
-        "sighting_landmarks": np.array([n for n, _, _ in seen], np.int64),
-        "sighting_keyframes": np.array([number for _, number, _ in seen], np.int64),
-        "sighting_heights": np.array([one.height for _, _, one in seen], np.float64),
-        "candidate_sightings": np.array([n for n, _ in rows], np.int64),
-        "candidate_poses": _rows([one.pose for _, one in rows]),
-        "candidate_covariances": covariances.reshape(-1, 3, 3),
-        "candidate_shares": np.array([one.share for _, one in rows], np.float64),
+        **_arrays(LANDMARKS, graph.landmarks.items()),
+        **_arrays(SIGHTINGS, seen),
+        **_arrays(CANDIDATES, rows),
+    }
+
+
+def _arrays(columns: Columns, things: Iterable[Any]) -> dict[str, NDArray[Any]]:
+    """Return the arrays of some things, one row for each."""
+    things = list(things)
+    return {
+        name: np.array([value(thing) for thing in things], kind).reshape(-1, *shape)
+        for name, (kind, shape, value) in columns.items()
     }
 
 
@@ -268,44 +297,30 @@ def _graph(arrays: dict[str, Any], kinds: list[str]) -> PoseGraph:
             float(arrays["scan_stamps"][n]), ranges, mount=_pose(arrays["mounts"][n].tolist()),
             bearings=bearings, **geometry,
         )  # fmt: skip
-        graph.add_keyframe(
-            Keyframe(
-                number,
-                float(arrays["stamps"][n]),
-                _pose(arrays["poses"][n].tolist()),
-                _pose(arrays["odometry"][n].tolist()),
-                scan,
-                int(arrays["sessions"][n]),
-            )
-        )
+        pose, odometry = (_pose(arrays[name][n].tolist()) for name in ("poses", "odometry"))
+        stamp, session = float(arrays["stamps"][n]), int(arrays["sessions"][n])
+        graph.add_keyframe(Keyframe(number, stamp, pose, odometry, scan, session))
     known = {kind: kind for kind in EDGE_KINDS}
     for n, source in enumerate(arrays["sources"].tolist()):
-        graph.add_edge(
-            Edge(
-                source,
-                int(arrays["targets"][n]),
-                _pose(arrays["relatives"][n].tolist()),
-                arrays["informations"][n].astype(np.float64),
-                known[kinds[arrays["kinds"][n]]],
-            )
-        )
+        target, relative = int(arrays["targets"][n]), _pose(arrays["relatives"][n].tolist())
+        information = arrays["informations"][n].astype(np.float64)
+        kind = known[kinds[arrays["kinds"][n]]]
+        graph.add_edge(Edge(source, target, relative, information, kind))
     if "landmark_numbers" in arrays:
         _add_landmarks(graph, arrays)
     return graph
 
 
-def _rows(poses: list[Pose2D]) -> FloatArray:
-    rows = [(pose.x, pose.y, pose.heading) for pose in poses]
-    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+def _row(pose: Pose2D) -> tuple[float, float, float]:
+    return pose.x, pose.y, pose.heading
 
 
 def _numbers(pose: Pose2D) -> str:
-    return f"{float(pose.x)!r} {float(pose.y)!r} {float(pose.heading)!r}"
+    return " ".join(repr(float(value)) for value in _row(pose))
 
 
 def _pose(values: list[float]) -> Pose2D:
-    x, y, heading = values
-    return Pose2D(x, y, heading)
+    return Pose2D(*values)
 
 
 def _refusal(file: Path, sentence: str) -> InputError:

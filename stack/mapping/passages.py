@@ -26,26 +26,17 @@ SMALLEST_ROOM = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """Boundary of two rooms: its centre (metres, map frame) and the clear width (metres)."""
-
-    x: float
-    y: float
-    width: float
-
-
-@dataclass(frozen=True, slots=True)
-class WidestPath:
-    """Widest path from a start to a place.
+    """Middle of the boundary of two rooms, or narrowest point of a path.
 
     Attributes:
-        width: at its narrowest point, metres; 0 if there is no path.
-        x: of the narrowest point, metres, map frame.
+        x: metres, map frame.
         y: likewise.
+        width: clear width, metres; 0 if there is no path.
     """
 
-    width: float
     x: float
     y: float
+    width: float
 
 
 def clearance_of(grid: OccupancyGrid) -> FloatArray:
@@ -116,13 +107,13 @@ def widest_paths(
 
 def widest_path_to(
     grid: OccupancyGrid, paths: tuple[FloatArray, NDArray[np.int64]], x: float, y: float
-) -> WidestPath:
-    """Return the widest path to (x, y), from the result of `widest_paths`."""
+) -> Passage:
+    """Return the narrowest point of the widest path to (x, y), from that of `widest_paths`."""
     row, column = grid.cell_at(x, y)
     if not grid.contains(row, column) or paths[0][row, column] <= 0.0:
-        return WidestPath(0.0, x, y)
+        return Passage(x, y, 0.0)
     at = divmod(int(paths[1][row, column]), grid.cells.shape[1])
-    return WidestPath(2.0 * float(paths[0][row, column]), *grid.centre_of(*at))
+    return Passage(*grid.centre_of(*at), 2.0 * float(paths[0][row, column]))
 
 
 def rooms_of(grid: OccupancyGrid, clearance: FloatArray) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Map images: reads PGM and PPM (plain and binary), PNG, BMP and JPEG; writes PGM and PNG."""
+"""Map images: reads PGM and PPM (plain and binary), PNG, BMP and JPEG; writes PGM."""
 
 from __future__ import annotations
 
@@ -65,35 +65,10 @@ def is_image(path: Path) -> bool:
     return path.suffix.lower() in IMAGES
 
 
-def encoded(
-    pixels: NDArray[np.uint8], suffix: str, transparent: NDArray[np.bool_] | None = None
-) -> bytes:
-    """Return the content of an image file.
-
-    Args:
-        pixels: (rows, columns) shades; the first row is the top.
-        suffix: `.pgm` or `.png`.
-        transparent: (rows, columns) pixels that are transparent; PNG only.
-
-    Raises:
-        ParameterError: another suffix, or transparent pixels in a PGM.
-    """
-    hidden = transparent is not None and bool(transparent.any())
-    if suffix == ".pgm":
-        if hidden:
-            sentence = "a PGM cannot have the transparent pixels of unknown cells"
-            raise ParameterError("image", sentence, "use a .png, or mode `raw`")
-        rows, columns = pixels.shape
-        return f"P5\n{columns} {rows}\n255\n".encode() + np.ascontiguousarray(pixels).tobytes()
-    if suffix != ".png":
-        raise ParameterError("image", f"expected .pgm or .png, got {suffix!r}")
-    import cv2
-
-    image: NDArray[np.uint8] = np.ascontiguousarray(pixels)
-    if hidden and transparent is not None:
-        alpha = np.where(transparent, 0, 255).astype(np.uint8)
-        image = np.ascontiguousarray(np.dstack([image, image, image, alpha]))
-    return bytes(cv2.imencode(".png", image)[1].tobytes())
+def pgm(pixels: NDArray[np.uint8]) -> bytes:
+    """Return the content of a PGM of shades (rows, columns); the first row is the top."""
+    rows, columns = pixels.shape
+    return f"P5\n{columns} {rows}\n255\n".encode() + np.ascontiguousarray(pixels).tobytes()
 
 
 def _check_side(width: int, height: int) -> None:

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from stack.documents import Finding, Findings, Mark, Node, Section, read_file
 from stack.errors import InputError, ParameterError
 from stack.mapping.limits import LEAST_RESOLUTION, MAX_CELLS
-from stack.mapping.pictures import Picture, encoded, is_image, read_picture
-from stack.mapping.whole_files import replace_files
+from stack.mapping.pictures import Picture, is_image, pgm, read_picture
 from stack.parameters import Declaration, suggestion
 from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid, Pose2D
 
@@ -28,8 +27,6 @@ SHADES = {OCCUPIED: 0, FREE: 254, UNKNOWN: 205}
 """Grey values that map_saver writes, with these thresholds:"""
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 UNKNOWN_RAW = 255
-UNKNOWN_SCALE = 128
-"""Grey under a transparent pixel."""
 
 EXACT = 1e-9
 """Radians from a quarter turn, and parts of a cell, that are rounding errors."""
@@ -214,73 +211,33 @@ def occupancies(picture: Picture, shading: Shading) -> NDArray[np.int8]:
     return cells
 
 
-def write_ros_map(grid: OccupancyGrid, path: Path, mode: str = "", image: str = "pgm") -> None:
-    """Write a map.yaml and its image in the same folder, with the same stem.
-
-    Both are written whole or not at all; files that they replace are kept as `.bak`.
-
-    Args:
-        grid: the map.
-        path: of the YAML file.
-        mode: as of `map_files`.
-        image: `pgm` or `png`.
-
-    Raises:
-        OSError: the folder cannot be written to.
-        ParameterError: as `map_files`.
-    """
-    files = map_files(grid, path.name, path.with_suffix(f".{image}").name, mode)
-    replace_files({path.parent / name: content for name, content in files.items()})
-
-
-def map_files(grid: OccupancyGrid, name: str, picture: str, mode: str = "") -> dict[str, bytes]:
+def map_files(grid: OccupancyGrid, name: str, picture: str) -> dict[str, bytes]:
     """Return the contents of the image and the YAML file of a map, by file name.
 
-    Shades are those of nav2_map_server's map saver. `trinary`: occupied 0, free 254, unknown 205.
-    `scale`: white 255 is free, 0 is occupied, unknown is transparent; the thresholds 0 and 1 keep
-    every percentage. `raw`: the percentage itself, unknown 255. Reading them returns the same grid;
-    `trinary` keeps which cells are occupied and free.
+    A grid of FREE, OCCUPIED and UNKNOWN is written in mode `trinary`, with the shades of
+    nav2_map_server's map saver: occupied 0, free 254, unknown 205. Another one is written in mode
+    `raw`: the percentage itself, unknown 255. Reading them returns the same grid.
 
     Args:
         grid: the map.
         name: of the YAML file.
-        picture: name of the image; its suffix is `.pgm` or `.png`.
-        mode: `trinary`, `scale` or `raw`; empty: `trinary` for a grid of FREE, OCCUPIED and
-            UNKNOWN, else `raw`.
-
-    Raises:
-        ParameterError: unknown mode or kind of image, or unknown cells in `scale` without `.png`.
+        picture: name of the image, a PGM.
     """
-    mode = mode or ("trinary" if np.isin(grid.cells, list(SHADES)).all() else "raw")
-    pixels = _pixels(grid, MODE.read(mode))
-    occupied_from, free_below = OCCUPIED_THRESHOLD, FREE_THRESHOLD
-    if mode == "scale":
-        occupied_from, free_below = 1.0, 0.0
-    elif mode == "raw":
-        occupied_from = grid.occupied_from / 100
+    mode, occupied_from, free_below = "trinary", OCCUPIED_THRESHOLD, FREE_THRESHOLD
+    pixels = np.full(grid.cells.shape, SHADES[UNKNOWN], np.uint8)
+    pixels[grid.free], pixels[grid.occupied] = SHADES[FREE], SHADES[OCCUPIED]
+    if not np.isin(grid.cells, list(SHADES)).all():
+        mode, occupied_from = "raw", grid.occupied_from / 100
         free_below = min(FREE_THRESHOLD, occupied_from / 2)
+        known = (grid.cells >= FREE) & (grid.cells <= OCCUPIED)
+        pixels = np.where(known, grid.cells, UNKNOWN_RAW).astype(np.uint8)
     x, y = float(grid.origin[0]), float(grid.origin[1])
     text = (
         f"image: {_quoted(picture)}\nmode: {mode}\n"
         f"resolution: {float(grid.resolution)!r}\norigin: [{x!r}, {y!r}, 0]\nnegate: 0\n"
         f"occupied_thresh: {occupied_from}\nfree_thresh: {free_below}\n"
     )
-    unknown = grid.cells[::-1] == UNKNOWN if mode == "scale" else None
-    return {picture: encoded(pixels[::-1], Path(picture).suffix, unknown), name: text.encode()}
-
-
-def _pixels(grid: OccupancyGrid, mode: str) -> NDArray[np.uint8]:
-    """Return the shade of each cell, in the grid's order of rows."""
-    known = (grid.cells >= FREE) & (grid.cells <= OCCUPIED)
-    if mode == "trinary":
-        pixels = np.full(grid.cells.shape, SHADES[UNKNOWN], np.uint8)
-        pixels[grid.free] = SHADES[FREE]
-        pixels[grid.occupied] = SHADES[OCCUPIED]
-        return pixels
-    if mode == "scale":
-        shades = np.floor((OCCUPIED - grid.cells.astype(np.float64)) * 255 / 100 + 0.5)
-        return np.where(known, shades, UNKNOWN_SCALE).astype(np.uint8)
-    return np.where(known, grid.cells, UNKNOWN_RAW).astype(np.uint8)
+    return {picture: pgm(pixels[::-1]), name: text.encode()}
 
 
 def _origin(top: Section) -> tuple[float, float, float]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from math import hypot
 
 from stack.body import GroundTruth
-from stack.drivetrain.description import BatteryDescription
-from stack.drivetrain.limits import Limits
+from stack.drivetrain.description import RobotDescription
 from stack.sim.worlds.world import Dock
 from stack.types import Battery as BatteryReading
 
 STANDSTILL_SPEED = 0.05
 """Speed, m/s and rad/s, below which a robot on a dock charges."""
+
+START_CHARGE = 1.0
+"""Battery charge at the start, 0 to 1."""
 
 JOULES_PER_WATT_HOUR = 3600.0
 
@@ -19,26 +21,10 @@ JOULES_PER_WATT_HOUR = 3600.0
 class Battery:
     """State of charge from an energy balance; the voltage is linear in the charge."""
 
-    def __init__(
-        self,
-        description: BatteryDescription,
-        limits: Limits,
-        docks: tuple[Dock, ...],
-        charge: float,
-        front: float,
-    ) -> None:
-        """Create a battery.
-
-        Args:
-            description: of the battery.
-            limits: of the robot, whose speeds need the drive power.
-            docks: of the world.
-            charge: at the start, in [0, 1].
-            front: distance from the robot's base to its front, where its contacts are, metres.
-        """
-        self._description, self._limits, self._docks = description, limits, docks
-        self._front = front
-        self.charge, self._charging = charge, False
+    def __init__(self, robot: RobotDescription, docks: tuple[Dock, ...]) -> None:
+        self._description, self._limits, self._docks = robot.battery, robot.limits, docks
+        self._front = robot.footprint.front
+        self.charge, self._charging = START_CHARGE, False
 
     def update(self, truth: GroundTruth, period: float) -> None:
         """Advance by `period` seconds at the robot's pose and speed."""

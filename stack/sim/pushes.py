@@ -12,7 +12,7 @@ from math import cos, hypot, pi, sin
 
 from stack.sim.physics.engine import PhysicsRobot
 from stack.sim.worlds.world import Push
-from stack.types import Pose2D, Twist, wrap_angle
+from stack.types import Pose2D, Twist
 
 BLOCKED = 0.5
 """A push ends if the body has less than this share of the velocity that it got."""
@@ -64,11 +64,7 @@ class PushMotion:
     @property
     def moved(self) -> Pose2D:
         """Displacement of the body since the begin of the push, in its frame at the begin."""
-        now = self._physics.truth().pose
-        c, s = cos(self._begin.heading), sin(self._begin.heading)
-        dx, dy = now.x - self._begin.x, now.y - self._begin.y
-        turned = wrap_angle(now.heading - self._begin.heading)
-        return Pose2D(c * dx + s * dy, c * dy - s * dx, turned)
+        return self._physics.truth().pose.relative_to(self._begin)
 
     def _with_drive(self, drive: Twist, rate: float) -> tuple[float, float, float]:
         """Return velocity (x, y) in the world frame and spin of the body, m/s and rad/s."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from math import inf
 from typing import Any
 
@@ -18,13 +19,13 @@ from stack.sim.battery import Battery
 from stack.sim.physics.contacts import ContactCounter, depths
 from stack.sim.physics.engine import PhysicsEngine, Touch
 from stack.sim.physics.friction import FrictionZones
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.pushes import PushMotion
+from stack.sim.rates import CLEARANCE_RATE, PHYSICS_PERIOD, physics_schedule
 from stack.sim.scene_state import RobotShape, SceneState
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.imu import Imu
 from stack.sim.sensors.lidar import Lidar
-from stack.sim.sensors.odometry import Encoders, Odometry
+from stack.sim.sensors.odometry import Odometry
 from stack.sim.sensors.requests import RenderSetup
 from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
@@ -55,7 +56,6 @@ class SimulatedRobot:
         engine: with that world.
         start: pose of the base frame, world frame.
         seed: of every random stream.
-        settings: rates, and the charge of the battery.
 
     Attributes:
         description: the robot.
@@ -70,18 +70,17 @@ class SimulatedRobot:
         radius: distance from the base to the farthest corner, metres.
     """
 
-    def __init__(  # noqa: PLR0913 - a robot, its world and the settings
+    def __init__(
         self, description: RobotDescription, world: World, engine: PhysicsEngine, *,
-        start: Pose2D, seed: int, settings: SimulationSettings,
+        start: Pose2D, seed: int,
     ) -> None:  # fmt: skip
-        self.description, self._world, self._settings = description, world, settings
+        self.description, self._world = description, world
         self.radius = description.footprint.circumscribed_radius
         self._carrier = RobotShape(start, description.footprint, description.height)
         self._own = {
             name: engine.own_ranges(description.model, lidar)
             for name, lidar in description.real_lidars.items()
         }
-        self._physics_period = 1.0 / settings.physics_rate
         self.physics = engine.add_robot(description, start)
         self.cameras = {
             name: Camera(RenderSetup(world, description.model, camera, name), type(engine))
@@ -91,12 +90,12 @@ class SimulatedRobot:
 
     def restart(self, seed: int) -> None:
         """Begin at time 0 with other random streams; the physics is at the start already."""
-        description, world, settings = self.description, self._world, self._settings
+        description, world = self.description, self._world
         self.seed, self.due, self.wants_freeze = seed, 0, False
-        self._plan_rates(description, settings)
+        self._plan_rates(description)
         self.clearance = CLEARANCE_REACH
         self._events: list[SimulationEvent] = []
-        self.drive = WheelController(description.drivetrain, self._physics_period)
+        self.drive = WheelController(description.drivetrain, PHYSICS_PERIOD)
         self._odometry = Odometry(description, seed)
         self._lidars = {
             name: Lidar(
@@ -113,13 +112,7 @@ class SimulatedRobot:
         self._trail: deque[tuple[float, Pose2D]] = deque()
         self._imu = Imu(description.imu, seed) if description.imu else None
         self._inertia_step = 0
-        self._battery = Battery(
-            description.battery,
-            description.limits,
-            world.docks,
-            settings.battery_charge,
-            description.footprint.front,
-        )
+        self._battery = Battery(description, world.docks)
         self._contacts, self._drops = ContactCounter(), world.drops
         self.touched: dict[str, float] = {}
         self._push: PushMotion | None = None
@@ -149,7 +142,7 @@ class SimulatedRobot:
         """Take the measurements of time 0."""
         truth = self.truth
         self._friction.update(truth.pose)
-        self._odometry.update(0.0, self._encoders())
+        self._odometry.update(0.0, *self._encoder_angles())
         self._follow(0.0, truth.pose)
         self.measure_ranges(0, 0.0, scene)
         self._imu_schedule.take(0)
@@ -162,7 +155,7 @@ class SimulatedRobot:
 
     def update_scene(self, time: float, period: float, truth: GroundTruth) -> None:
         """Update encoders, battery, friction and contacts; `period` is the time since the last."""
-        self._odometry.update(time, self._encoders())
+        self._odometry.update(time, *self._encoder_angles())
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
         self._follow(time, truth.pose)
@@ -190,7 +183,7 @@ class SimulatedRobot:
         """Read the IMU if it is due."""
         if self._imu_schedule.take(step) and self._imu is not None:
             since, self._inertia_step = step - self._inertia_step, step
-            self._imu.sample(time, self.physics.base_state(), since * self._physics_period)
+            self._imu.sample(time, self.physics.base_state(), since * PHYSICS_PERIOD)
 
     def measure_clearance(self, step: int) -> None:
         """Measure the distance to the nearest obstacle if it is due."""
@@ -274,14 +267,14 @@ class SimulatedRobot:
         events, self._events = self._events, []
         return events
 
-    def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
+    def _plan_rates(self, description: RobotDescription) -> None:
         rates = {name: lidar.rate for name, lidar in description.real_lidars.items()}
         rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
-        self._range_schedules = {name: settings.schedule(rate) for name, rate in rates.items()}
-        self._imu_schedule = settings.schedule(
-            description.imu.rate if description.imu else settings.clearance_rate
+        self._range_schedules = {name: physics_schedule(rate) for name, rate in rates.items()}
+        self._imu_schedule = physics_schedule(
+            description.imu.rate if description.imu else CLEARANCE_RATE
         )
-        self._clearance_schedule = settings.schedule(settings.clearance_rate)
+        self._clearance_schedule = physics_schedule(CLEARANCE_RATE)
 
     def _set_wheels(self) -> None:
         wheels = self.drive.wheels
@@ -289,9 +282,10 @@ class SimulatedRobot:
         if wheels.steering:
             self.physics.steer(wheels.steering)
 
-    def _encoders(self) -> Encoders:
+    def _encoder_angles(self) -> tuple[Sequence[float], list[float]]:
+        """Return the angles that the driven wheels have rolled, and of the steered wheels."""
         wheels = self._wheel_motion.encoder_angles(self.physics.wheel_angles())
-        return Encoders(wheels, self.physics.steering_angles())
+        return wheels, self.physics.steering_angles()
 
     def _count_contacts(self, time: float, truth: GroundTruth) -> None:
         touching = [*self.physics.touching(), *self._fallen(truth.pose)]

@@ -9,13 +9,15 @@ from stack.sim.pace import Pace
 from stack.sim.people import People
 from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
-from stack.sim.physics.settings import SimulationSettings
+from stack.sim.rates import PHYSICS_PERIOD, SCENE_RATE, physics_steps
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.requests import RenderRequest
 from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Pose2D
+
+SCENE_STEPS = physics_steps("scene period", 1.0 / SCENE_RATE)
 
 
 class Simulation:
@@ -27,23 +29,25 @@ class Simulation:
     All robots have one clock: time advances once each of them has called `wait`, up to the earliest
     of their times.
 
-    Attributes:
+    Args:
         world: the world file's content.
-        settings: rates and pace.
+        engine: of the physics.
+        pace: simulated seconds per wall second; 0: as fast as possible.
+
+    Attributes:
+        world: as given.
+        pace: of the clock.
         doors: name -> closed.
         scene_changes: number of door movements so far.
     """
 
     def __init__(
-        self, world: World, settings: SimulationSettings,
-        engine: type[PhysicsEngine] = DEFAULT_ENGINE,
-    ) -> None:  # fmt: skip
-        self.world, self.settings = world, settings
-        self._period = 1.0 / settings.physics_rate
-        self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
-        self._engine = engine(world, settings)
+        self, world: World, engine: type[PhysicsEngine] = DEFAULT_ENGINE, pace: float = 0.0
+    ) -> None:
+        self.world = world
+        self._engine = engine(world)
         self._robots: list[SimulatedRobot] = []
-        self._begin_again(settings.pace)
+        self._begin_again(pace)
 
     def _begin_again(self, pace: float) -> None:
         self.pace, self._step, self._has_begun = Pace(pace), 0, False
@@ -68,7 +72,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Seconds since the start."""
-        return self._step * self._period
+        return self._step * PHYSICS_PERIOD
 
     def add_robot(self, description: RobotDescription, start: Pose2D, seed: int) -> SimulatedRobot:
         """Add a robot before the first step.
@@ -77,9 +81,7 @@ class Simulation:
             BodyError: its URDF cannot be read.
         """
         assert not self._has_begun
-        robot = SimulatedRobot(
-            description, self.world, self._engine, start=start, seed=seed, settings=self.settings
-        )
+        robot = SimulatedRobot(description, self.world, self._engine, start=start, seed=seed)
         self._robots.append(robot)
         self._active.append(robot)
         return robot
@@ -104,7 +106,7 @@ class Simulation:
         Raises:
             ParameterError: the period is not a multiple of the physics period.
         """
-        robot.due = self._step + self.settings.steps("control period", period)
+        robot.due = self._step + physics_steps("control period", period)
         self._advance_to_due()
 
     def is_due(self, robot: SimulatedRobot) -> bool:
@@ -166,12 +168,12 @@ class Simulation:
             if self._step == due:
                 self._measure()
         self._apply_due_events()
-        self.pace.advance(steps * self._period)
+        self.pace.advance(steps * PHYSICS_PERIOD)
 
     @property
     def _due_step(self) -> int:
         """The next physics step in which the scene or a sensor is due."""
-        scene = self._step - self._step % self._scene_steps + self._scene_steps
+        scene = self._step - self._step % SCENE_STEPS + SCENE_STEPS
         return min(scene, *(robot.due_step for robot in self._robots))
 
     def _run_physics(self, until: int) -> None:
@@ -184,7 +186,7 @@ class Simulation:
                 for robot in changing:
                     robot.drive_wheels()
                 for robot in pushed:
-                    robot.advance_push(self._period)
+                    robot.advance_push(PHYSICS_PERIOD)
                 self._engine.step()
         else:
             self._engine.step(steps)
@@ -193,7 +195,7 @@ class Simulation:
     def _measure(self) -> None:
         """Update everything that is due in this step besides the physics."""
         step, time = self._step, self.time
-        if step % self._scene_steps == 0:
+        if step % SCENE_STEPS == 0:
             self._update_scene()
         for robot in self._robots:
             robot.measure_inertia(step, time)
@@ -202,7 +204,7 @@ class Simulation:
             robot.measure_clearance(step)
 
     def _update_scene(self) -> None:
-        period = self._scene_steps * self._period
+        period = SCENE_STEPS * PHYSICS_PERIOD
         truths = [robot.truth for robot in self._robots]
         places = [
             (truth.pose, robot.radius) for robot, truth in zip(self._robots, truths, strict=True)

@@ -24,7 +24,6 @@ from missions.execution.run import Run
 from robots.bodies import BodySetup
 from robots.simulated import SimulatedBody
 from stack.body import BodyCommand
-from stack.sim.physics.settings import SimulationSettings
 from stack.types import Observation
 from tests.benchmarks.table import Rows
 
@@ -49,10 +48,8 @@ class TimedBody(SimulatedBody):
     """
 
     def __init__(self, setup: BodySetup) -> None:
-        super().__init__(
-            setup.robot, setup.world, start=setup.start, seed=setup.seed,
-            settings=SimulationSettings(pace=setup.pace),
-        )  # fmt: skip
+        super().__init__(setup.robot, setup.world, start=setup.start, seed=setup.seed)
+        self.pace = setup.pace
         self.lateness: list[float] = []
         self.computed: list[float] = []
         self._began = 0.0

@@ -11,10 +11,10 @@ from missions.execution.build import build, run_info
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.running import run_mission
 from stack.errors import InputError
-from stack.mapping.ros_map import write_ros_map
 from stack.telemetry.hub import Telemetry
 from stack.types import FREE, OCCUPIED, OccupancyGrid
 from tests.benchmarks.missions import Trace
+from tests.stack.mapping.written_maps import write_ros_map
 
 HEAD = """mission: site rules
 format: 1

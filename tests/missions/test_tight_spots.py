@@ -10,10 +10,10 @@ import pytest
 import missions
 from missions.execution.prepare import RunOptions
 from missions.execution.running import run_mission
-from stack.mapping.ros_map import write_ros_map
 from stack.streams import stream
 from stack.types import OCCUPIED, OccupancyGrid, Pose2D
 from tests.benchmarks.missions import Trace
+from tests.stack.mapping.written_maps import write_ros_map
 
 SCOUT, JACKAL = (0.22, 0.22), (0.254, 0.215)
 """Half length and half width, metres."""

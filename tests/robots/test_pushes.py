@@ -6,7 +6,6 @@ from math import hypot, radians
 import numpy as np
 import pytest
 
-from robots.simulated import SimulatedBody
 from stack.body import ContactTally
 from stack.sim.worlds.world import Box, Push, Trigger, WorldEvent
 from stack.types import Pose2D, Twist, wrap_angle
@@ -14,18 +13,12 @@ from tests.stack.sim.sim_rover import EMPTY, EQUIPPED, drive
 
 
 @pytest.fixture
-def pushed():
-    made = []
-
+def pushed(build):
     def make(push, world=EMPTY, start=Pose2D(0.0, 0.0), more=()):
         event = WorldEvent(Trigger(time=1.0), push=push)
-        world = replace(world, timeline=(event, *more))
-        made.append(SimulatedBody(EQUIPPED, world, start=start, seed=1))
-        return made[-1]
+        return build(EQUIPPED, replace(world, timeline=(event, *more)), start)
 
-    yield make
-    for body in made:
-        body.close()
+    return make
 
 
 @pytest.mark.parametrize("by", [Pose2D(0.5, 0.0, 0.0), Pose2D(-0.1, 0.4, radians(60))])

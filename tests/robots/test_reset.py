@@ -15,7 +15,6 @@ from robots.load import find_robot, read_robot
 from robots.simulated import SimulatedBody
 from stack.body import BodyCommand
 from stack.drivetrain.description import DepthCameraDescription
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import Box, Door, FrictionZone, Person, Push, Trigger, WorldEvent
 from stack.types import CameraModel, Pose2D, Twist
@@ -82,7 +81,7 @@ def drive(bodies, seconds, faster=1.0):
 
 
 def bodies_of(world, robots, seed, simulations):
-    simulation = Simulation(world, SimulationSettings())
+    simulation = Simulation(world)
     simulations.append(simulation)
     return simulation, [
         SimulatedBody(robot, world, start=start, seed=seed + number, simulation=simulation)
@@ -129,7 +128,7 @@ def test_a_mission_after_a_reset_has_the_log_of_one_in_a_new_process():
 
     def make(setup):
         if not bodies:
-            made.append(Simulation(setup.world, SimulationSettings()))
+            made.append(Simulation(setup.world))
             body = SimulatedBody(
                 setup.robot, setup.world, start=setup.start, seed=setup.seed, simulation=made[0]
             )

@@ -9,7 +9,6 @@ import pytest
 from robots.simulated import SimulatedBody
 from stack.body import BodyCommand, ContactTally
 from stack.sim.people import Walker
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.simulation import Simulation
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import Box, Person, Trigger, WorldEvent
@@ -26,7 +25,7 @@ def pair():
     worlds = []
 
     def make(world=EMPTY, robots=(SEEING, SEEING), starts=(ORIGIN, AHEAD)):
-        simulation = Simulation(world, SimulationSettings())
+        simulation = Simulation(world)
         worlds.append(simulation)
         return [
             SimulatedBody(robot, world, start=start, seed=seed, simulation=simulation)

@@ -5,28 +5,13 @@ import numpy as np
 import pytest
 
 import stack.sim.pace
-from robots.simulated import SimulatedBody, SimulationSettings
 from stack.body import Body, BodyCommand
 from stack.errors import ParameterError
-from stack.sim.worlds.world import FrictionZone, World
+from stack.sim.worlds.world import FrictionZone
 from stack.types import Image, Pose2D, Scan, Twist
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, LIDAR, ROVER, drive, square_room
 
 ORIGIN = Pose2D(0.0, 0.0)
-
-
-@pytest.fixture
-def build():
-    made = []
-
-    def make(description=ROVER, world: World = EMPTY, start=ORIGIN, seed=1, **choices):
-        settings = SimulationSettings(**choices)
-        made.append(SimulatedBody(description, world, start=start, seed=seed, settings=settings))
-        return made[-1]
-
-    yield make
-    for body in made:
-        body.close()
 
 
 def test_it_is_a_body(build):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from robots.load import find_robot, read_robot
-from robots.simulated import SimulatedBody
 from stack.localisation.fusion.ekf import EkfOdometry
 from stack.localisation.fusion.parameters import EkfParameters
 from stack.sim.worlds.world import Box, FrictionZone
@@ -18,19 +17,6 @@ from tests.stack.sim.sim_rover import EMPTY, drive
 OMNI, CAR = (read_robot(find_robot(name, Path())) for name in ("glide", "buggy"))
 ROBOTS = pytest.mark.parametrize("robot", [OMNI, CAR], ids=["omni", "car"])
 ORIGIN = Pose2D(0.0, 0.0)
-
-
-@pytest.fixture
-def build():
-    made = []
-
-    def make(robot, world=EMPTY, start=ORIGIN, seed=1):
-        made.append(SimulatedBody(robot, world, start=start, seed=seed))
-        return made[-1]
-
-    yield make
-    for body in made:
-        body.close()
 
 
 def without_errors(robot):

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robots.simulated import SimulatedBody
 from stack.body import BodyCommand, ContactTally
 from stack.sim.worlds.world import Box, Dock, Door, Person, Trigger, WorldEvent
 from stack.types import Pose2D, Scan, Twist
@@ -14,21 +13,8 @@ from tests.stack.sim.sim_rover import EMPTY, EQUIPPED, LIDAR, ROVER, drive, squa
 ORIGIN = Pose2D(0.0, 0.0)
 
 
-@pytest.fixture
-def build():
-    made = []
-
-    def make(world, description=ROVER, start=ORIGIN, seed=1):
-        made.append(SimulatedBody(description, world, start=start, seed=seed))
-        return made[-1]
-
-    yield make
-    for body in made:
-        body.close()
-
-
 def test_driving_into_a_box_is_one_contact_of_the_robot(build):
-    body = build(replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.0), (0.5, 2.0, 0.5)),)))
+    body = build(world=replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.0), (0.5, 2.0, 0.5)),)))
     drive(body, Twist(0.4), 4.0)
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
     assert body.clearance == pytest.approx(0.0, abs=2e-3)
@@ -42,7 +28,7 @@ def test_driving_into_a_box_is_one_contact_of_the_robot(build):
 
 
 def test_passing_by_leaves_the_clearance(build):
-    body = build(replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.8), (0.5, 0.6, 0.5)),)))
+    body = build(world=replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.8), (0.5, 0.6, 0.5)),)))
     body.sense()
     assert body.clearance < 1.0
     drive(body, Twist(0.5), 4.0)
@@ -58,7 +44,7 @@ def walking(*points, **more):
 def test_a_person_who_turns_towards_a_standing_robot_never_touches_it(build):
     # The last corner of the loop is inside the robot, which comes into view with the turn.
     person = walking([-0.2, -0.75], [0.2, -0.75], [0.0, 0.2], speed=1.0)
-    body = build(replace(EMPTY, people=(person,)))
+    body = build(world=replace(EMPTY, people=(person,)))
     drive(body, Twist(), 1.0)
     blocked = body.people[0]
     assert body.tally == ContactTally()
@@ -66,7 +52,7 @@ def test_a_person_who_turns_towards_a_standing_robot_never_touches_it(build):
 
 
 def test_a_person_yields_and_goes_on_when_the_robot_leaves(build):
-    body = build(replace(EMPTY, people=(walking([2.0, 0.0], [-3.0, 0.0], speed=0.8),)))
+    body = build(world=replace(EMPTY, people=(walking([2.0, 0.0], [-3.0, 0.0], speed=0.8),)))
     drive(body, Twist(), 4.0)
     gap = body.people[0, 0] - 0.2 - 0.3  # less both radii (footprint's: hypot(0.18, 0.24))
     assert gap == pytest.approx(0.5, abs=0.02)
@@ -76,7 +62,7 @@ def test_a_person_yields_and_goes_on_when_the_robot_leaves(build):
 
 
 def test_a_robot_driving_into_a_person_touches(build):
-    body = build(replace(EMPTY, people=(walking([0.8, 0.0], [0.8, 0.01], speed=0.0),)))
+    body = build(world=replace(EMPTY, people=(walking([0.8, 0.0], [0.8, 0.01], speed=0.0),)))
     drive(body, Twist(0.5), 2.0)
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
     contact = body.take_events()[0]
@@ -90,7 +76,7 @@ def test_a_door_closing_on_a_standing_robot_is_not_its_contact(build):
         doors=(Door("gate", (0.15, -1.0), (0.15, 1.0)),),
         timeline=(WorldEvent(Trigger(time=0.5), close_door="gate"),),
     )
-    body = build(world)
+    body = build(world=world)
     drive(body, Twist(), 0.8)
     assert body.tally == ContactTally(by_robot=0, against_standing=1)
 
@@ -104,7 +90,7 @@ def test_doors_move_on_time_and_the_lidar_sees_it(build):
             WorldEvent(Trigger(time=0.5, after=0.2), close_door="gate"),
         ),
     )
-    body = build(world, replace(ROVER, lidar=LIDAR))
+    body = build(world=world, description=replace(ROVER, lidar=LIDAR))
     assert body.doors == {"gate": True}
     ahead = [body.sense().named("lidar", Scan).ranges[180]]
     ahead += [o.named("lidar", Scan).ranges[180] for o in drive(body, Twist(), 0.9, period=0.1)]
@@ -123,7 +109,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
         docks=(Dock(0.2, 0.0),),
         timeline=(WorldEvent(Trigger(near=(0.0, 0.0, 0.1)), battery=0.2),),
     )
-    body = build(world)
+    body = build(world=world)
     assert body.sense().battery.charge == pytest.approx(0.2)
     assert [event[:2] for event in body.take_events()] == [("battery", "battery charge set to 20%")]
     battery = drive(body, Twist(), 3.0)[-1].battery
@@ -137,7 +123,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
 def test_a_lifted_robot_stands_elsewhere_and_its_odometry_knows_nothing(build):
     there = Pose2D(4.0, -3.0, 2.0)
     world = replace(EMPTY, timeline=(WorldEvent(Trigger(time=1.0), move_robot=there),))
-    body = build(world, EQUIPPED)
+    body = build(world=world, description=EQUIPPED)
     drive(body, Twist(0.5), 1.0)
     before = body.sense().wheels.pose
     assert body.truth.pose.distance_to(there) < 1e-3
@@ -172,20 +158,20 @@ def record(body, pictures=False):
 
 
 def test_the_same_seed_gives_the_same_bits_side_by_side(build):
-    first = record(build(BUSY, EQUIPPED, seed=5))
-    build(EMPTY)  # another simulation in the same process
-    assert record(build(BUSY, EQUIPPED, seed=5)) == first
+    first = record(build(world=BUSY, description=EQUIPPED, seed=5))
+    build(world=EMPTY)  # another simulation in the same process
+    assert record(build(world=BUSY, description=EQUIPPED, seed=5)) == first
 
 
 def test_another_seed_gives_other_errors_on_the_same_drive(build):
-    first, other = (record(build(BUSY, EQUIPPED, seed=seed)) for seed in (5, 6))
+    first, other = (record(build(world=BUSY, description=EQUIPPED, seed=seed)) for seed in (5, 6))
     assert [row[0] for row in first] == [row[0] for row in other]
     assert first[-1][1] != other[-1][1]
     assert first[-1][4] != other[-1][4]
 
 
 def test_using_the_camera_changes_no_other_result(build):
-    quiet = record(build(BUSY, EQUIPPED))
-    assert record(build(BUSY, EQUIPPED), pictures=True) == quiet
-    blind = record(build(BUSY, replace(EQUIPPED, lidar=None)))
+    quiet = record(build(world=BUSY, description=EQUIPPED))
+    assert record(build(world=BUSY, description=EQUIPPED), pictures=True) == quiet
+    blind = record(build(world=BUSY, description=replace(EQUIPPED, lidar=None)))
     assert [row[:4] for row in blind] == [row[:4] for row in quiet]

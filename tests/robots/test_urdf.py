@@ -46,7 +46,7 @@ def urdf(tmp_path):
 
 
 def test_an_ordinary_urdf_is_read(urdf):
-    assert read_urdf(UrdfSource(urdf())).root.name == "r"
+    assert read_urdf(UrdfSource(urdf()))[0].name == "r"
     for name in robot_names():
         read_urdf(UrdfSource(read_robot(HERE / name / "robot.yaml").urdf))
 
@@ -79,7 +79,7 @@ def test_impossible_values_are_findings(urdf, tmp_path, old, new, expected):
         file.truncate(500_000_000)
     path = urdf(old, new)
     if expected is None:
-        assert r"\x9b2J" in [element.name for element in read_urdf(UrdfSource(path)).root.within()]
+        assert r"\x9b2J" in [element.name for element in read_urdf(UrdfSource(path))[0].within()]
     else:
         (line,) = findings(path)
         assert expected in line
@@ -109,7 +109,7 @@ def mesh(filename, tag="visual"):
 
 
 def warnings_of(source):
-    return [str(finding) for finding in read_urdf(source).findings.items]
+    return [str(finding) for finding in read_urdf(source)[1]]
 
 
 ROBOT_OF_MESH = '<robot name="r">\n{0}\n</robot>'
@@ -151,10 +151,10 @@ def workspace(tmp_path, monkeypatch):
 )
 def test_meshes_are_found(workspace, tmp_path, filename, folder):
     source = workspace(filename.replace("TMP", str(tmp_path)), "collision")
-    urdf = read_urdf(source)
-    (shape,) = (element for element in urdf.root.within() if element.tag == "mesh")
+    root, warnings = read_urdf(source)
+    (shape,) = (element for element in root.within() if element.tag == "mesh")
     assert shape.attributes["filename"] == f"{tmp_path}/{folder}/meshes/a.stl"
-    assert urdf.findings.items == []
+    assert warnings == []
 
 
 def test_packages_elsewhere_are_found_by_the_search_path(workspace, tmp_path, monkeypatch):
@@ -187,9 +187,9 @@ def test_a_mesh_that_cannot_be_used_is_an_error_only_where_things_collide(
     source = workspace(filename)
     (source.path.parent / "text.stl").write_text("solid box\nendsolid box\n")
     (source.path.parent / "a.glb").write_bytes(b"glTF")
-    urdf = read_urdf(source)
-    assert sentence in urdf.findings.items[0].sentence
-    assert not any(element.tag == "mesh" for element in urdf.root.within())
+    root, warnings = read_urdf(source)
+    assert sentence in warnings[0].sentence
+    assert not any(element.tag == "mesh" for element in root.within())
     (line,) = findings(workspace(filename, "collision").path)
     assert ":2:" in line and "error[E302] <collision> of the link 'm'" in line and sentence in line
 

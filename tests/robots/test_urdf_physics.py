@@ -17,7 +17,6 @@ from stack.documents.xml_file import parse_xml
 from stack.errors import InputError
 from stack.sim.physics.pybullet_engine.engine import BulletEngine
 from stack.sim.physics.pybullet_engine.robot import load_robot
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
@@ -167,7 +166,7 @@ def placed():
     opened = []
 
     def place(robot):
-        opened.append(BulletEngine(EMPTY, SimulationSettings()))
+        opened.append(BulletEngine(EMPTY))
         return opened[-1], opened[-1].add_robot(robot, Pose2D(0.0, 0.0))
 
     yield place
@@ -341,8 +340,8 @@ def test_four_skidding_wheels_are_carried_on_one_axle(read, placed, x):
     physics, body = placed(robot)
     # Spheres of 8 cm reach no further to the side than the wheels: 0.2 + 0.02 - 0.08 m.
     assert body.wheel_places == pytest.approx(np.array([[0.0, 0.14], [0.0, -0.14]]), abs=1e-6)
-    ends = range(-1, pybullet.getNumJoints(body.robot, physicsClientId=body.client))
-    masses = [pybullet.getDynamicsInfo(body.robot, n, physicsClientId=body.client) for n in ends]
+    ends = range(-1, pybullet.getNumJoints(body.body, physicsClientId=body.client))
+    masses = [pybullet.getDynamicsInfo(body.body, n, physicsClientId=body.client) for n in ends]
     assert sum(mass[0] for mass in masses) == pytest.approx(26.0)  # 20 + 4 * 1.5 kg
     body.set_wheel_speeds(3.0, 3.0)  # 3 rad/s at 8 cm: 0.24 m/s
     physics.step(500)

@@ -15,7 +15,6 @@ from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import InputError
 from stack.sim.physics.pybullet_engine.engine import BulletEngine
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
@@ -204,7 +203,7 @@ def placed():
     def place(name):
         robot = read_robot(find_robot(name, Path()))
         world = World("empty", (-2.0, -2.0, 2.0, 2.0))
-        opened.append(BulletEngine(world, SimulationSettings()))
+        opened.append(BulletEngine(world))
         return robot, opened[-1].add_robot(robot, Pose2D(0.0, 0.0)).wheel_places
 
     yield place
@@ -244,7 +243,7 @@ def test_an_axle_across_its_link_is_refused():
     robot = read_robot(find_robot("glide", Path()))
     askew = robot.model.replace('<axis xyz="0.0 1.0 0.0"/>', '<axis xyz="0.6 0.8 0"/>')
     assert askew != robot.model
-    engine = BulletEngine(World("empty", (-2.0, -2.0, 2.0, 2.0)), SimulationSettings())
+    engine = BulletEngine(World("empty", (-2.0, -2.0, 2.0, 2.0)))
     with pytest.raises(
         BodyError, match=r"axle of the wheel joint 'left_wheel' is .* use the axis 0 1"
     ):

@@ -28,7 +28,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.geometry.distance_transform import distances_to_zero
 from stack.sim.people import People
 from stack.sim.people.recorded import APPEARANCE_DISTANCE
-from stack.sim.physics.settings import SimulationSettings
+from stack.sim.rates import SCENE_RATE
 from stack.sim.worlds.rasterise import covered_cells
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Pose2D
@@ -290,7 +290,7 @@ def walks(world: World, seed: int) -> Iterator[FloatArray]:
         seed: of the run.
     """
     people = People(world, seed)
-    period = 1.0 / SimulationSettings().scene_rate
+    period = 1.0 / SCENE_RATE
     for _ in iter(int, 1):
         yield people.places.copy()
         for _ in range(round(STEP / period)):

@@ -16,7 +16,7 @@ from stack.errors import InputError, ParameterError
 from stack.mapping.limits import MAX_CELLS
 from stack.perception.markers.parameters import MarkerParameters
 from stack.runtime.parameters import LoopParameters
-from stack.sim.physics.settings import SimulationSettings
+from stack.sim.rates import physics_steps
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
@@ -92,7 +92,7 @@ def check_markers(choices: dict[str, Choice], marks: Marks, robot: RobotDescript
 def check_rate(loop: LoopParameters, marks: Marks) -> None:
     """Raise InputError for a control rate that the simulation cannot step."""
     try:
-        SimulationSettings().steps("control period", loop.period)
+        physics_steps("control period", loop.period)
     except ParameterError as error:
         mark = marks.of_component("loop", "control_rate")
         raise InputError([Finding(mark, "E111", error.sentence, error.hint)]) from None

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stack.geometry.polygons import points_inside
 from stack.mapping.exploration.frontiers import passable_cells
-from stack.types import OCCUPIED, CoveragePlan, FloatArray, OccupancyGrid, Pose2D
+from stack.types import OCCUPIED, CoveragePlan, FloatArray, OccupancyGrid, Pose2D, wrap_angle
 
 
 @dataclass
@@ -171,13 +171,9 @@ def _ordered(cells: list[list[_Run]], pose: Pose2D, angle: float) -> list[tuple[
         for run in reversed(cell) if last else cell:
             ends = (run.end, run.start) if far else (run.start, run.end)
             heading = angle + (np.pi if far else 0.0)
-            first, second = (Pose2D(*point(run, t), _wrapped(heading)) for t in ends)
+            first, second = (Pose2D(*point(run, t), wrap_angle(heading)) for t in ends)
             if run.end - run.start > 0.0 or not lanes:
                 lanes.append((first, second))
             far = not far
             x, y = second.x, second.y
     return lanes
-
-
-def _wrapped(angle: float) -> float:
-    return float(np.arctan2(np.sin(angle), np.cos(angle)))

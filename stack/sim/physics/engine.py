@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from stack.body import GroundTruth
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.sim.physics.mirrors import MirrorFace
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import World
 from stack.types import CameraModel, FloatArray, Pose2D, Twist
@@ -167,11 +166,10 @@ class PhysicsEngine(ABC):
 
     Args:
         world: the world to load.
-        settings: physics rate and solver iterations.
     """
 
     @abstractmethod
-    def __init__(self, world: World, settings: SimulationSettings) -> None: ...
+    def __init__(self, world: World) -> None: ...
 
     @abstractmethod
     def add_robot(self, description: RobotDescription, start: Pose2D) -> PhysicsRobot:

@@ -1,24 +1,28 @@
-"""Triangle meshes of the static parts of a world, one mesh per colour.
+"""Triangles of the static parts of a world, by colour, and their files.
 
-All parts are upright prisms. A wall is a row of slabs with a round pillar at every inner corner,
-which fills joints of any angle. A cylinder is a prism with many sides.
+Triangles are arrays (n, 3, 3) of triangle, corner and coordinate, metres, anticlockwise seen from
+outside. They share no corners, so that every face is flat-shaded. All parts are upright prisms. A
+wall is a row of slabs with a round pillar at every inner corner, which fills joints of any angle. A
+cylinder is a prism with many sides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
 from hashlib import sha256
 from itertools import pairwise
 from math import cos, pi, sin
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.sim.worlds.world import Colour, Cylinder, Drop, FloorLine, Wall, World
+from stack.sim.worlds.world import Box, Colour, Cylinder, Drop, FloorLine, Wall, World
 from stack.types import FloatArray, Pose2D
 
 Bounds = tuple[float, float, float, float]
+Solid = Wall | Box | Cylinder
+Key = TypeVar("Key", str, Colour)
 
 CYLINDER_SIDES = 32
 """The sides lie at most radius x (1 - cos(pi / 32)) = 0.5 % of the radius inside the circle."""
@@ -30,6 +34,9 @@ PAINT_HEIGHT = 0.0005
 """Metres of paint above the floor, enough for the renderers to tell which is on top. Seen from a
 camera of height h, paint seems farther away by its own height over h, in parts of its distance."""
 
+STAND_OFF = 0.002
+"""Distance between a board and its wall, metres; prevents z-fighting in the renderer."""
+
 LEVEL = 0.7
 """Vertical part of the normal of a face from which on it counts as level."""
 
@@ -37,49 +44,63 @@ LEAST_MITRE = 0.35
 """Cosine of half the turn at a corner, below which its outer point is cut off."""
 
 
-@dataclass(frozen=True, slots=True)
-class Mesh:
-    """Triangles without shared corners, so that every face is flat-shaded.
+def obj_text(corners: FloatArray) -> str:
+    """Return triangles as a Wavefront OBJ text."""
+    vertices = corners.reshape(-1, 3).tolist()
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
+    lines += [f"f {n} {n + 1} {n + 2}" for n in range(1, len(vertices), 3)]
+    return "\n".join(lines) + "\n"
 
-    Attributes:
-        corners: (n, 3, 3) metres: triangle, corner, coordinate; anticlockwise seen from outside.
+
+def tiled_obj_text(corners: FloatArray, side: float) -> str:
+    """Return triangles as a Wavefront OBJ text with texture coordinates.
+
+    A square image repeats every `side` metres: on upright faces along the wall and from the
+    floor up, on level ones along x and y.
     """
+    vertices = corners.reshape(-1, 3).tolist()
+    edges = np.diff(corners, axis=1)
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    across = np.column_stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))])
+    level = np.abs(normals[:, 2]) > LEVEL
+    across[level] = (1.0, 0.0, 0.0)
+    up = np.where(level[:, None], (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    tiles = np.stack([np.einsum("nij,nj->ni", corners, axis) for axis in (across, up)], axis=2)
+    tiles /= side
+    tiles -= np.floor(tiles.min(axis=1, keepdims=True))  # the renderer repeats upwards only
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
+    lines += [f"vt {u:.6f} {v:.6f}" for u, v in tiles.reshape(-1, 2).tolist()]
+    lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in normals.tolist()]
+    lines += [
+        f"f {n}/{n}/{face} {n + 1}/{n + 1}/{face} {n + 2}/{n + 2}/{face}"
+        for face, n in enumerate(range(1, len(vertices), 3), start=1)
+    ]
+    return "\n".join(lines) + "\n"
 
-    corners: FloatArray
 
-    def obj(self) -> str:
-        """Return the mesh as a Wavefront OBJ text."""
-        vertices = self.corners.reshape(-1, 3).tolist()
-        lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
-        lines += [f"f {n} {n + 1} {n + 2}" for n in range(1, len(vertices), 3)]
-        return "\n".join(lines) + "\n"
+def board_obj_text(
+    position: tuple[float, float, float], heading: float, size: tuple[float, float]
+) -> str:
+    """Return an upright rectangle that a picture covers as a Wavefront OBJ text.
 
-    def tiled_obj(self, side: float) -> str:
-        """Return the mesh as a Wavefront OBJ text with texture coordinates.
-
-        A square image repeats every `side` metres: on upright faces along the wall and from the
-        floor up, on level ones along x and y.
-        """
-        vertices = self.corners.reshape(-1, 3).tolist()
-        edges = np.diff(self.corners, axis=1)
-        normals = np.cross(edges[:, 0], edges[:, 1])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        across = np.column_stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))])
-        level = np.abs(normals[:, 2]) > LEVEL
-        across[level] = (1.0, 0.0, 0.0)
-        up = np.where(level[:, None], (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-        tiles = np.stack([
-            np.einsum("nij,nj->ni", self.corners, across), np.einsum("nij,nj->ni", self.corners, up)
-        ], axis=2) / side  # fmt: skip
-        tiles -= np.floor(tiles.min(axis=1, keepdims=True))  # the renderer repeats upwards only
-        lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
-        lines += [f"vt {u:.6f} {v:.6f}" for u, v in tiles.reshape(-1, 2).tolist()]
-        lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in normals.tolist()]
-        lines += [
-            f"f {n}/{n}/{face} {n + 1}/{n + 1}/{face} {n + 2}/{n + 2}/{face}"
-            for face, n in enumerate(range(1, len(vertices), 3), start=1)
-        ]
-        return "\n".join(lines) + "\n"
+    Args:
+        position: of its centre, metres; it is drawn STAND_OFF in front of that.
+        heading: that it faces, radians.
+        size: width and height, metres.
+    """
+    forward = np.array([cos(heading), sin(heading), 0.0])
+    right = np.array([-sin(heading), cos(heading), 0.0])  # as seen from in front of the board
+    up = np.array([0.0, 0.0, 1.0])
+    half = size[0] / 2.0, size[1] / 2.0
+    middle = np.array(position) + STAND_OFF * forward
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    corners = [middle + half[0] * u * right + half[1] * v * up for u, v in signs]
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in corners]
+    lines += [f"vt {(u + 1) / 2:.1f} {(v + 1) / 2:.1f}" for u, v in signs]
+    lines += ["vn {:.6f} {:.6f} {:.6f}".format(*forward)]
+    lines += ["f 1/1/1 2/2/1 3/3/1", "f 1/1/1 3/3/1 4/4/1"]
+    return "\n".join(lines) + "\n"
 
 
 def file_name(content: str | bytes, ending: str) -> str:
@@ -88,47 +109,49 @@ def file_name(content: str | bytes, ending: str) -> str:
     return f"{sha256(raw).hexdigest()[:24]}.{ending}"
 
 
-def static_meshes(world: World, *, glass: bool = True, textured: bool = True) -> dict[Colour, Mesh]:
-    """Return the static meshes of a world by colour, in order of first appearance.
-
-    Args:
-        world: with walls, boxes and cylinders.
-        glass: whether walls of glass are contained.
-        textured: whether walls and boxes with a texture are contained.
-    """
-    parts: dict[Colour, list[FloatArray]] = {}
-    for wall in world.walls:
-        if (wall.glass and not glass) or (wall.texture != "plain" and not textured):
-            continue
-        parts.setdefault(wall.colour, []).extend(_wall(wall))
-    for box in world.boxes:
-        if box.texture != "plain" and not textured:
-            continue
-        parts.setdefault(box.colour, []).append(box_prism(box.pose, box.size, box.elevation))
-    for cylinder in world.cylinders:
-        parts.setdefault(cylinder.colour, []).append(_cylinder(cylinder))
-    return {colour: Mesh(np.concatenate(corners)) for colour, corners in parts.items() if corners}
+def static_meshes(world: World) -> dict[Colour, FloatArray]:
+    """Return the triangles of walls, boxes and cylinders by colour, in order of appearance."""
+    return _grouped(world, lambda solid: solid.colour)
 
 
-def glass_meshes(world: World) -> dict[Colour, Mesh]:
-    """Return the meshes of the walls of glass by colour, in order of first appearance."""
-    panes = tuple(wall for wall in world.walls if wall.glass)
-    return static_meshes(replace(world, walls=panes, boxes=(), cylinders=()))
+def plain_meshes(world: World) -> dict[Colour, FloatArray]:
+    """Return those that are neither of glass nor have a texture, by colour."""
+
+    def key_of(solid: Solid) -> Colour | None:
+        return None if _is_glass(solid) or _texture_of(solid) else solid.colour
+
+    return _grouped(world, key_of)
 
 
-def textured_meshes(world: World) -> dict[str, Mesh]:
-    """Return the meshes of the walls and boxes with a texture, by its name."""
-    parts: dict[str, list[FloatArray]] = {}
-    for wall in world.walls:
-        if wall.texture != "plain" and not wall.glass:
-            parts.setdefault(wall.texture, []).extend(_wall(wall))
-    for box in world.boxes:
-        if box.texture != "plain":
-            parts.setdefault(box.texture, []).append(box_prism(box.pose, box.size, box.elevation))
-    return {texture: Mesh(np.concatenate(corners)) for texture, corners in parts.items()}
+def glass_meshes(world: World) -> dict[Colour, FloatArray]:
+    """Return those of glass, by colour."""
+    return _grouped(world, lambda solid: solid.colour if _is_glass(solid) else None)
 
 
-def floor(bounds: Bounds, drops: Sequence[Drop]) -> Mesh:
+def textured_meshes(world: World) -> dict[str, FloatArray]:
+    """Return those with a texture, by its name."""
+    return _grouped(world, lambda solid: None if _is_glass(solid) else _texture_of(solid))
+
+
+def _grouped(world: World, key_of: Callable[[Solid], Key | None]) -> dict[Key, FloatArray]:
+    """Return the triangles of the solids by a key, without those that have none."""
+    parts: dict[Key, list[FloatArray]] = {}
+    for solid in (*world.walls, *world.boxes, *world.cylinders):
+        key = key_of(solid)
+        if key is not None:
+            parts.setdefault(key, []).extend(_prisms(solid))
+    return {key: np.concatenate(found) for key, found in parts.items() if found}
+
+
+def _is_glass(solid: Solid) -> bool:
+    return isinstance(solid, Wall) and solid.glass
+
+
+def _texture_of(solid: Solid) -> str | None:
+    return None if isinstance(solid, Cylinder) or solid.texture == "plain" else solid.texture
+
+
+def floor(bounds: Bounds, drops: Sequence[Drop]) -> FloatArray:
     """Return the floor at height 0 within x_min, y_min, x_max, y_max, with its drops cut out."""
     x_min, y_min, x_max, y_max = bounds
     xs = sorted({x_min, x_max, *(x for d in drops for x in d.bounds[::2] if x_min < x < x_max)})
@@ -139,10 +162,10 @@ def floor(bounds: Bounds, drops: Sequence[Drop]) -> Mesh:
         for left, right in pairwise(xs)
         if not any(d.contains(np.array([[(left + right) / 2, (low + high) / 2]])) for d in drops)
     ]
-    return Mesh(np.concatenate(quads))
+    return np.concatenate(quads)
 
 
-def painted(line: FloorLine) -> Mesh:
+def painted(line: FloorLine) -> FloatArray:
     """Return a painted line: a ribbon just above the floor, with mitred corners."""
     points = np.asarray(line.points, dtype=np.float64)
     along = np.diff(points, axis=0)
@@ -157,10 +180,10 @@ def painted(line: FloorLine) -> Mesh:
     height = np.full(len(points), PAINT_HEIGHT)
     left, right = (np.column_stack([points + side * offset, height]) for side in (1, -1))
     quads = [_quad(right[n], right[n + 1], left[n + 1], left[n]) for n in range(len(points) - 1)]
-    return Mesh(np.concatenate(quads))
+    return np.concatenate(quads)
 
 
-def pits(drops: Sequence[Drop]) -> list[Mesh]:
+def pits(drops: Sequence[Drop]) -> list[FloatArray]:
     """Return the bottom and the sides of every drop, seen from above."""
     found = []
     for drop in drops:
@@ -169,7 +192,7 @@ def pits(drops: Sequence[Drop]) -> list[Mesh]:
         low, high = ([(x, y, z) for x, y in corners] for z in (-drop.depth, 0.0))
         quads = [_quad(*low)]
         quads += [_quad(low[n], high[n], high[n - 1], low[n - 1]) for n in range(4)]
-        found.append(Mesh(np.concatenate(quads)))
+        found.append(np.concatenate(quads))
     return found
 
 
@@ -177,11 +200,6 @@ def _quad(*corners: tuple[float, float, float] | FloatArray) -> FloatArray:
     """Return the two triangles (2, 3, 3) of a quadrilateral with these four corners."""
     a, b, c, d = (np.array(corner) for corner in corners)
     return np.array([[a, b, c], [a, c, d]])
-
-
-def merged(meshes: dict[Colour, Mesh]) -> Mesh:
-    """Return all meshes joined into one."""
-    return Mesh(np.concatenate([mesh.corners for mesh in meshes.values()]))
 
 
 def box_outline(pose: Pose2D, length: float, width: float) -> FloatArray:
@@ -217,16 +235,18 @@ def wall_pillars(wall: Wall) -> FloatArray:
     return points[1:] if closed else points[1:-1]
 
 
-def _wall(wall: Wall) -> Iterator[FloatArray]:
-    for pose, length in wall_slabs(wall):
-        yield box_prism(pose, (length, wall.thickness, wall.height))
-    for x, y in wall_pillars(wall).tolist():
-        yield _prism(_circle(x, y, wall.thickness / 2.0, PILLAR_SIDES), wall.height)
-
-
-def _cylinder(cylinder: Cylinder) -> FloatArray:
-    outline = _circle(cylinder.x, cylinder.y, cylinder.radius, CYLINDER_SIDES)
-    return _prism(outline, cylinder.height)
+def _prisms(solid: Solid) -> Iterator[FloatArray]:
+    """Yield the triangles of the prisms that a solid consists of."""
+    if isinstance(solid, Box):
+        yield box_prism(solid.pose, solid.size, solid.elevation)
+    elif isinstance(solid, Cylinder):
+        outline = _circle(solid.x, solid.y, solid.radius, CYLINDER_SIDES)
+        yield _prism(outline, solid.height)
+    else:
+        for pose, length in wall_slabs(solid):
+            yield box_prism(pose, (length, solid.thickness, solid.height))
+        for x, y in wall_pillars(solid).tolist():
+            yield _prism(_circle(x, y, solid.thickness / 2.0, PILLAR_SIDES), solid.height)
 
 
 def _circle(x: float, y: float, radius: float, sides: int) -> FloatArray:

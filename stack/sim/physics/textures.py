@@ -1,4 +1,4 @@
-"""Generated pictures: posters by number, and textures that repeat on walls, boxes and floors.
+"""Generated pictures: boards of markers, posters by number, and textures that repeat.
 
 The renderer takes the nearest pixel of a texture, without mipmaps. The pictures are therefore
 coarse and smooth: finer detail would flicker between two views of the same place.
@@ -6,14 +6,13 @@ coarse and smooth: finer detail would flicker between two views of the same plac
 
 from __future__ import annotations
 
-from pathlib import Path as FilePath
-
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.sim.physics.meshes import file_name
+from stack.errors import BodyError
 from stack.streams import stream
-from stack.types import FloatArray
+from stack.types import FloatArray, Marker
+from stack.types.marker_dictionaries import marker_dictionaries
 
 Picture = NDArray[np.uint8]
 """(height, width, 3) RGB."""
@@ -26,23 +25,38 @@ POSTER_PIXELS, TILE_PIXELS = 160, 128
 
 SHAPES = 26
 
+BOARD_RATIO, PIXELS_PER_MARKER = 1.25, 320
 
-def write_picture(picture: Picture, folder: FilePath) -> FilePath:
-    """Write a picture as a PNG file and return the path."""
+
+def png_of(picture: Picture) -> bytes:
+    """Return a picture as a PNG file."""
     import cv2
 
-    png = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes()
-    path = folder / file_name(png, "png")
-    path.write_bytes(png)
-    return path
+    return bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())
 
 
-def read_picture(file: FilePath) -> Picture:
-    """Return the picture (rows, columns, 3), uint8 RGB, of a PNG file in grey or colour."""
+def board_picture(marker: Marker) -> Picture:
+    """Return the picture of a marker's board, by OpenCV's dictionary.
+
+    A white margin makes the board BOARD_RATIO times the marker's size; detectors need a light
+    margin around a marker (Garrido-Jurado et al., 2014).
+
+    Raises:
+        BodyError: unknown dictionary, or a marker number that it does not contain.
+    """
     import cv2
 
-    bgr = np.asarray(cv2.imread(str(file)), dtype=np.uint8)
-    return np.ascontiguousarray(bgr[:, :, ::-1])
+    number = marker_dictionaries().get(marker.dictionary)
+    if number is None:
+        raise BodyError(f"OpenCV has no marker dictionary {marker.dictionary!r}")
+    dictionary = cv2.aruco.getPredefinedDictionary(number)
+    size = len(dictionary.bytesList)
+    if not 0 <= marker.number < size:
+        raise BodyError(f"{marker.dictionary} has the markers 0 to {size - 1}, got {marker.number}")
+    margin = round(PIXELS_PER_MARKER * (BOARD_RATIO - 1.0) / 2.0)
+    inner = cv2.aruco.generateImageMarker(dictionary, marker.number, PIXELS_PER_MARKER)
+    shades: NDArray[np.uint8] = np.pad(inner, margin, constant_values=255)
+    return np.repeat(shades[:, :, None], 3, axis=2)
 
 
 def poster_picture(number: int, size: tuple[float, float]) -> Picture:

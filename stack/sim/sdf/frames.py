@@ -9,7 +9,7 @@ import numpy as np
 
 from stack.documents import Findings
 from stack.documents.xml_file import Element
-from stack.sim.sdf import shapes
+from stack.geometry.rotations import from_angles, from_quaternion
 from stack.sim.worlds.values import SHAPE
 from stack.types import FloatArray
 
@@ -21,7 +21,9 @@ class UnknownFrame(Exception):
     """A pose refers to a frame that does not exist, or to itself through other frames."""
 
 
-def numbers(findings: Findings, element: Element | None, count: int) -> FloatArray | None:
+def numbers(
+    findings: Findings, element: Element | None, count: int, code: str = SHAPE
+) -> FloatArray | None:
     """The numbers in an element's text, (count,); None if absent, or wrong and reported."""
     if element is None:
         return None
@@ -34,28 +36,34 @@ def numbers(findings: Findings, element: Element | None, count: int) -> FloatArr
         wanted = "a number" if count == 1 else f"{count} numbers"
         shown = element.text if len(element.text) <= 60 else element.text[:57] + "..."
         sentence = f"<{element.tag}>: expected {wanted}, got {shown!r}"
-        findings.error(SHAPE, element.mark, sentence)
+        findings.error(code, element.mark, sentence)
         return None
     return np.array(values)
 
 
-def read_pose(findings: Findings, pose: Element) -> FloatArray | None:
-    """Read the transform (4, 4) of a <pose> element, in the frame that it refers to."""
+def read_pose(findings: Findings, pose: Element, code: str = SHAPE) -> FloatArray | None:
+    """Read the transform (4, 4) of a <pose> element, in the frame that it refers to.
+
+    Args:
+        findings: receives errors.
+        pose: the element.
+        code: of these errors.
+    """
     if not pose.text:
         return np.eye(4)
     if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
-        values = numbers(findings, pose, 7)
+        values = numbers(findings, pose, 7, code)
         if values is not None and float(np.linalg.norm(values[3:])) < 1e-6:
-            findings.error(SHAPE, pose.mark, "<pose>: the quaternion 0 0 0 0 is not a rotation")
+            findings.error(code, pose.mark, "<pose>: the quaternion 0 0 0 0 is not a rotation")
             return None
-        return None if values is None else shapes.from_quaternion(values[:3], values[3:])
-    values = numbers(findings, pose, 6)
+        return None if values is None else from_quaternion(values[:3], values[3:].tolist())
+    values = numbers(findings, pose, 6, code)
     if values is None:
         return None
-    angles = values[3:]
+    angles = values[3:].tolist()
     if pose.attributes.get("degrees") in ("1", "true"):
-        angles = np.array([radians(angle) for angle in angles.tolist()])
-    return shapes.transform(values[:3], angles)
+        angles = [radians(angle) for angle in angles]
+    return from_angles(values[:3], angles)
 
 
 class Frames:

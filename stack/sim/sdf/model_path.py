@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -35,52 +34,48 @@ ON_FUEL = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class ModelPath:
-    """Where the models of a file are looked for. folder: of that file."""
+def model_folders(folder: Path) -> Iterator[Path]:
+    """The folders in which a file of this folder finds models, in order; each exists."""
+    near = [folder, *list(folder.parents)[:ABOVE]]
+    named = [
+        Path(part)
+        for variable in VARIABLES
+        for part in os.environ.get(variable, "").split(os.pathsep)
+        if part
+    ]
+    home = [Path.home() / name for name in DOWNLOADED]
+    for root in dict.fromkeys((*near, *named, *home)):
+        yield from (path for path in (root, root / "models") if path.is_dir())
 
-    folder: Path
 
-    def roots(self) -> Iterator[Path]:
-        """The folders, in order; each exists."""
-        near = [self.folder, *list(self.folder.parents)[:ABOVE]]
-        named = [
-            Path(part)
-            for variable in VARIABLES
-            for part in os.environ.get(variable, "").split(os.pathsep)
-            if part
-        ]
-        home = [Path.home() / folder for folder in DOWNLOADED]
-        for root in dict.fromkeys((*near, *named, *home)):
-            yield from (folder for folder in (root, root / "models") if folder.is_dir())
+def find_model(uri: str, folder: Path) -> Path | None:
+    """The file or folder that a file of this folder means by a URI or a relative path, or None."""
+    uri = unquote(uri.strip())
+    fuel = ON_FUEL.fullmatch(uri)
+    if fuel is not None:
+        return _downloaded(fuel, folder)
+    relative = uri
+    for scheme in SCHEMES:
+        relative = relative.removeprefix(scheme)
+    if "://" in relative or not relative.strip("/."):
+        return None
+    if relative.startswith("/") and Path(relative).exists():
+        return Path(relative)
+    found = (root / relative.strip("/") for root in model_folders(folder))
+    return next((path for path in found if _exists(path)), None)
 
-    def find(self, uri: str) -> Path | None:
-        """The file or folder of a URI or of a relative path; None if there is none."""
-        uri = unquote(uri.strip())
-        fuel = ON_FUEL.fullmatch(uri)
-        if fuel is not None:
-            return self._downloaded(fuel)
-        relative = uri
-        for scheme in SCHEMES:
-            relative = relative.removeprefix(scheme)
-        if "://" in relative or not relative.strip("/."):
-            return None
-        if relative.startswith("/") and Path(relative).exists():
-            return Path(relative)
-        found = (root / relative.strip("/") for root in self.roots())
-        return next((path for path in found if _exists(path)), None)
 
-    def _downloaded(self, fuel: re.Match[str]) -> Path | None:
-        """The copy of a model of Gazebo's server: by name beside the file, or downloaded before."""
-        name, rest = fuel["name"], re.sub(r"^/(\d+|tip)(/files)?", "", fuel["rest"]).strip("/")
-        for root in self.roots():
-            for spelling in dict.fromkeys((name, name.lower(), name.replace(" ", "_").lower())):
-                if (root / spelling).is_dir() and _exists(root / spelling / rest):
-                    return root / spelling / rest
-        kept = f"*/{fuel['owner'].lower()}/models/{name.lower()}/*"
-        copies = [copy for folder in FUEL for copy in (Path.home() / folder).glob(kept)]
-        copies.sort(key=lambda copy: int(copy.name) if copy.name.isdecimal() else -1)
-        return next((copy / rest for copy in reversed(copies) if _exists(copy / rest)), None)
+def _downloaded(fuel: re.Match[str], folder: Path) -> Path | None:
+    """The copy of a model of Gazebo's server: by name beside the file, or downloaded before."""
+    name, rest = fuel["name"], re.sub(r"^/(\d+|tip)(/files)?", "", fuel["rest"]).strip("/")
+    for root in model_folders(folder):
+        for spelling in dict.fromkeys((name, name.lower(), name.replace(" ", "_").lower())):
+            if (root / spelling).is_dir() and _exists(root / spelling / rest):
+                return root / spelling / rest
+    kept = f"*/{fuel['owner'].lower()}/models/{name.lower()}/*"
+    copies = [copy for cache in FUEL for copy in (Path.home() / cache).glob(kept)]
+    copies.sort(key=lambda copy: int(copy.name) if copy.name.isdecimal() else -1)
+    return next((copy / rest for copy in reversed(copies) if _exists(copy / rest)), None)
 
 
 def name_of(uri: str) -> str:

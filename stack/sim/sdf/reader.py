@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from stack.mapping.limits import FARTHEST, MAX_SHAPES
 from stack.sim.sdf import shapes
 from stack.sim.sdf.frames import Frames, UnknownFrame, numbers
 from stack.sim.sdf.mesh_files import read_triangles
-from stack.sim.sdf.model_path import ModelPath, description_of, name_of
+from stack.sim.sdf.model_path import description_of, find_model, model_folders, name_of
 from stack.sim.worlds.values import SHAPE, TOO_MANY
 from stack.types import FloatArray
 
@@ -210,7 +209,7 @@ class Reader:
     def _place_of(self, folder: Path, uri: str) -> Path | None:
         """The file or folder that a file in this folder names; None if there is none."""
         if (folder, uri) not in self._places:
-            self._places[folder, uri] = ModelPath(folder).find(uri)
+            self._places[folder, uri] = find_model(uri, folder)
         return self._places[folder, uri]
 
     def _description(self, found: Path) -> Element | None:
@@ -355,5 +354,4 @@ class Reader:
 
 
 def _looked_in(folder: Path) -> str:
-    roots: Iterator[Path] = ModelPath(folder).roots()
-    return f"looked in {', '.join(map(str, roots))}; {SET_PATH}"
+    return f"looked in {', '.join(map(str, model_folders(folder)))}; {SET_PATH}"

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stack.geometry.rotations import from_angles
 from stack.sim.worlds.world import Box, Cylinder
 from stack.types import FloatArray, Pose2D
 
@@ -47,32 +48,6 @@ class Upright(NamedTuple):
         return Upright(solid, self.bottom - ground, self.exact)
 
 
-def transform(position: FloatArray, angles: FloatArray) -> FloatArray:
-    """Transform (4, 4) of an SDF pose: metres; roll, pitch, yaw about the fixed x, y, z axes."""
-    (cr, cp, cy), (sr, sp, sy) = (map(f, angles.tolist()) for f in (cos, sin))
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    matrix[:3, 3] = position
-    return matrix
-
-
-def from_quaternion(position: FloatArray, quaternion: FloatArray) -> FloatArray:
-    """Transform (4, 4) of a position in metres and a quaternion x, y, z, w of any norm but 0."""
-    x, y, z, w = (quaternion / np.linalg.norm(quaternion)).tolist()
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    matrix[:3, 3] = position
-    return matrix
-
-
 def box(matrix: FloatArray, size: FloatArray, name: str) -> Upright:
     """Convert a box to an upright one that stands on the floor.
 
@@ -105,7 +80,7 @@ def cylinder(matrix: FloatArray, radius: float, length: float, name: str) -> Upr
     flat = hypot(axis[0], axis[1])
     tip = length / 2 * flat + radius * abs(float(axis[2]))
     rise = length / 2 * abs(float(axis[2])) + float(reach[2])
-    base = transform(np.array([x, y, z]), np.array([0.0, 0.0, heading]))
+    base = from_angles((x, y, z), (0.0, 0.0, heading))
     around = box(base, 2.0 * np.array([tip, radius, rise]), name)
     return around._replace(exact=abs(float(axis[2])) <= 1.0 - UPRIGHT)
 

@@ -1,4 +1,4 @@
-"""Ray caster for lidar and sonar: beams against segments and circles in the scan plane; seeds."""
+"""Ray caster for lidar and sonar: beams against segments and circles in the scan plane."""
 
 from __future__ import annotations
 
@@ -9,51 +9,6 @@ from numba import f8, i8, njit
 
 ROUNDING = 1e-9
 """Relative extension of a segment at both ends, so that no beam passes between two segments."""
-
-WORD = 0xFFFFFFFF
-"""The lowest 32 bits."""
-
-CLEAR_OF_FAN = 1e-6
-"""Metres beside a fan of beams from which on no rounding lets an obstacle reach it."""
-
-
-@njit(cache=True, nogil=True)
-def seed_state(entropy):  # type: ignore[no-untyped-def]
-    """Hash entropy into the state of a generator, as NumPy's SeedSequence does.
-
-    M. E. O'Neill, "Developing a seed_seq Alternative", 2015. NumPy guarantees that its seeds and
-    streams do not change. Words of 32 bits are computed with in 64.
-
-    Args:
-        entropy: (n,) int64 words of 32 bits, n >= 4.
-
-    Returns:
-        (4,) uint64.
-    """
-    pool, factor = np.empty(4, np.int64), 0x43B0D7E5
-    for i in range(4):
-        pool[i], factor = _hashed(entropy[i], factor, 0x931E8875)
-    for source in range(entropy.size):
-        for target in range(4):
-            if source != target:
-                word = pool[source] if source < 4 else entropy[source]
-                word, factor = _hashed(word, factor, 0x931E8875)
-                mixed = (0xCA01F9DD * pool[target] - 0x4973F715 * word) & WORD
-                pool[target] = mixed ^ (mixed >> 16)
-    state, factor = np.empty(4, np.uint64), 0x8B51F9DD
-    for i in range(4):
-        low, factor = _hashed(pool[2 * i % 4], factor, 0x58F38DED)
-        high, factor = _hashed(pool[(2 * i + 1) % 4], factor, 0x58F38DED)
-        state[i] = low | (high << 32)
-    return state
-
-
-@njit(cache=True, nogil=True)
-def _hashed(word, factor, next_factor):  # type: ignore[no-untyped-def]
-    """Hash a word of 32 bits; return it and the factor of the next one."""
-    factor_now = (factor * next_factor) & WORD
-    product = ((word ^ factor) * factor_now) & WORD
-    return product ^ (product >> 16), factor_now
 
 
 @njit(cache=True, nogil=True)
@@ -80,31 +35,11 @@ def cast(x, y, first, increment, beams, segments, circles):  # type: ignore[no-u
     for beam in range(beams):
         angle = first + increment * beam
         directions[beam, 0], directions[beam, 1] = cos(angle), sin(angle)
-    # what lies beside the fan of a sonar is left out without its bearings
-    is_fan = increment * (beams - 1) < pi
     for n in range(segments.shape[0]):
-        px, py, qx, qy = segments[n]
-        if is_fan and _are_beside(directions, px - x, py - y, qx - x, qy - y, CLEAR_OF_FAN):
-            continue
         _cast_on_segment(x, y, first, increment, directions, segments[n], ranges)
     for n in range(circles.shape[0]):
-        cx, cy, clear = circles[n, 0] - x, circles[n, 1] - y, circles[n, 2] + CLEAR_OF_FAN
-        if is_fan and _are_beside(directions, cx, cy, cx, cy, clear):
-            continue
         _cast_on_circle(x, y, first, increment, directions, circles[n], ranges)
     return ranges
-
-
-@njit(cache=True, nogil=True)
-def _are_beside(directions, px, py, qx, qy, clear):  # type: ignore[no-untyped-def]
-    """Whether two points are more than `clear` metres to the left or to the right of a fan.
-
-    Between its first and last beam are less than 180 degrees, so it lies on one side of the line
-    through each of these.
-    """
-    (rx, ry), (lx, ly) = directions[0], directions[-1]
-    is_left = lx * py - ly * px > clear and lx * qy - ly * qx > clear
-    return is_left or (ry * px - rx * py > clear and ry * qx - rx * qy > clear)
 
 
 @njit(cache=True, nogil=True)
@@ -313,10 +248,8 @@ def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
     return low, high
 
 
-SEEDING = ((seed_state, (i8[::1],)),)
-"""Entry points, with the types that sensors call them with: of their noise; then of ray casts."""
 CAST = ((cast, (f8, f8, f8, f8, i8, f8[:, ::1], f8[:, ::1])),)
-"""Of lidars and sonars; then of turning lidars."""
+"""Entry points, with the types that sensors call them with: of lidars and sonars; turning ones."""
 CAST_TURNING = (
     (origins_along, (f8[::1], f8[::1], f8[:, ::1], f8, f8, f8, f8[::1])),
     (cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),

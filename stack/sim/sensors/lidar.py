@@ -23,8 +23,8 @@ from stack.drivetrain.description import LidarDescription
 from stack.sim.physics.meshes import box_outline, slab, wall_pillars, wall_slabs
 from stack.sim.physics.mirrors import CLEAR_OF_MIRROR, mirror_faces, mirrors_at, reflected
 from stack.sim.scene_state import RobotShape, SceneState
-from stack.sim.sensors.noise import MeasurementStreams
 from stack.sim.worlds.world import PERSON_HEIGHT, Door, World
+from stack.streams import stream
 from stack.types import FloatArray, Pose2D, Scan
 
 Trail = Sequence[tuple[float, Pose2D]]
@@ -48,7 +48,6 @@ class Lidar:
         from stack.sim.sensors import kernels
 
         own = kernels.CAST_TURNING if description.rotation_time > 0.0 else kernels.CAST
-        own = (*own, *MeasurementStreams.kernels())
         return (*own, *(kernels.CAST_RAYS if mirror_faces(world) else ()))
 
     def __init__(  # noqa: PLR0913 - a sensor, its world and its robot
@@ -68,7 +67,7 @@ class Lidar:
         from stack.sim.sensors import kernels  # imports numba
 
         self._kernels, self._carrier = kernels, carrier
-        self._description, self._streams = description, MeasurementStreams(seed, name)
+        self._description, self._seed, self._name = description, seed, name
         self._scene = SensedScene(world, description.height)
         n = description.beams
         self._increment, self._angle_min = description.angle_increment, description.angle_min
@@ -157,7 +156,7 @@ class Lidar:
 
     def _add_errors(self, ranges: FloatArray, step: int) -> None:
         d = self._description
-        random = self._streams.at(step)
+        random = stream(self._seed, self._name, step)
         ranges += random.normal(0.0, d.noise, d.beams)
         lost = random.random(d.beams) < d.dropout
         ranges[ranges < d.range_min] = np.nan

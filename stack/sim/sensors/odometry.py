@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import cos, floor, pi, sin, sqrt
 
 from stack.drivetrain.description import OdometryNoise, RobotDescription
@@ -18,24 +17,8 @@ from stack.streams import stream
 from stack.types import STANDSTILL, Pose2D, Twist, wrap_angle
 from stack.types import Odometry as OdometryReading
 
-DRAWS = 64
-"""Readings whose random numbers are drawn at once, because single draws are slow."""
-
 SPEED_WINDOW = 5
 """Readings over which the speed is averaged; a single reading is too coarse (encoder steps)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Encoders:
-    """Readings of the wheel encoders.
-
-    Attributes:
-        wheels: angle rolled by each driven wheel since the start, radians.
-        steering: angles of the steered wheels, left and right, radians.
-    """
-
-    wheels: Sequence[float]
-    steering: Sequence[float] = ()
 
 
 class Odometry:
@@ -53,7 +36,6 @@ class Odometry:
         self._drivetrain = robot.drivetrain
         self._steering: list[float] = []
         self._metres_per_tick = self._drawn_scales(noise, robot.wheels.radius)
-        self._draws: list[list[float]] = []
         self._ticks: list[int] | None = None
         self._recent: deque[tuple[float, list[float]]] = deque(maxlen=SPEED_WINDOW)
         self._stamp, self._pose = 0.0, Pose2D(0.0, 0.0)
@@ -63,17 +45,22 @@ class Odometry:
         """The pose after the last update, and the mean velocity of the last SPEED_WINDOW."""
         return OdometryReading(self._stamp, self._pose, self._speed())
 
-    def update(self, time: float, encoders: Encoders) -> None:
-        """Add one reading of the encoders, taken at `time` seconds."""
+    def update(self, time: float, wheels: Sequence[float], steering: Sequence[float] = ()) -> None:
+        """Add one reading of the encoders.
+
+        Args:
+            time: seconds.
+            wheels: angle rolled by each driven wheel since the start, radians.
+            steering: angles of the steered wheels, left and right, radians.
+        """
         tick = self._tick
-        ticks = [floor(angle / tick) for angle in self._drivetrain.encoder_angles(encoders.wheels)]
+        ticks = [floor(angle / tick) for angle in self._drivetrain.encoder_angles(wheels)]
         # One draw per wheel even at standstill: the random stream depends on time alone.
-        draws = self._next_draws(len(ticks))
+        draws = self._random.standard_normal(len(ticks)).tolist()
         before, self._ticks = self._ticks, ticks
         if before is None:
             return
-        if encoders.steering:
-            self._steering = [floor(a / tick) * tick for a in encoders.steering]
+        self._steering = [floor(angle / tick) * tick for angle in steering]
         rolled = [
             (now - then) * metres
             for now, then, metres in zip(ticks, before, self._metres_per_tick, strict=True)
@@ -83,12 +70,6 @@ class Odometry:
         slips = [self._slip * sqrt(abs(r)) * draw for r, draw in zip(rolled, draws, strict=True)]
         step = self._drivetrain.from_wheels(rolled, slips, self._steering)
         self._stamp, self._pose = time, self._moved_by(step)
-
-    def _next_draws(self, wheels: int) -> list[float]:
-        if not self._draws:
-            self._draws = self._random.standard_normal((DRAWS, wheels)).tolist()
-            self._draws.reverse()
-        return self._draws.pop()
 
     def _drawn_scales(self, noise: OdometryNoise, radius: float) -> list[float]:
         """Draw the distance per encoder tick that odometry assumes for each wheel, metres."""

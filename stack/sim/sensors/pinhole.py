@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import CameraDescription, DepthCameraDescription
-from stack.sim.sensors.requests import Position, Quaternion
 from stack.types import CameraModel, FloatArray
 
 NEAR = 0.02
@@ -32,21 +31,6 @@ def projection(model: CameraModel, far: float) -> FloatArray:
     matrix[0, 2], matrix[1, 2] = 1.0 - 2.0 * model.cx / width, 2.0 * model.cy / height - 1.0
     matrix[2, 2], matrix[2, 3] = -(far + NEAR) / (far - NEAR), -2.0 * far * NEAR / (far - NEAR)
     matrix[3, 2] = -1.0
-    return matrix
-
-
-def transform(position: Position, orientation: Quaternion) -> FloatArray:
-    """Return (4, 4) world from body."""
-    x, y, z, w = orientation
-    s = 2.0 / (x * x + y * y + z * z + w * w)
-    xs, ys, zs = x * s, y * s, z * s
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1.0 - (y * ys + z * zs), x * ys - w * zs, x * zs + w * ys],
-        [x * ys + w * zs, 1.0 - (x * xs + z * zs), y * zs - w * xs],
-        [x * zs - w * ys, y * zs + w * xs, 1.0 - (x * xs + y * ys)],
-    ]
-    matrix[:3, 3] = position
     return matrix
 
 

@@ -5,20 +5,25 @@ The same request gives the same picture in any process, with the same renderer.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import DepthCameraDescription
+from stack.geometry.rotations import from_quaternion
 from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.physics.mirrors import mirror_faces
 from stack.sim.sensors.exposure import automatic_gain, mean_picture, moments
 from stack.sim.sensors.lens import Lens
 from stack.sim.sensors.mirror_views import MirrorViews
-from stack.sim.sensors.pinhole import FLIP, distances, far_plane, transform
+from stack.sim.sensors.pinhole import FLIP, distances, far_plane
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.streams import stream
 from stack.types import FloatArray
+
+Pixels = NDArray[np.uint8] | NDArray[np.float32]
 
 NOTHING = 0.9999
 """Share of the far clipping plane beyond which a pixel shows nothing."""
@@ -42,7 +47,7 @@ class CameraRenderer:
         """See `Renderer.driver`."""
         return self._drawing.driver
 
-    def render(self, request: RenderRequest) -> NDArray[np.uint8] | NDArray[np.float32]:
+    def render(self, request: RenderRequest) -> Pixels:
         """Return the picture with its noise.
 
         (height, width, 3) uint8 RGB, or (height, width) float32 metres along the optical axis.
@@ -78,9 +83,17 @@ class CameraRenderer:
 
     def _view(self, request: RenderRequest) -> FloatArray:
         """Return (4, 4) OpenGL eye frame from world."""
-        world_from_base = transform(request.position, request.orientation)
+        world_from_base = from_quaternion(request.position, request.orientation)
         world_from_optical = world_from_base @ self._setup.camera.model.base_from_optical()
         return np.linalg.inv(world_from_optical @ FLIP).astype(np.float64)
+
+
+def renderer(
+    setup: tuple[RenderSetup, type[PhysicsEngine]],
+) -> Callable[[RenderRequest], tuple[Pixels, str]]:
+    """Return what the process of a `Camera` calls: pixels of a picture, and what drew it."""
+    drawing = CameraRenderer(*setup)
+    return lambda request: (drawing.render(request), drawing.driver)
 
 
 def measured_depth(

@@ -8,8 +8,8 @@ from stack.compilation import KernelTypes
 from stack.drivetrain.description import SonarDescription
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.lidar import SensedScene
-from stack.sim.sensors.noise import MeasurementStreams
 from stack.sim.worlds.world import World
+from stack.streams import stream
 from stack.types import FloatArray, Pose2D, RangeReading
 
 RAYS = 9
@@ -26,16 +26,15 @@ class Sonar:
     @staticmethod
     def kernels() -> KernelTypes:
         """Return the kernels that the readings call."""
-        from stack.sim.sensors import kernels
+        from stack.sim.sensors.kernels import CAST
 
-        return (*kernels.CAST, *MeasurementStreams.kernels())
+        return CAST
 
     def __init__(self, description: SonarDescription, world: World, seed: int, name: str) -> None:
         from stack.sim.sensors.kernels import cast  # imports numba
 
         self._cast = cast
-        self._description, self._name = description, name
-        self._streams = MeasurementStreams(seed, f"sonar:{name}")
+        self._description, self._name, self._seed = description, name, seed
         self._scene = SensedScene(world, description.height, glass=True)
 
     def reading(self, robot: Pose2D, scene: SceneState, step: int, time: float) -> RangeReading:
@@ -46,7 +45,7 @@ class Sonar:
             sensor.x, sensor.y, sensor.heading - d.field_of_view / 2.0,
             d.field_of_view / (RAYS - 1), RAYS, *self._scene.outlines(scene),
         )  # fmt: skip
-        noise = self._streams.at(step).normal(0.0, d.noise)
+        noise = stream(self._seed, f"sonar:{self._name}", step).normal(0.0, d.noise)
         distance = min(measured.tolist()) + noise
         if distance > d.range_max:
             distance = inf

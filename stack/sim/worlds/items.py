@@ -13,32 +13,27 @@ import numpy as np
 
 from stack.documents import Mark, Section
 from stack.mapping.marker_maps import read_marker
-from stack.parameters import Declaration
 from stack.sim.worlds.polylines import rounded
 from stack.sim.worlds.values import (
+    CLOSED,
     COLOUR,
     CORNER_RADIUS,
-    ELEVATION,
+    DOOR_NAME,
+    FACING,
     FRICTION,
-    GLASS,
-    HEIGHT,
-    MIRROR,
-    NAME,
-    ON_MAP,
+    POSTER_HEIGHT,
+    POSTER_ID,
     POSTER_SIZE,
     RADIUS,
     SHAPE,
     SIZE,
-    TEXTURE,
-    THICKNESS,
     UNKNOWN_NAME,
     Reading,
-    length,
+    fields_of,
 )  # fmt: skip
 from stack.sim.worlds.world import (
     POSTER,
     Box,
-    Colour,
     Cylinder,
     Dock,
     Door,
@@ -51,69 +46,51 @@ from stack.sim.worlds.world import (
 from stack.types import Marker, wrap_angle
 
 
-def _colour(section: Section, kind: type) -> Colour:
-    default: Any = next(item.default for item in fields(kind) if item.name == "colour")
-    node = section.node_of("colour")
-    values = None if node is None else section.parts("colour", node, COLOUR)
-    colour: Colour = default if values is None else (values[0], values[1], values[2])
-    return colour
+def _coloured_fields(section: Section, kind: type) -> dict[str, Any]:
+    """The values of the declared fields of a kind of thing, and its colour."""
+    values, node = fields_of(section, kind), section.node_of("colour")
+    colour = None if node is None else section.parts("colour", node, COLOUR)
+    default = next(item.default for item in fields(kind) if item.name == "colour")
+    return {**values, "colour": colour or default}
 
 
 def wall(reading: Reading, section: Section) -> Wall | None:
     """Read a wall; `closed: true` joins the last point to the first."""
-    points = reading.points(section, "points")
-    closed = section.value(
-        Declaration("closed", bool, "join the last point to the first", default=False)
-    )
-    thickness, height = section.value(THICKNESS), section.value(HEIGHT)
-    colour, on_map = _colour(section, Wall), section.value(ON_MAP)
-    glass, texture, mirror = (section.value(item) for item in (GLASS, TEXTURE, MIRROR))
-    if glass and mirror:
+    points, closed = reading.points(section, "points"), section.value(CLOSED)
+    values = _coloured_fields(section, Wall)
+    if values["glass"] and values["mirror"]:
         sentence = "a wall cannot be of `glass` and a `mirror`"
         hint = "remove one: light passes through glass and is reflected by a mirror"
         reading.findings.error(SHAPE, section.node.mark, sentence, hint)
     if points is None:
         return None
-    if closed:
-        points = np.vstack([points, points[:1]])
-    return Wall(points, thickness, height, colour, on_map, glass, texture, mirror)
+    return Wall(np.vstack([points, points[:1]]) if closed else points, **values)
 
 
 def box(reading: Reading, section: Section) -> Box | None:
     """Read an upright box."""
     at = section.node_of("at", required=True)
     pose = None if at is None else reading.pose(section, "at", at)
-    size_node = section.node_of("size", required=True)
-    size = None if size_node is None else section.parts("size", size_node, SIZE)
-    name, on_map = section.value(NAME), section.value(ON_MAP)
-    colour, elevation = _colour(section, Box), section.value(ELEVATION)
-    texture, mirror = section.value(TEXTURE), section.value(MIRROR)
+    node = section.node_of("size", required=True)
+    size = None if node is None else section.parts("size", node, SIZE)
+    values = _coloured_fields(section, Box)
     if pose is None or size is None:
         return None
-    extent = (size[0], size[1], size[2])
-    return Box(pose, extent, colour, on_map, name, elevation, texture, mirror)
+    return Box(pose, (size[0], size[1], size[2]), **values)
 
 
 def cylinder(reading: Reading, section: Section) -> Cylinder | None:
     """Read an upright cylinder."""
     at, radius = reading.point(section, "at"), section.value(RADIUS)
-    height, name, on_map = section.value(HEIGHT), section.value(NAME), section.value(ON_MAP)
-    colour = _colour(section, Cylinder)
-    if at is None or radius is None:
-        return None
-    return Cylinder(at[0], at[1], radius, height, colour, on_map, name)
+    values = _coloured_fields(section, Cylinder)
+    return None if at is None or radius is None else Cylinder(*at, radius, **values)
 
 
 def door(reading: Reading, section: Section) -> Door | None:
     """Read a door, which the timeline opens and closes."""
-    name = section.value(Declaration("name", str, "name for the timeline"))
+    name, named = section.value(DOOR_NAME), section.node.get("name")
     start, end = reading.point(section, "from"), reading.point(section, "to")
-    closed = section.value(Declaration("closed", bool, "closed at time 0", default=False))
-    thickness = section.value(
-        length("thickness", "thickness of the slab", 0.08, at_least=0.01, at_most=1.0)
-    )
-    height, colour = section.value(HEIGHT), _colour(section, Door)
-    named = section.node.get("name")
+    values = _coloured_fields(section, Door)
     if name is not None and named is not None:
         reading.take("door", name, named.mark)
         reading.doors.append(name)
@@ -123,7 +100,7 @@ def door(reading: Reading, section: Section) -> Door | None:
         return None
     if name is None or start is None or end is None:
         return None
-    return Door(name, start, end, closed, thickness, height, colour)
+    return Door(name, start, end, **values)
 
 
 def marker(reading: Reading, section: Section) -> Marker | None:
@@ -137,14 +114,8 @@ def marker(reading: Reading, section: Section) -> Marker | None:
 
 def poster(reading: Reading, section: Section) -> Poster | None:
     """Read a poster; several may show the same picture."""
-    number = section.value(
-        Declaration("id", int, "number of its picture", at_least=0, at_most=999_999)
-    )
-    at = reading.point(section, "at")
-    height = section.value(
-        length("height", "height of its centre above the floor", 0.55, at_most=20.0)
-    )
-    facing = section.value(Declaration("facing", float, "direction it faces", "rad"))
+    number, at = section.value(POSTER_ID), reading.point(section, "at")
+    height, facing = section.value(POSTER_HEIGHT), section.value(FACING)
     node = section.node_of("size")
     size = None if node is None else section.parts("size", node, POSTER_SIZE)
     if number is None or at is None or facing is None:
@@ -161,23 +132,17 @@ def friction_zone(reading: Reading, section: Section) -> FrictionZone | None:
 
 def drop(reading: Reading, section: Section) -> Drop | None:
     """Read a drop: a rectangle without floor."""
-    bounds, name = _rectangle(reading, section, "drop"), section.value(NAME)
-    depth = section.value(length("depth", "depth below the floor", 0.2, at_most=20.0))
-    return None if bounds is None else Drop(bounds, depth, name)
+    bounds, values = _rectangle(reading, section, "drop"), fields_of(section, Drop)
+    return None if bounds is None else Drop(bounds, **values)
 
 
 def line(reading: Reading, section: Section) -> FloorLine | None:
     """Read a painted line; `corner_radius` rounds its corners, `closed` joins its ends."""
-    points = reading.points(section, "points")
-    closed = section.value(
-        Declaration("closed", bool, "join the last point to the first", default=False)
-    )
-    radius = section.value(CORNER_RADIUS)
-    width = section.value(length("width", "width of the paint", 0.05, at_least=0.01, at_most=1.0))
-    colour = _colour(section, FloorLine)
+    points, closed = reading.points(section, "points"), section.value(CLOSED)
+    radius, values = section.value(CORNER_RADIUS), _coloured_fields(section, FloorLine)
     if points is None:
         return None
-    return FloorLine(rounded(points, radius, closed=closed), width, colour)
+    return FloorLine(rounded(points, radius, closed=closed), **values)
 
 
 def _rectangle(
@@ -198,13 +163,9 @@ def _rectangle(
 
 def dock(reading: Reading, section: Section) -> Dock | None:
     """Read a dock, where the battery charges."""
-    at = reading.point(section, "at")
-    radius = section.value(
-        length("radius", "distance within which a robot charges", 0.35, at_most=5.0)
-    )
-    facing = section.value(
-        Declaration("facing", float | None, "direction out of its face", "rad", default=None)
-    )
+    at, values = reading.point(section, "at"), fields_of(section, Dock)
     if at is None:
         return None
-    return Dock(at[0], at[1], radius, None if facing is None else wrap_angle(facing))
+    if values["facing"] is not None:
+        values["facing"] = wrap_angle(values["facing"])
+    return Dock(*at, **values)

@@ -24,13 +24,6 @@ class Rectangle:
     half_width: float
     name: str = ""
 
-    def depth_at(self, points: FloatArray) -> FloatArray:
-        """Return the depth of points (n, 2): (n,) metres to the nearest side, negative outside."""
-        local = self.pose.inverse().transform(points)
-        reach = np.array([self.half_length, self.half_width])
-        depth: FloatArray = np.min(reach - np.abs(local), axis=1)
-        return depth
-
     def distance_to(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
         local = np.abs(self.pose.inverse().transform(points))
@@ -57,14 +50,10 @@ class Disc:
     radius: float
     name: str = ""
 
-    def depth_at(self, points: FloatArray) -> FloatArray:
-        """Return the depth of points (n, 2): (n,) metres to the rim, negative outside."""
-        depth: FloatArray = self.radius - np.linalg.norm(points - (self.x, self.y), axis=1)
-        return depth
-
     def distance_to(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
-        return -self.depth_at(points)
+        distance: FloatArray = np.linalg.norm(points - (self.x, self.y), axis=1) - self.radius
+        return distance
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -83,17 +72,10 @@ def outlines(world: World, *, mapped_only: bool = False) -> list[Outline]:
         world: world to outline.
         mapped_only: only objects that are on the map.
     """
-    found: list[Outline] = []
-    for wall in world.walls:
-        if wall.on_map or not mapped_only:
-            found.extend(wall_slabs(wall))
-    for box in world.boxes:
-        if box.on_map or not mapped_only:
-            found.append(outline_of(box))
-    for cylinder in world.cylinders:
-        if cylinder.on_map or not mapped_only:
-            found.append(outline_of(cylinder))
-    return found
+    walls = (slab for wall in world.walls if wall.on_map or not mapped_only
+             for slab in wall_slabs(wall))  # fmt: skip
+    solids = (*world.boxes, *world.cylinders)
+    return [*walls, *(outline_of(solid) for solid in solids if solid.on_map or not mapped_only)]
 
 
 def outline_of(solid: Box | Cylinder) -> Outline:

@@ -8,11 +8,15 @@ import numpy as np
 
 from stack.documents import Section
 from stack.parameters import Declaration
-from stack.sim.worlds.values import PLACEMENT, SHAPE, Reading, length
+from stack.sim.worlds.values import PLACEMENT, SHAPE, Reading, fields_of
 from stack.sim.worlds.world import Person
 from stack.types import FloatArray, Pose2D
 
-MODELS = ("loop", "social_force", "recorded")
+NAME = Declaration("name", str, "name for reports")
+TRACK = Declaration("track", str, "file of recorded tracks", default="")
+FRAME_RATE = Declaration(
+    "frame_rate", float, "frames per second", "Hz", 25.0, above=0.0, at_most=1000.0
+)
 
 ONLY_OF = {
     "yields": ("loop",),
@@ -37,32 +41,9 @@ SMOOTHING = np.array([1.0, 2.0, 3.0, 2.0, 1.0])
 
 def people(reading: Reading, section: Section) -> tuple[Person, ...] | None:
     """Read an entry of `people`: one person, or all of a recording."""
-    name = section.value(Declaration("name", str, "name for reports"))
-    model = section.value(
-        Declaration("model", str, "how the person walks", default="loop", one_of=MODELS)
-    )
-    speed = section.value(
-        Declaration("speed", float, "walking speed", "m/s", 0.8, above=0.0, at_most=3.0)
-    )
-    radius = section.value(length("radius", "radius of the body", 0.2, at_most=1.0))
-    pause = section.value(
-        Declaration("pause", float, "pause at each waypoint", "s", 0.0, at_least=0.0)
-    )
-    start = section.value(
-        Declaration("start", float, "fraction of the loop", "", 0.0, at_least=0.0, at_most=0.999)
-    )
-    yields = section.value(Declaration("yields", bool, "stop for a robot ahead", default=True))
-    attention = section.value(
-        Declaration(
-            "attention", float, "share of the time in which the person watches the robots", "",
-            1.0, at_least=0.0, at_most=1.0,
-        )
-    )  # fmt: skip
-    group = section.value(Declaration("group", str, "people who stay together", default=""))
-    track = section.value(Declaration("track", str, "file of recorded tracks", default=""))
-    rate = section.value(
-        Declaration("frame_rate", float, "frames per second", "Hz", 25.0, above=0.0, at_most=1000.0)
-    )
+    name, values = section.value(NAME), fields_of(section, Person)
+    model = values["model"]
+    track, rate = section.value(TRACK), section.value(FRAME_RATE)
     at = section.node_of("at")
     pose = Pose2D(0.0, 0.0) if at is None else reading.pose(section, "at", at)
     recorded = model == "recorded"
@@ -78,14 +59,8 @@ def people(reading: Reading, section: Section) -> tuple[Person, ...] | None:
     if recorded:
         if pose is None or not rate:
             return None
-        return _recorded(reading, section, name, track, rate, pose, radius)
-    if waypoints is None:
-        return None
-    return (
-        Person(
-            name, waypoints, speed, radius, pause, start, yields, model, attention, group
-        ),
-    )  # fmt: skip
+        return _recorded(reading, section, name, track, rate, pose, values["radius"])
+    return None if waypoints is None else (Person(name, waypoints, **values),)
 
 
 def _refuse_others(reading: Reading, section: Section, model: str | None) -> None:

@@ -100,26 +100,9 @@ def cells_near(world: World, resolution: float, distance: float) -> NDArray[np.b
     for outline in outlines(world):
         near, xs, ys = _window(found, outline, grid, distance)
         if near.size:
-            near |= _is_near(outline, xs, ys, distance - TOUCHING)
+            apart = outline.distance_to(np.column_stack([xs.ravel(), ys.ravel()]))
+            near |= apart.reshape(near.shape) < distance - TOUCHING
     return found
-
-
-def _is_near(
-    outline: Outline, xs: FloatArray, ys: FloatArray, distance: float
-) -> NDArray[np.bool_]:
-    """Tell whether points (xs, ys) are nearer to an outline than a distance, or inside it."""
-    near: NDArray[np.bool_]
-    if isinstance(outline, Disc):
-        reach = outline.radius + distance
-        near = np.square(xs - outline.x) + np.square(ys - outline.y) < reach * reach
-        return near
-    pose = outline.pose
-    c, s = np.cos(pose.heading), np.sin(pose.heading)
-    dx, dy = xs - pose.x, ys - pose.y
-    beyond_x = np.maximum(np.abs(c * dx + s * dy) - outline.half_length, 0.0)
-    beyond_y = np.maximum(np.abs(c * dy - s * dx) - outline.half_width, 0.0)
-    near = np.square(beyond_x) + np.square(beyond_y) < distance * distance
-    return near
 
 
 def _window(

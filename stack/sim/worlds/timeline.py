@@ -6,7 +6,7 @@ from typing import Any
 
 from stack.documents import Section
 from stack.parameters import Declaration, suggestion
-from stack.sim.worlds.values import RADIUS, SHAPE, UNKNOWN_NAME, Reading, X, Y
+from stack.sim.worlds.values import RADIUS, SHAPE, UNKNOWN_NAME, Reading, X, Y, fields_of
 from stack.sim.worlds.world import Push, Trigger, WorldEvent
 from stack.types import Pose2D
 
@@ -20,16 +20,6 @@ PUSH_BY = (
         "dy", float, "to the left, or along y of the map", "m", at_least=-10.0, at_most=10.0
     ),
     Declaration("dheading", float, "anticlockwise", "rad", at_least=-3.1416, at_most=3.1416),
-)
-PUSH_OVER = Declaration(
-    "over", float, "duration of the push", "s", 0.5, at_least=0.05, at_most=60.0
-)
-PUSH_FRAME = Declaration(
-    "frame",
-    str,
-    "frame of `by`: the base at the begin, or the map",
-    default="robot",
-    one_of=("robot", "map"),
 )
 
 
@@ -68,11 +58,9 @@ def _push(section: Section) -> Push | None:
         return None
     node = push.node_of("by", required=True)
     by = None if node is None else push.parts("by", node, PUSH_BY)
-    over, frame = push.value(PUSH_OVER), push.value(PUSH_FRAME)
+    values = fields_of(push, Push)
     push.done()
-    if by is None or over is None or frame is None:
-        return None
-    return Push(Pose2D(by[0], by[1], by[2]), over, frame)
+    return None if by is None else Push(Pose2D(*by), **values)
 
 
 def _trigger(section: Section) -> Trigger | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from stack.documents import Findings, Mark, Node, Section
 from stack.mapping.limits import FARTHEST
-from stack.parameters import Declaration, suggestion
-from stack.sim.worlds.world import TEXTURES
+from stack.parameters import REQUIRED, Declaration, declarations, suggestion
+from stack.sim.worlds.world import World
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 SHAPE = "E201"
@@ -25,58 +25,39 @@ EMPTY = "E206"
 T = TypeVar("T")
 
 
-def length(name: str, help: str, default: Any = ..., **bounds: float) -> Declaration:
+def length(name: str, help: str, default: Any = REQUIRED, **bounds: float | None) -> Declaration:
     """Declare a length in metres, by default above 0 and at most FARTHEST."""
-    fallback = {} if default is ... else {"default": default}
-    limits = {"above": 0.0, "at_most": FARTHEST} | bounds
-    return Declaration(name, float, help, "m", **fallback, **limits)  # type: ignore[arg-type]
+    limits: dict[str, float | None] = {"above": 0.0, "at_most": FARTHEST, **bounds}
+    return Declaration(name, float, help, "m", default, **limits)  # type: ignore[arg-type]
 
 
-def _coordinate(name: str) -> Declaration:
+def coordinate(name: str) -> Declaration:
+    """Declare a coordinate in the world frame."""
     return Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
 
 
-X, Y = _coordinate("x"), _coordinate("y")
+X, Y = coordinate("x"), coordinate("y")
 HEADING = Declaration("heading", float, "anticlockwise from the x axis", "rad")
-NAME = Declaration("name", str, "name in messages", default="")
-ON_MAP = Declaration("on_map", bool, "show it on maps made from the world", default=True)
-GLASS = Declaration(
-    "glass", bool, "of glass: sonars measure it, lidars and depth cameras do not", default=False
-)
-MIRROR = Declaration(
-    "mirror", bool, "reflects lidars and cameras; solid to sonars, bumpers and maps", default=False
-)
-THICKNESS = length("thickness", "thickness of the slab", 0.1, at_least=0.01, at_most=10.0)
-HEIGHT = length("height", "height above the floor", 1.0, at_most=20.0)
-ELEVATION = Declaration(
-    "elevation", float, "height of its underside above the floor", "m", 0.0,
-    at_least=0.0, at_most=20.0,
-)  # fmt: skip
+FACING = Declaration("facing", float, "direction it faces", "rad")
 RADIUS = length("radius", "radius of the circle")
 SIZE = tuple(length(name, "") for name in ("length", "width", "height"))
 POSTER_SIZE = tuple(length(name, "", at_most=20.0) for name in ("width", "height"))
+POSTER_HEIGHT = length("height", "height of its centre above the floor", 0.55, at_most=20.0)
+POSTER_ID = Declaration("id", int, "number of its picture", at_least=0, at_most=999_999)
 COLOUR = tuple(
     Declaration(name, float, "0 to 1", at_least=0.0, at_most=1.0)
     for name in ("red", "green", "blue")
 )
-FRICTION = Declaration("friction", float, "Coulomb friction coefficient", at_least=0.0, at_most=2.0)
+FRICTION = replace(declarations(World)["friction"], default=REQUIRED)
+CORNER_RADIUS = length("corner_radius", "radius of the arcs at its corners", 0.0, above=None,
+                       at_least=0.0)  # fmt: skip
+CLOSED = Declaration("closed", bool, "join the last point to the first", default=False)
+DOOR_NAME = Declaration("name", str, "name for the timeline")
 
 
-CORNER_RADIUS = Declaration(
-    "corner_radius", float, "radius of the arcs at its corners", "m", 0.0,
-    at_least=0.0, at_most=FARTHEST,
-)  # fmt: skip
-TEXTURE = Declaration(
-    "texture", str, "picture that covers it instead of the colour; only cameras see it",
-    default="plain", one_of=TEXTURES,
-)  # fmt: skip
-FLOOR = Declaration(
-    "floor", str, "texture of the floor; only cameras see it", default="plain", one_of=TEXTURES
-)
-LIGHT = Declaration(
-    "light", float, "brightness of camera pictures; above 1 bright surfaces saturate",
-    default=1.0, at_least=0.0, at_most=10.0,
-)  # fmt: skip
+def fields_of(section: Section, kind: type) -> dict[str, Any]:
+    """The values of the fields of a dataclass that have a declaration, by name."""
+    return {name: section.value(declared) for name, declared in declarations(kind).items()}
 
 
 @dataclass

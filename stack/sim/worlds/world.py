@@ -10,6 +10,7 @@ from math import hypot, pi, radians
 from pathlib import Path as FilePath
 
 from stack.documents import Finding
+from stack.parameters import parameter
 from stack.types import DockShape, FloatArray, Marker, Pose2D, wrap_angle
 
 Colour = tuple[float, float, float]
@@ -27,7 +28,18 @@ CONTACT_GAP, CONTACT_ASIDE, CONTACT_ANGLE = (-0.005, 0.04), 0.02, radians(4.0)
 """Gap between a robot's front and the face of a dock, metres to the side, and radians, within which
 its sprung contacts touch."""
 
+NAME, ON_MAP = "name in messages", "show it on maps made from the world"
+MIRROR = "reflects lidars and cameras; solid to sonars, bumpers and maps"
+
 DOCK_HEIGHT, DOCK_COLOUR = 0.4, (0.2, 0.4, 0.35)
+
+
+def _height() -> float:
+    return parameter(1.0, "m", above=0.0, at_most=20.0, help="height above the floor")
+
+
+def _texture(help: str) -> str:
+    return parameter("plain", one_of=TEXTURES, help=help)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +52,17 @@ class Wall:
     """
 
     points: FloatArray
-    thickness: float = 0.1
-    height: float = 1.0
+    thickness: float = parameter(
+        0.1, "m", at_least=0.01, at_most=10.0, help="thickness of the slab"
+    )
+    height: float = _height()
     colour: Colour = (0.75, 0.77, 0.80)
-    on_map: bool = True
-    glass: bool = False
-    texture: str = "plain"
-    mirror: bool = False
+    on_map: bool = parameter(True, help=ON_MAP)
+    glass: bool = parameter(
+        False, help="of glass: sonars measure it, lidars and depth cameras do not"
+    )
+    texture: str = _texture("picture that covers it instead of the colour; only cameras see it")
+    mirror: bool = parameter(False, help=MIRROR)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +76,13 @@ class Box:
     pose: Pose2D
     size: tuple[float, float, float]
     colour: Colour = (0.55, 0.42, 0.32)
-    on_map: bool = True
-    name: str = ""
-    elevation: float = 0.0
-    texture: str = "plain"
-    mirror: bool = False
+    on_map: bool = parameter(True, help=ON_MAP)
+    name: str = parameter("", help=NAME)
+    elevation: float = parameter(
+        0.0, "m", at_least=0.0, at_most=20.0, help="height of its underside above the floor"
+    )
+    texture: str = _texture("picture that covers it instead of the colour; only cameras see it")
+    mirror: bool = parameter(False, help=MIRROR)
 
     def reaches(self, height: float) -> bool:
         """Return whether the box is at a height, metres above the floor."""
@@ -78,10 +96,10 @@ class Cylinder:
     x: float
     y: float
     radius: float
-    height: float = 1.0
+    height: float = _height()
     colour: Colour = (0.45, 0.55, 0.45)
-    on_map: bool = True
-    name: str = ""
+    on_map: bool = parameter(True, help=ON_MAP)
+    name: str = parameter("", help=NAME)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +112,11 @@ class Door:
     name: str
     start: tuple[float, float]
     end: tuple[float, float]
-    closed: bool = False
-    thickness: float = 0.08
-    height: float = 1.0
+    closed: bool = parameter(False, help="closed at time 0")
+    thickness: float = parameter(
+        0.08, "m", at_least=0.01, at_most=1.0, help="thickness of the slab"
+    )
+    height: float = _height()
     colour: Colour = (0.60, 0.35, 0.25)
 
 
@@ -116,8 +136,8 @@ class Drop:
     """
 
     bounds: tuple[float, float, float, float]
-    depth: float
-    name: str = ""
+    depth: float = parameter(0.2, "m", above=0.0, at_most=20.0, help="depth below the floor")
+    name: str = parameter("", help=NAME)
 
     def contains(self, points: FloatArray) -> bool:
         """Return whether one of the points (n, 2) is over the drop."""
@@ -137,7 +157,7 @@ class FloorLine:
     """
 
     points: FloatArray
-    width: float = 0.05
+    width: float = parameter(0.05, "m", at_least=0.01, at_most=1.0, help="width of the paint")
     colour: Colour = (0.05, 0.05, 0.05)
 
 
@@ -181,14 +201,19 @@ class Person:
 
     name: str
     waypoints: FloatArray
-    speed: float = 0.8
-    radius: float = 0.2
-    pause: float = 0.0
-    start: float = 0.0
-    yields: bool = True
-    model: str = "loop"
-    attention: float = 1.0
-    group: str = ""
+    speed: float = parameter(0.8, "m/s", above=0.0, at_most=3.0, help="walking speed")
+    radius: float = parameter(0.2, "m", above=0.0, at_most=1.0, help="radius of the body")
+    pause: float = parameter(0.0, "s", at_least=0.0, help="pause at each waypoint")
+    start: float = parameter(0.0, at_least=0.0, at_most=0.999, help="fraction of the loop")
+    yields: bool = parameter(True, help="stop for a robot ahead")
+    model: str = parameter(
+        "loop", one_of=("loop", "social_force", "recorded"), help="how the person walks"
+    )
+    attention: float = parameter(
+        1.0, at_least=0.0, at_most=1.0,
+        help="share of the time in which the person watches the robots",
+    )  # fmt: skip
+    group: str = parameter("", help="people who stay together")
     track: FloatArray | None = None
     recorded_duration: float = 0.0
 
@@ -209,8 +234,10 @@ class Dock:
 
     x: float
     y: float
-    radius: float = 0.35
-    facing: float | None = None
+    radius: float = parameter(
+        0.35, "m", above=0.0, at_most=5.0, help="distance within which a robot charges"
+    )
+    facing: float | None = parameter(None, "rad", help="direction out of its face")
 
     def charges(self, robot: Pose2D, front: float) -> bool:
         """Return whether a robot is charged that stands at a pose.
@@ -273,8 +300,10 @@ class Push:
     """
 
     by: Pose2D
-    over: float = 0.5
-    frame: str = "robot"
+    over: float = parameter(0.5, "s", at_least=0.05, at_most=60.0, help="duration of the push")
+    frame: str = parameter(
+        "robot", one_of=("robot", "map"), help="frame of `by`: the base at the begin, or the map"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,8 +352,11 @@ class World:
     timeline: tuple[WorldEvent, ...] = ()
     places: dict[str, Pose2D] = field(default_factory=dict)
     start: Pose2D = Pose2D(0.0, 0.0)
-    friction: float = 0.9
-    floor: str = "plain"
-    light: float = 1.0
+    friction: float = parameter(0.9, at_least=0.0, at_most=2.0, help="Coulomb friction coefficient")
+    floor: str = _texture("texture of the floor; only cameras see it")
+    light: float = parameter(
+        1.0, at_least=0.0, at_most=10.0,
+        help="brightness of camera pictures; above 1 bright surfaces saturate",
+    )  # fmt: skip
     source: FilePath | None = None
     warnings: tuple[Finding, ...] = ()

@@ -6,7 +6,7 @@ E204 placement · E205 too many · E206 empty.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import chain
 from math import ceil, floor
@@ -16,7 +16,7 @@ import numpy as np
 
 from stack.documents import Findings, Mark, Node, Section, read_document
 from stack.errors import InputError
-from stack.mapping.limits import FARTHEST, MAX_ITEMS
+from stack.mapping.limits import MAX_ITEMS
 from stack.parameters import Declaration, likely, suggestion
 from stack.sim.worlds import items
 from stack.sim.worlds.outlines import Outline, outlines
@@ -24,13 +24,12 @@ from stack.sim.worlds.people import people
 from stack.sim.worlds.timeline import event
 from stack.sim.worlds.values import (
     EMPTY,
-    FLOOR,
-    FRICTION,
-    LIGHT,
     PLACEMENT,
     SHAPE,
     TOO_MANY,
     Reading,
+    coordinate,
+    fields_of,
 )  # fmt: skip
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
@@ -45,10 +44,7 @@ KEYS = (
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
-EDGES = tuple(
-    Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
-    for name in ("x_min", "y_min", "x_max", "y_max")
-)
+EDGES = tuple(coordinate(name) for name in ("x_min", "y_min", "x_max", "y_max"))
 Bounds = tuple[float, float, float, float]
 
 
@@ -64,16 +60,34 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
     Raises:
         InputError: there is no world of that name. A path is not checked here.
     """
+    known = {file.stem: file for file in shipped.glob("*.yaml")}
+    return named_file("world", name_or_path, beside, known, ".yaml")
+
+
+def named_file(
+    what: str, name_or_path: str, beside: Path, known: Mapping[str, Path], ending: str = ""
+) -> Path:
+    """Return a path, or the known file of a name; a path has a slash or a suffix.
+
+    Args:
+        what: kind of file, for messages.
+        name_or_path: as written.
+        beside: file that mentions it, or its folder, to which a path is relative.
+        known: file of each name.
+        ending: of a path, for messages.
+
+    Raises:
+        InputError: there is no file of that name. A path is not checked here.
+    """
     if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
         folder = beside.parent if beside.is_file() else beside
         return folder / Path(name_or_path).expanduser()
-    known = [file.stem for file in shipped.glob("*.yaml")]
     if name_or_path not in known:
-        hint = likely(name_or_path, known)
-        if not hint:
-            hint = f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}.yaml"
-        raise InputError(f"there is no world {name_or_path!r}; {hint}")
-    return shipped / f"{name_or_path}.yaml"
+        hint = likely(name_or_path, known) or (
+            f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}{ending}"
+        )
+        raise InputError(f"there is no {what} {name_or_path!r}; {hint}")
+    return known[name_or_path]
 
 
 def read_world(path: Path, text: str | None = None) -> World:
@@ -113,10 +127,8 @@ def read_world(path: Path, text: str | None = None) -> World:
         timeline=reading.each(top, "timeline", "a timeline entry", event),
         places=reading.places,
         start=_start(reading, top),
-        friction=top.value(replace(FRICTION, default=0.9)),
-        floor=top.value(FLOOR),
-        light=top.value(LIGHT),
         source=path,
+        **fields_of(top, World),
     )
     blocks = chain.from_iterable(dock.boxes() for dock in world.docks)
     world = replace(world, boxes=(*world.boxes, *blocks))
@@ -191,9 +203,9 @@ def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
     points = np.array([(x, y) for _, _, x, y in placed])
     inside: dict[int, list[tuple[Outline, float]]] = {}
     for outline in solid:
-        depths = outline.depth_at(points)
-        for number in np.flatnonzero(depths > 1e-3).tolist():
-            inside.setdefault(number, []).append((outline, float(depths[number])))
+        distances = outline.distance_to(points)
+        for number in np.flatnonzero(distances < -1e-3).tolist():
+            inside.setdefault(number, []).append((outline, -float(distances[number])))
     for number, (what, mark, x, y) in enumerate(placed):
         if not (x_min < x < x_max and y_min < y < y_max):
             sentence = f"{what} at [{x:g}, {y:g}] is outside the bounds {list(world.bounds)}"

@@ -5,8 +5,8 @@ import pytest
 
 from missions import run
 from missions.inspection.diagnosis import findings_of
-from stack.mapping.ros_map import write_ros_map
 from stack.types import FREE, OCCUPIED, OccupancyGrid
+from tests.stack.mapping.written_maps import write_ros_map
 
 WORLD = """world: hall
 format: 1

@@ -11,8 +11,8 @@ import pytest
 from missions.execution.prepare import RunOptions, diagnose, prepare
 from missions.execution.resources import find_mission, load_robot
 from robots.load import find_robot
-from stack.mapping.ros_map import write_ros_map
 from stack.types import FREE, OCCUPIED, OccupancyGrid
+from tests.stack.mapping.written_maps import write_ros_map
 from tests.stack.planning.routes.test_geojson import collection, edge, node
 
 MISSION = """mission: all files

@@ -16,7 +16,6 @@ from missions.execution.running import COLLECT_AFTER
 from missions.execution.shared_world import prepare_together, run_together
 from robots.bodies import sharing
 from stack.errors import InputError
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.simulation import Simulation
 from stack.telemetry.records import Command, MissionState
 
@@ -56,7 +55,7 @@ def together(files):
 
     def start(**texts):
         entries = prepare_together(files(**texts), RunOptions(seed=3, serve=False))
-        simulation = Simulation(entries[0].plan.world, SimulationSettings())
+        simulation = Simulation(entries[0].plan.world)
         simulations.append(simulation)
         runs = [Run(entry.plan, entry.options, (), sharing(simulation)) for entry in entries]
         return simulation, runs

@@ -14,7 +14,6 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.layer import CellProvenance, Layer, edges
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import InputError, ParameterError
-from stack.mapping.ros_map import write_ros_map
 from stack.types import (
     FREE,
     FREE_COST,
@@ -29,6 +28,7 @@ from stack.types import (
     TrackedObject,
 )
 from tests.stack.costmap.marks import seen, sensed
+from tests.stack.mapping.written_maps import write_ros_map
 
 ROUND, TINY = Footprint.circle(0.22), Footprint.circle(0.02)
 ONLY_CELLS = CostmapParameters(inflation_radius=0.0)

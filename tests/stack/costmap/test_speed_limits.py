@@ -7,9 +7,9 @@ import pytest
 
 from stack.costmap.speed_limits import SpeedLimitParameters, SpeedLimits
 from stack.errors import InputError, ParameterError
-from stack.mapping.ros_map import write_ros_map
 from stack.parameters import build
 from stack.types import FREE, OccupancyGrid, Pose2D, Twist
+from tests.stack.mapping.written_maps import write_ros_map
 
 SQUARE = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]]
 

@@ -10,11 +10,12 @@ from stack.costmap.parameters import CostmapParameters
 from stack.costmap.zones import ZoneCells, read_mask
 from stack.localisation.distance_field import surface_field
 from stack.mapping.passages import clearance_of
-from stack.mapping.ros_map import read_ros_map, write_ros_map
+from stack.mapping.ros_map import read_ros_map
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.tracker import Tracker
 from stack.sim.worlds.map_world import read_map_world
 from stack.types import FREE_COST, LETHAL_COST, UNKNOWN_COST, Footprint, OccupancyGrid, Pose2D
+from tests.stack.mapping.written_maps import write_ros_map
 
 ONLY_CELLS = CostmapParameters(inflation_radius=0.0)
 TINY = Footprint.circle(0.02)

@@ -1,8 +1,6 @@
 """Maps in ROS' format: map_server's rules, worked out by hand, and the round trip."""
 
-import os
 from math import pi
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,11 +10,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from stack.documents import Findings
-from stack.errors import InputError, ParameterError
+from stack.errors import InputError
 from stack.mapping.pictures import Picture
-from stack.mapping.ros_map import Shading, occupancies, read_ros_map, turned, write_ros_map
+from stack.mapping.ros_map import Shading, occupancies, read_ros_map, turned
 from stack.sim.import_world import read_any_world
 from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Pose2D
+from tests.stack.mapping.written_maps import write_ros_map
 
 YAML = """\
 image: map.pgm
@@ -267,72 +266,3 @@ def test_what_is_written_reads_back_the_same(tmp_path_factory, cells, resolution
     grid = read_ros_map(path)
     assert np.array_equal(grid.cells, cells)
     assert grid.resolution == resolution and grid.origin == (x, y)
-
-
-def test_a_failed_write_keeps_the_old_map(folder, monkeypatch):
-    before = (folder / "map.pgm").read_bytes()
-
-    def no_space(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.fsync", no_space)
-    with pytest.raises(OSError, match="No space"):
-        write_ros_map(OccupancyGrid(np.zeros((2, 2), np.int8), 0.1), folder / "map.yaml")
-    assert (folder / "map.pgm").read_bytes() == before
-    assert sorted(file.name for file in Path(folder).iterdir()) == ["map.pgm", "map.yaml"]
-
-
-@settings(deadline=None, max_examples=60)
-@given(
-    cells=arrays(np.int8, SHAPES, elements=st.integers(-1, 100)),
-    written=st.sampled_from([("scale", "png"), ("raw", "png"), ("raw", "pgm")]),
-)
-def test_every_mode_but_trinary_keeps_percentages(tmp_path_factory, cells, written):
-    path = tmp_path_factory.getbasetemp() / "modes.yaml"
-    write_ros_map(OccupancyGrid(cells, 0.05), path, *written)
-    assert np.array_equal(read_ros_map(path).cells, cells)
-
-
-def test_scale_has_the_shades_of_nav2s_map_saver(folder):
-    """(100 - occupancy) / 100 of white; unknown is transparent, which a PGM cannot be."""
-    cells = np.array([[0, 50, 100, -1]], np.int8)
-    write_ros_map(OccupancyGrid(cells, 0.1), folder / "a.yaml", "scale", "png")
-    image = cv2.imread(str(folder / "a.png"), cv2.IMREAD_UNCHANGED)
-    assert image[0, :, 0].tolist() == [255, 128, 0, 128]  # 127.5 is rounded up
-    assert image[0, :, 3].tolist() == [255, 255, 255, 0]
-    with pytest.raises(ParameterError, match="transparent pixels of unknown"):
-        write_ros_map(OccupancyGrid(cells, 0.1), folder / "b.yaml", "scale")
-    assert not (folder / "b.yaml").exists()
-
-
-def test_trinary_of_percentages_keeps_what_is_occupied_and_free(folder):
-    cells = np.array([[0, 25, 26, 64, 65, 100, -1]], np.int8)
-    grid = OccupancyGrid(cells, 0.1)
-    write_ros_map(grid, folder / "a.yaml", "trinary")
-    read = read_ros_map(folder / "a.yaml")
-    assert np.array_equal(read.occupied, grid.occupied)
-    assert np.array_equal(read.free, grid.free)
-
-
-def test_a_replaced_map_is_kept_as_bak(folder):
-    before = (folder / "map.pgm").read_bytes()
-    write_ros_map(OccupancyGrid(np.zeros((2, 2), np.int8), 0.1), folder / "map.yaml")
-    assert (folder / "map.pgm.bak").read_bytes() == before
-    assert (folder / "map.pgm").read_bytes() != before
-    assert (folder / "map.yaml.bak").exists()
-
-
-def test_an_image_that_cannot_be_replaced_leaves_both_files(folder, monkeypatch):
-    """The second rename fails: the first one is undone."""
-    before = {name: (folder / name).read_bytes() for name in ("map.pgm", "map.yaml")}
-    rename = os.replace
-
-    def fails(source, target):
-        if str(target).endswith("map.yaml"):
-            raise OSError(5, "Input/output error")
-        rename(source, target)
-
-    monkeypatch.setattr("os.replace", fails)
-    with pytest.raises(OSError, match="Input/output"):
-        write_ros_map(OccupancyGrid(np.zeros((2, 2), np.int8), 0.1), folder / "map.yaml")
-    assert {name: (folder / name).read_bytes() for name in before} == before

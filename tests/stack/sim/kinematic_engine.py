@@ -6,6 +6,7 @@ import numpy as np
 
 from stack.drivetrain.kinematics import moved
 from stack.sim.physics.engine import BaseState, PhysicsEngine, PhysicsRobot, Renderer
+from stack.sim.rates import PHYSICS_PERIOD
 from stack.types import Pose2D, Twist
 
 
@@ -102,8 +103,8 @@ class GreyRenderer(Renderer):
 class KinematicEngine(PhysicsEngine):
     """Moves the robots; doors and people are in nobody's way."""
 
-    def __init__(self, world, settings):
-        self._period, self._robots = 1.0 / settings.physics_rate, []
+    def __init__(self, world):
+        self._period, self._robots = PHYSICS_PERIOD, []
 
     def add_robot(self, description, start: Pose2D):
         self._robots.append(KinematicRobot(description, start))

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from stack.drivetrain.description import LidarDescription
-from stack.sim.physics.pybullet_engine.world import BulletWorld
-from stack.sim.physics.settings import SimulationSettings
+from stack.sim.physics.pybullet_engine.engine import BulletEngine
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.lidar import Lidar
 from stack.sim.worlds.world import Box, Cylinder, Door, Wall
@@ -100,7 +99,7 @@ def rays(world, pose, scan, height):
     """The same beams through PyBullet's own shapes, the robot's left out."""
     import pybullet
 
-    physics = BulletWorld(world, SimulationSettings())
+    physics = BulletEngine(world)
     sensor = pose.compose(scan.mount)
     angles = sensor.heading + scan.angles
     starts = np.tile([sensor.x, sensor.y, height], (len(angles), 1))

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from stack.errors import InputError
-from stack.mapping.ros_map import write_ros_map
 from stack.sim.import_world import read_any_world
 from stack.sim.worlds.rasterise import rasterise
 from stack.sim.worlds.rectangles import merged_cells
 from stack.types import FREE, OCCUPIED, OccupancyGrid
+from tests.stack.mapping.written_maps import write_ros_map
 
 
 @settings(deadline=None, max_examples=100)

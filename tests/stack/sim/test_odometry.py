@@ -8,7 +8,7 @@ from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.description import OdometryNoise
 from stack.drivetrain.differential import Wheels
 from stack.drivetrain.omnidirectional import OmniWheels
-from stack.sim.sensors.odometry import Encoders, Odometry
+from stack.sim.sensors.odometry import Odometry
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import ROVER
 
@@ -23,7 +23,7 @@ def odometry_of(noise, seed=1):
 def roll(odometry, left, right, readings=200):
     """Turn the wheels to these angles in equal parts, 10 ms each."""
     for n in range(readings + 1):
-        odometry.update(0.01 * n, Encoders((left * n / readings, right * n / readings)))
+        odometry.update(0.01 * n, (left * n / readings, right * n / readings))
     return odometry.reading
 
 
@@ -72,7 +72,7 @@ def steady(wheels, speeds, noise=PERFECT, steering=(), seed=1, seconds=2.0):
     """Odometry of wheels that roll at steady speeds, rad/s."""
     odometry = Odometry(replace(ROVER, wheels=wheels, odometry=noise), seed)
     for n in range(round(100 * seconds) + 1):
-        odometry.update(0.01 * n, Encoders([0.01 * n * speed for speed in speeds], steering))
+        odometry.update(0.01 * n, [0.01 * n * speed for speed in speeds], steering)
     return odometry.reading
 
 

@@ -7,7 +7,6 @@ import pytest
 import missions
 from robots.simulated import SimulatedBody
 from stack.body import BodyCommand
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import Push, Trigger, WorldEvent
 from stack.types import Image, Pose2D, Twist
@@ -20,7 +19,7 @@ def body_in():
     made = []
 
     def make(world, description=ROVER, start=Pose2D(0.0, 0.0)):
-        made.append(Simulation(world, SimulationSettings(), KinematicEngine))
+        made.append(Simulation(world, KinematicEngine))
         return SimulatedBody(description, world, start=start, seed=1, simulation=made[-1])
 
     yield make

@@ -7,12 +7,9 @@ import pytest
 from stack.drivetrain.differential import Wheels
 from stack.errors import BodyError
 from stack.sim.physics.pybullet_engine.engine import BulletEngine
-from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import Box
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import EMPTY, ROVER
-
-SETTINGS = SimulationSettings()
 
 
 @pytest.fixture
@@ -20,7 +17,7 @@ def build():
     made = []
 
     def make(description=ROVER, world=EMPTY, start=Pose2D(0.0, 0.0)):
-        made.append(BulletEngine(world, SETTINGS))
+        made.append(BulletEngine(world))
         return made[-1].add_robot(description, start)
 
     yield make
@@ -31,7 +28,7 @@ def build():
 def centre_of_mass(physics):
     import pybullet
 
-    return pybullet.getBasePositionAndOrientation(physics.robot, physicsClientId=physics.client)[0]
+    return pybullet.getBasePositionAndOrientation(physics.body, physicsClientId=physics.client)[0]
 
 
 def test_the_pose_is_the_base_frames_and_not_the_centre_of_mass(build):
@@ -47,7 +44,7 @@ def test_spinning_moves_the_centre_of_mass_and_not_the_base(build):
     physics = build()
     physics.set_wheel_speeds(-2.0, 2.0)  # 2 rad/s x 0.08 m / 0.16 m = 1 rad/s
     for _ in range(500):
-        physics.world.step()
+        physics.engine.step()
     twist = physics.truth().twist
     assert twist.angular == pytest.approx(1.0, rel=0.01)
     assert abs(twist.linear) < 0.005
@@ -58,14 +55,14 @@ def test_spinning_moves_the_centre_of_mass_and_not_the_base(build):
 def test_wheels_and_casters_share_the_weight(build):
     physics = build()
     for _ in range(500):
-        physics.world.step()
+        physics.engine.step()
     truth = physics.truth()
     assert np.hypot(truth.pose.x, truth.pose.y) < 1e-3
     assert physics.base_state().rotation[8] > 1.0 - 1e-4  # within 0.8 degrees of upright
     import pybullet
 
-    floor = physics.world.scene.floor
-    contacts = pybullet.getContactPoints(physics.robot, floor, physicsClientId=physics.client)
+    floor = physics.engine.scene.floor
+    contacts = pybullet.getContactPoints(physics.body, floor, physicsClientId=physics.client)
     load = {point[3]: point[9] for point in contacts}
     # Balance of moments about the wheels' axis: base 12 kg 0.05 m ahead on the front caster
     # 0.15 m ahead takes 12 * 9.81 * 0.05 / 0.15 = 39.2 N; all weigh 13.2 * 9.81 = 129.5 N.
@@ -76,13 +73,13 @@ def test_a_parked_robot_does_not_creep(build):
     physics = build()
     physics.set_wheel_speeds(5.0, 6.0)
     for _ in range(200):
-        physics.world.step()
+        physics.engine.step()
     physics.set_wheel_speeds(0.0, 0.0)
     for _ in range(500):
-        physics.world.step()
+        physics.engine.step()
     before = physics.truth().pose
     for _ in range(1000):
-        physics.world.step()
+        physics.engine.step()
     after = physics.truth().pose
     # Two seconds; with the wheels' speed held at nothing it was 0.25 mm and 4e-4 rad.
     assert before.distance_to(after) < 1e-6
@@ -93,11 +90,11 @@ def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
     physics = build()
     physics.set_wheel_speeds(6.0, 6.0)
     for _ in range(500):
-        physics.world.step()
+        physics.engine.step()
     physics.place(Pose2D(-4.0, 2.0, 1.0))
     heights = []
     for _ in range(250):
-        physics.world.step()
+        physics.engine.step()
         heights.append(physics.base_state().position[2])
     truth = physics.truth()
     assert (truth.pose.x, truth.pose.y) == pytest.approx((-4.0, 2.0), abs=2e-3)
@@ -108,7 +105,7 @@ def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
 def test_distance_to_the_nearest_thing_but_the_floor(build):
     boxes = (Box(Pose2D(0.9, 0.0), (0.6, 1.0, 0.5)), Box(Pose2D(5.0, 0.0), (1.0, 1.0, 1.0)))
     physics = build(world=replace(EMPTY, boxes=boxes))
-    physics.world.step()
+    physics.engine.step()
     # The box begins at 0.6, the hull ends at 0.18, both casters and wheels earlier.
     assert physics.distance(1.0) == pytest.approx(0.42, abs=2e-3)
     assert physics.distance(0.3) == 0.3
@@ -117,7 +114,7 @@ def test_distance_to_the_nearest_thing_but_the_floor(build):
 
 def test_touching_names_the_thing_and_the_place(build):
     physics = build(world=replace(EMPTY, boxes=(Box(Pose2D(0.42, 0.0), (0.5, 1.0, 0.5)),)))
-    physics.world.step()
+    physics.engine.step()
     touch = physics.touching()[0]
     assert touch.name == "a static obstacle"
     assert touch.place[0] == pytest.approx(0.17, abs=0.02)
@@ -128,8 +125,8 @@ def test_two_worlds_in_one_process_do_not_mix(build):
     one, other = build(), build(start=Pose2D(5.0, 5.0))
     one.set_wheel_speeds(5.0, 5.0)
     for _ in range(200):
-        one.world.step()
-        other.world.step()
+        one.engine.step()
+        other.engine.step()
     assert one.truth().pose.x > 0.1
     assert other.truth().pose.x == pytest.approx(5.0, abs=1e-3)
 

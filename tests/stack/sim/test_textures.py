@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from stack.errors import InputError
-from stack.sim.physics.meshes import Mesh, box_prism, static_meshes, textured_meshes
+from stack.sim.physics.meshes import (
+    box_prism,
+    plain_meshes,
+    static_meshes,
+    textured_meshes,
+    tiled_obj_text,
+)
 from stack.sim.physics.textures import TILE_SIDES, poster_picture, texture_picture
 from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
 from stack.sim.worlds.world import TEXTURES, Box, Poster, Wall, World
@@ -64,8 +70,8 @@ def test_a_mistake_in_a_poster_or_texture_is_reported(tmp_path, text, expected):
 
 
 def test_a_texture_repeats_along_a_wall_and_stands_upright():
-    mesh = Mesh(box_prism(Pose2D(1.0, 2.0, 0.7), (3.0, 0.1, 1.0)))
-    lines = mesh.tiled_obj(0.5).splitlines()
+    corners = box_prism(Pose2D(1.0, 2.0, 0.7), (3.0, 0.1, 1.0))
+    lines = tiled_obj_text(corners, 0.5).splitlines()
     numbers = [[float(part) for part in line.split()[1:]] for line in lines if line[:2] == "vt"]
     tiles = np.array(numbers).reshape(-1, 3, 2)
     spans = np.ptp(tiles, axis=1)
@@ -113,8 +119,8 @@ def test_what_has_a_texture_is_drawn_once_and_is_solid():
     )
     world = World("w", (0, 0, 2, 2), walls=walls)
     count = {
-        "solid": sum(len(mesh.corners) for mesh in static_meshes(world).values()),
-        "plain": sum(len(mesh.corners) for mesh in static_meshes(world, textured=False).values()),
-        "textured": sum(len(mesh.corners) for mesh in textured_meshes(world).values()),
+        "solid": sum(len(mesh) for mesh in static_meshes(world).values()),
+        "plain": sum(len(mesh) for mesh in plain_meshes(world).values()),
+        "textured": sum(len(mesh) for mesh in textured_meshes(world).values()),
     }
     assert count == {"solid": 24, "plain": 12, "textured": 12}  # 12 triangles of a box each

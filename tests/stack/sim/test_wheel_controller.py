@@ -95,36 +95,6 @@ def test_omnidirectional_wheels_drive_along_their_headings():
     assert sum(drive.wheels.speeds) == pytest.approx(3 * 0.2 * 0.5 / 0.05)
 
 
-def test_sideways_speed_ramps_within_its_limits():
-    drive = WheelController(STAR.drivetrain(Limits(lateral_speed=0.4)), 0.002)
-    seen = []
-    for _ in range(300):
-        drive.command(Twist(0.0, 0.0, 9.0))
-        drive.advance()
-        seen.append(drive.setpoint.twist.lateral)
-    assert seen.index(0.4) + 1 == 200  # 0.4 / 1.0 / 0.002
-    for _ in range(400):
-        drive.advance()
-    assert drive.setpoint.twist.lateral == 0.0  # the dead man
-
-
-def test_a_differential_drive_never_goes_sideways(drive):
-    run(drive, Twist(0.0, 0.0, 1.0), 50)
-    assert drive.wheels.speeds == (0.0, 0.0)
-
-
-def test_a_car_that_stands_neither_turns_nor_steers():
-    drive = WheelController(CAR.drivetrain(LIMITS), 0.002)
-    run(drive, Twist(0.0, 1.0), 100)
-    assert drive.wheels.speeds == (0.0, 0.0)
-    assert drive.wheels.steering == (0.0, 0.0)
-    run(drive, Twist(0.5, 0.5), 500)
-    steered = drive.wheels.steering
-    run(drive, Twist(), 500)
-    assert drive.wheels.speeds == (0.0, 0.0)
-    assert drive.wheels.steering == steered
-
-
 def test_a_car_s_wheels_share_one_centre():
     drive = WheelController(CAR.drivetrain(LIMITS), 0.002)
     run(drive, Twist(0.5, 0.4), 1000)  # a radius of 1.25 m

@@ -1,5 +1,7 @@
 """Battery, contacts, people and timeline, each by itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from stack.sim.physics.contacts import ContactCounter
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import Dock, Person, Trigger, World, WorldEvent
 from stack.types import Pose2D, Twist
+from tests.stack.sim.sim_rover import ROVER
 
 FAR = [(Pose2D(100.0, 100.0), 0.3)]
 REST, MOVING = Twist(), Twist(0.5)
@@ -26,7 +29,9 @@ def test_a_battery_drains_by_power_and_charges_on_the_dock():
         capacity=10.0, idle_power=36.0, drive_power=36.0, charge_power=72.0,
         voltage_full=24.0, voltage_empty=20.0,
     )  # fmt: skip
-    battery = Battery(description, Limits(linear_speed=0.5), (Dock(1.0, 0.0, 0.3),), 0.5, 0.2)
+    robot = replace(ROVER, battery=description, limits=Limits(linear_speed=0.5))
+    battery = Battery(robot, (Dock(1.0, 0.0, 0.3),))
+    battery.charge = 0.5
     battery.update(at(0.0, 0.0), 100.0)
     assert battery.charge == pytest.approx(0.4)  # 36 W for 100 s is 1 Wh of 10
     battery.update(at(1.0, 0.0, MOVING), 100.0)

@@ -1,36 +1,74 @@
-"""PyBullet as the physics engine."""
+"""PyBullet as the physics engine.
+
+E. Coumans and Y. Bai, PyBullet, 2016-2021.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
+from typing import Any
 
 from stack.drivetrain.description import LidarDescription, RobotDescription
-from stack.sim.physics.engine import PhysicsEngine
+from stack.sim.physics.engine import GRAVITY, PhysicsEngine
 from stack.sim.physics.mirrors import MirrorFace
+from stack.sim.physics.pybullet_engine import loader
 from stack.sim.physics.pybullet_engine.own_view import own_ranges
 from stack.sim.physics.pybullet_engine.renderer import BulletRenderer
 from stack.sim.physics.pybullet_engine.robot import BulletRobot
-from stack.sim.physics.pybullet_engine.world import BulletWorld
-from stack.sim.physics.settings import SimulationSettings
+from stack.sim.physics.pybullet_engine.scene import Scene, static_shape
+from stack.sim.rates import PHYSICS_PERIOD
 from stack.sim.sensors.requests import RenderSetup
 from stack.sim.worlds.world import World
 from stack.types import CameraModel, FloatArray, Pose2D
 
+SOLVER_ITERATIONS = 20
+"""Of the constraint solver, per physics step."""
+
 
 class BulletEngine(PhysicsEngine):
-    """A PyBullet client with a world and its robots.
+    """A PyBullet client with the bodies of a world and its robots.
 
     Attributes:
-        world: the client with the bodies of the world.
+        bullet: the pybullet module.
+        client: number of the client; -1 when closed.
+        scene: the bodies of the world.
+        friction: of the floor outside the friction zones.
+        steps: physics steps so far.
     """
 
-    def __init__(self, world: World, settings: SimulationSettings) -> None:
-        self.world = BulletWorld(world, settings)
+    def __init__(self, world: World) -> None:
+        self.bullet: Any = loader.load()
+        self._world = world
+        self._static = static_shape(world)
+        self.friction = world.friction
         self._robots: list[BulletRobot] = []
+        self._connect()
+
+    def _connect(self) -> None:
+        """Connect to a new client and fill it; the one before must be closed."""
+        bullet = self.bullet
+        self.client: int = bullet.connect(bullet.DIRECT)
+        self.steps = 0
+        try:
+            bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
+            bullet.setPhysicsEngineParameter(
+                fixedTimeStep=PHYSICS_PERIOD,
+                numSolverIterations=SOLVER_ITERATIONS,
+                physicsClientId=self.client,
+            )
+            with TemporaryDirectory(prefix="treepilot-") as folder:
+                self.scene = Scene.with_collision_shapes(
+                    bullet, self.client, self._world, self._static, FilePath(folder)
+                )
+        except BaseException:
+            self.close()
+            raise
 
     def add_robot(self, description: RobotDescription, start: Pose2D) -> BulletRobot:
         """As in `PhysicsEngine`."""
-        robot = BulletRobot(self.world, description, start)
+        robot = BulletRobot(self, description, start)
         self._robots.append(robot)
         return robot
 
@@ -40,26 +78,41 @@ class BulletEngine(PhysicsEngine):
         Bullet's solver depends on the order in which bodies have met, which `restoreState` does not
         restore. The shapes of the world are kept; loading them takes some milliseconds.
         """
-        self.world.close()
-        self.world.connect()
+        self.close()
+        self._connect()
         for robot in self._robots:
             robot.load()
 
+    def name_of(self, body: int) -> str:
+        """Return what a body is, as used in sentences."""
+        robots = (f"the robot {robot.name}" for robot in self._robots if robot.body == body)
+        return next(robots, "") or self.scene.obstacles[body]
+
+    def obstacles_of(self, robot: BulletRobot) -> list[int]:
+        """Return the body numbers of everything that a robot can collide with now."""
+        there = (body for body in self.scene.obstacles if body not in self.scene.hidden)
+        return [*there, *(other.body for other in self._robots if other is not robot)]
+
     def step(self, count: int = 1) -> None:
         """As in `PhysicsEngine`."""
-        self.world.step(count)
+        step, client = self.bullet.stepSimulation, self.client
+        for _ in range(count):
+            step(client)
+        self.steps += count
 
     def place_door(self, name: str, closed: bool) -> None:
         """As in `PhysicsEngine`."""
-        self.world.scene.place_door(name, closed)
+        self.scene.place_door(name, closed)
 
     def place_people(self, positions: Sequence[tuple[float, float]]) -> None:
         """As in `PhysicsEngine`."""
-        self.world.scene.place_people(positions)
+        self.scene.place_people(positions)
 
     def close(self) -> None:
         """As in `PhysicsEngine`."""
-        self.world.close()
+        if self.client >= 0:
+            self.bullet.disconnect(physicsClientId=self.client)
+            self.client = -1
 
     @classmethod
     def own_ranges(cls, model: str, lidar: LidarDescription) -> FloatArray:

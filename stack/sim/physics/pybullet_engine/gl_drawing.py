@@ -110,7 +110,11 @@ class GlDrawing:
                 self._add(body)
 
     def draw(self, view: FloatArray) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """As in `Drawing`."""
+        """Return colours (height, width, 3) and depths (height, width), 0 near and 1 far.
+
+        Args:
+            view: (4, 4) OpenGL eye frame from world.
+        """
         gl, program = self._context, self._program
         self._target.use()
         gl.enable(gl.DEPTH_TEST | gl.CULL_FACE)

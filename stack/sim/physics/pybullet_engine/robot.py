@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import cos, sin, sqrt
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,8 +24,10 @@ from stack.sim.physics.pybullet_engine.drive_joints import (
     DriveJoints,
     find_drive_joints,
 )
-from stack.sim.physics.pybullet_engine.world import BulletWorld
 from stack.types import FloatArray, Pose2D
+
+if TYPE_CHECKING:
+    from stack.sim.physics.pybullet_engine.engine import BulletEngine
 
 CASTER_TRAVEL = 0.002
 """Deflection, metres, of a caster or a wheel without motor under the whole robot's weight."""
@@ -38,7 +40,7 @@ class BulletRobot(PhysicsRobot):
     """A wheeled robot in a PyBullet world.
 
     Args:
-        world: to load it into.
+        engine: to load it into.
         description: the robot; the root frame of its model is the base frame, on the floor.
         start: pose of the base frame, world frame.
 
@@ -47,25 +49,26 @@ class BulletRobot(PhysicsRobot):
             omnidirectional wheel whose axle is not an axis of its link.
 
     Attributes:
-        world: in which it is.
-        robot: its body number.
+        engine: in which it is.
+        name: of the robot.
+        body: its body number.
         joints: of the driven wheels.
     """
 
-    def __init__(self, world: BulletWorld, description: RobotDescription, start: Pose2D) -> None:
-        self.world, self._bullet = world, world.bullet
+    def __init__(self, engine: BulletEngine, description: RobotDescription, start: Pose2D) -> None:
+        self.engine, self._bullet = engine, engine.bullet
         self._description, self._start = description, start
+        self.name = description.name
         self.load()
 
     def load(self) -> None:
         """Load the robot at its start."""
-        self.client = self.world.client
+        self.client = self.engine.client
         self._state: BaseState | None = None
         self._state_step, self._slides = 0, False
-        self.robot = load_robot(self._bullet, self.client, self._description.model)
-        self._prepare_robot(self._description, self.world.friction)
+        self.body = load_robot(self._bullet, self.client, self._description.model)
+        self._prepare_robot(self._description, self.engine.friction)
         self.place(self._start)
-        self.world.add_robot(self.robot, self._description.name)
 
     def place(self, pose: Pose2D) -> None:
         """Place the robot at a pose, at rest, with wheels at rest."""
@@ -75,13 +78,13 @@ class BulletRobot(PhysicsRobot):
             (pose.x, pose.y, 0.0), turn, *self._inertial
         )
         self._bullet.resetBasePositionAndOrientation(
-            self.robot, position, orientation, physicsClientId=self.client
+            self.body, position, orientation, physicsClientId=self.client
         )
         self._bullet.resetBaseVelocity(
-            self.robot, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client
+            self.body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client
         )
         for joint, angle in zip(self.joints, self._angles(self.joints), strict=True):
-            self._bullet.resetJointState(self.robot, joint, angle, 0.0, physicsClientId=self.client)
+            self._bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
         self._park()
 
     def set_wheel_speeds(self, *speeds: float) -> None:
@@ -93,7 +96,7 @@ class BulletRobot(PhysicsRobot):
         if self._parked:
             self._anchor(False)
         self._bullet.setJointMotorControlArray(
-            self.robot,
+            self.body,
             self.joints,
             self._bullet.VELOCITY_CONTROL,
             targetVelocities=speeds,
@@ -106,7 +109,7 @@ class BulletRobot(PhysicsRobot):
         steered = self._wheels.steering
         if steered:
             self._bullet.setJointMotorControlArray(
-                self.robot,
+                self.body,
                 steered,
                 self._bullet.POSITION_CONTROL,
                 targetPositions=angles,
@@ -132,7 +135,7 @@ class BulletRobot(PhysicsRobot):
     def _apply_friction(self, wheel: int, friction: float) -> None:
         link = self._wheels.tyres[wheel]
         self._bullet.changeDynamics(
-            self.robot, link, lateralFriction=friction, physicsClientId=self.client
+            self.body, link, lateralFriction=friction, physicsClientId=self.client
         )
 
     def slide(self) -> None:
@@ -151,10 +154,10 @@ class BulletRobot(PhysicsRobot):
     def set_velocity(self, x: float, y: float, spin: float) -> None:
         """Set the velocity of the base frame: m/s in the world frame, rad/s."""
         position, _, _, (_, _, vz), (wx, wy, _) = self.base_state()
-        com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
+        com = self._bullet.getBasePositionAndOrientation(self.body, physicsClientId=self.client)
         rx, ry = com[0][0] - position[0], com[0][1] - position[1]
         self._bullet.resetBaseVelocity(
-            self.robot, (x - spin * ry, y + spin * rx, vz), (wx, wy, spin),
+            self.body, (x - spin * ry, y + spin * rx, vz), (wx, wy, spin),
             physicsClientId=self.client,
         )  # fmt: skip
         self._state = None
@@ -164,10 +167,10 @@ class BulletRobot(PhysicsRobot):
 
         PyBullet gives it for the centre of mass; v = v_com + w x (base - com).
         """
-        if self._state is not None and self._state_step == self.world.steps:
+        if self._state is not None and self._state_step == self.engine.steps:
             return self._state
-        com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
-        velocity, spin = self._bullet.getBaseVelocity(self.robot, physicsClientId=self.client)
+        com = self._bullet.getBasePositionAndOrientation(self.body, physicsClientId=self.client)
+        velocity, spin = self._bullet.getBaseVelocity(self.body, physicsClientId=self.client)
         origin, turn = self._bullet.multiplyTransforms(*com, *self._from_inertial)
         (x, y, z), centre = origin, com[0]
         rx, ry, rz = x - centre[0], y - centre[1], z - centre[2]
@@ -178,24 +181,24 @@ class BulletRobot(PhysicsRobot):
         )
         rotation = self._bullet.getMatrixFromQuaternion(turn)
         self._state = BaseState(origin, turn, rotation, base_velocity, spin)
-        self._state_step = self.world.steps
+        self._state_step = self.engine.steps
         return self._state
 
     def touching(self) -> list[Touch]:
         """Return the contacts except those with the floor."""
-        scene, name_of = self.world.scene, self.world.name_of
+        scene, name_of = self.engine.scene, self.engine.name_of
         return [
             Touch(name_of(point[2]), point[6][:2], max(0.0, -point[8]), scene.is_person(point[2]))
-            for point in self._bullet.getContactPoints(self.robot, physicsClientId=self.client)
+            for point in self._bullet.getContactPoints(self.body, physicsClientId=self.client)
             if point[2] != scene.floor and (point[8] <= 0.0 or point[9] > 0.0)
         ]
 
     def distance(self, reach: float) -> float:
         """Return the distance from the robot to the nearest obstacle, metres, at most `reach`."""
         nearest = reach
-        for body in self.world.obstacles_of(self.robot):
+        for body in self.engine.obstacles_of(self):
             for point in self._bullet.getClosestPoints(
-                self.robot, body, nearest, physicsClientId=self.client
+                self.body, body, nearest, physicsClientId=self.client
             ):
                 nearest = min(nearest, max(0.0, point[8]))
         return nearest
@@ -203,7 +206,7 @@ class BulletRobot(PhysicsRobot):
     def _angles(self, joints: list[int]) -> list[float]:
         if not joints:
             return []
-        states = self._bullet.getJointStates(self.robot, joints, physicsClientId=self.client)
+        states = self._bullet.getJointStates(self.body, joints, physicsClientId=self.client)
         return [state[0] for state in states]
 
     def _park(self) -> None:
@@ -223,7 +226,7 @@ class BulletRobot(PhysicsRobot):
                 "controlMode": bullet.VELOCITY_CONTROL, "targetVelocities": [0.0] * len(self.joints)
             }  # fmt: skip
         bullet.setJointMotorControlArray(
-            self.robot, self.joints, **hold, forces=self._torques, physicsClientId=self.client
+            self.body, self.joints, **hold, forces=self._torques, physicsClientId=self.client
         )
         self._anchor(True)
 
@@ -231,7 +234,7 @@ class BulletRobot(PhysicsRobot):
         self._parked = parked
         for joint in self.joints:
             self._bullet.changeDynamics(
-                self.robot, joint, frictionAnchor=int(parked), physicsClientId=self.client
+                self.body, joint, frictionAnchor=int(parked), physicsClientId=self.client
             )
         self._brake(self._wheels.torque if parked else 0.0)
 
@@ -242,12 +245,12 @@ class BulletRobot(PhysicsRobot):
         """
         for joint in self._wheels.rolling:
             self._bullet.setJointMotorControl2(
-                self.robot, joint, self._bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=torque,
+                self.body, joint, self._bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=torque,
                 physicsClientId=self.client,
             )  # fmt: skip
 
     def _prepare_robot(self, description: RobotDescription, friction: float) -> None:
-        bullet, client, robot = self._bullet, self.client, self.robot
+        bullet, client, robot = self._bullet, self.client, self.body
         self._wheels = wheels = find_drive_joints(description, bullet, client, robot)
         self.joints = wheels.driven
         self._parked = False
@@ -281,7 +284,7 @@ class BulletRobot(PhysicsRobot):
         bullet, client = self._bullet, self.client
         bullet.setPhysicsEngineParameter(enableConeFriction=0, physicsClientId=client)
         for joint in wheels.driven:
-            info = bullet.getJointInfo(self.robot, joint, physicsClientId=client)
+            info = bullet.getJointInfo(self.body, joint, physicsClientId=client)
             shares = [round(1.0 - abs(part), 6) for part in info[13]]
             if sorted(shares) != [0.0, 1.0, 1.0]:
                 raise BodyError(
@@ -289,11 +292,11 @@ class BulletRobot(PhysicsRobot):
                     "axis of its link; rotate the joint's <origin> and use the axis 0 1 0"
                 )
             bullet.changeDynamics(
-                self.robot, joint, anisotropicFriction=shares, physicsClientId=client
+                self.body, joint, anisotropicFriction=shares, physicsClientId=client
             )
 
     def _is_caster(self, link: int) -> bool:
-        shapes = self._bullet.getCollisionShapeData(self.robot, link, physicsClientId=self.client)
+        shapes = self._bullet.getCollisionShapeData(self.body, link, physicsClientId=self.client)
         return any(shape[2] == self._bullet.GEOM_SPHERE for shape in shapes)
 
     def _wheel_places(self) -> FloatArray:
@@ -303,7 +306,7 @@ class BulletRobot(PhysicsRobot):
         """
         places = []
         for joint in self._wheels.tyres:
-            state = self._bullet.getLinkState(self.robot, joint, physicsClientId=self.client)
+            state = self._bullet.getLinkState(self.body, joint, physicsClientId=self.client)
             places.append(state[4][:2])
         return np.array(places)
 

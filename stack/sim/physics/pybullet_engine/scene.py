@@ -5,36 +5,37 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import cos, sin
 from pathlib import Path as FilePath
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stack.sim.physics.boards import board_quad, board_texture, poster_quad
 from stack.sim.physics.meshes import (
-    Mesh,
+    Key,
+    board_obj_text,
     file_name,
     floor,
     glass_meshes,
-    merged,
+    obj_text,
     painted,
     pits,
+    plain_meshes,
     slab,
     static_meshes,
     textured_meshes,
+    tiled_obj_text,
 )
 from stack.sim.physics.mirrors import MirrorFace, in_front
 from stack.sim.physics.textures import (
+    BOARD_RATIO,
     TILE_SIDES,
+    Picture,
+    board_picture,
+    png_of,
     poster_picture,
-    read_picture,
     texture_picture,
-    write_picture,
 )
 from stack.sim.worlds.world import PERSON_HEIGHT, Colour, Door, World
-from stack.types import Pose2D
-
-Key = TypeVar("Key", str, Colour)
+from stack.types import FloatArray, Pose2D
 
 HIDDEN_HEIGHT = -20.0
 """Height of an open door, metres: below the floor, out of sight and reach."""
@@ -50,7 +51,7 @@ PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
 def static_shape(world: World) -> str:
     """Return the mesh of all static parts of a world as a Wavefront OBJ text; empty: none."""
     meshes = static_meshes(world)
-    return merged(meshes).obj() if meshes else ""
+    return obj_text(np.concatenate(list(meshes.values()))) if meshes else ""
 
 
 class Scene:
@@ -68,7 +69,7 @@ class Scene:
         self.floor = -1
         self.obstacles: dict[int, str] = {}
         self.hidden: set[int] = set()
-        self.textures: dict[int, NDArray[np.uint8]] = {}
+        self.textures: dict[int, Picture] = {}
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
         self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
         self._glass: list[int] = []
@@ -95,7 +96,7 @@ class Scene:
         if static:
             shape = bullet.createCollisionShape(
                 bullet.GEOM_MESH,
-                fileName=str(scene._write_text(static)),
+                fileName=scene._write(static.encode(), "obj"),
                 flags=bullet.GEOM_FORCE_CONCAVE_TRIMESH,
                 physicsClientId=client,
             )
@@ -131,16 +132,15 @@ class Scene:
         scene = cls(bullet, client, world, folder)
         scene._mirror = mirror
         scene.floor = scene._add_visual_floor(world)
-        plain = static_meshes(world, glass=False, textured=False)
-        for colour, mesh in scene._seen(plain):
-            scene._add_visual_mesh(scene._write(mesh), colour)
-        for texture, mesh in scene._seen(textured_meshes(world)):
-            scene._add_tiled(mesh, texture)
-        for colour, mesh in scene._seen(glass_meshes(world)):
-            scene._glass.append(scene._add_visual_mesh(scene._write(mesh), colour))
+        for colour, corners in scene._seen(plain_meshes(world)):
+            scene._add_visual_mesh(obj_text(corners), colour)
+        for texture, corners in scene._seen(textured_meshes(world)):
+            scene._add_tiled(corners, texture)
+        for colour, corners in scene._seen(glass_meshes(world)):
+            scene._glass.append(scene._add_visual_mesh(obj_text(corners), colour))
         scene.show_glass(False)
         for line in world.lines:
-            scene._add_visual_mesh(scene._write(painted(line)), line.colour)
+            scene._add_visual_mesh(obj_text(painted(line)), line.colour)
         for door in world.doors:
             scene._add_door(door, visible=True)
         for person in world.people:
@@ -180,12 +180,12 @@ class Scene:
         """Return whether a position is in the scene: in front of its mirror, if it has one."""
         return self._mirror is None or self._mirror.is_in_front(np.array(position))
 
-    def _seen(self, meshes: dict[Key, Mesh]) -> list[tuple[Key, Mesh]]:
+    def _seen(self, meshes: dict[Key, FloatArray]) -> list[tuple[Key, FloatArray]]:
         """Return meshes without what is behind the plane of the mirror."""
         if self._mirror is None:
             return list(meshes.items())
-        cut = ((key, in_front(mesh.corners, self._mirror)) for key, mesh in meshes.items())
-        return [(key, Mesh(corners)) for key, corners in cut if len(corners)]
+        cut = ((key, in_front(corners, self._mirror)) for key, corners in meshes.items())
+        return [(key, corners) for key, corners in cut if len(corners)]
 
     def _move(self, body: int, x: float, y: float, z: float, heading: float) -> None:
         if z == HIDDEN_HEIGHT:
@@ -197,13 +197,10 @@ class Scene:
             body, (x, y, z), turn, physicsClientId=self._client
         )
 
-    def _write(self, mesh: Mesh) -> FilePath:
-        return self._write_text(mesh.obj())
-
-    def _write_text(self, text: str) -> FilePath:
-        path = self._folder / file_name(text, "obj")
-        path.write_text(text)
-        return path
+    def _write(self, content: bytes, ending: str) -> str:
+        path = self._folder / file_name(content, ending)
+        path.write_bytes(content)
+        return str(path)
 
     def _add_static_body(self, *, collision: int = -1, visual: int = -1) -> int:
         """Add a body that nothing moves.
@@ -218,51 +215,55 @@ class Scene:
         )  # fmt: skip
         return body
 
-    def _add_visual_mesh(self, path: FilePath, colour: Colour) -> int:
+    def _add_visual_mesh(self, text: str, colour: Colour) -> int:
+        """Add a mesh, given as a Wavefront OBJ text."""
         shape = self._bullet.createVisualShape(
             self._bullet.GEOM_MESH,
-            fileName=str(path),
+            fileName=self._write(text.encode(), "obj"),
             rgbaColor=(*colour, 1.0),
             specularColor=(0.0, 0.0, 0.0),
             physicsClientId=self._client,
         )
         return self._add_static_body(visual=shape)
 
-    def _add_picture(self, mesh: FilePath, picture: FilePath) -> int:
+    def _add_picture(self, text: str, picture: Picture) -> int:
         """Add a mesh with texture coordinates that shows a picture."""
-        body = self._add_visual_mesh(mesh, (1.0, 1.0, 1.0))
-        number = self._bullet.loadTexture(str(picture), physicsClientId=self._client)
+        body = self._add_visual_mesh(text, (1.0, 1.0, 1.0))
+        file = self._write(png_of(picture), "png")
+        number = self._bullet.loadTexture(file, physicsClientId=self._client)
         self._bullet.changeVisualShape(
             body, -1, textureUniqueId=number, physicsClientId=self._client
         )
-        self.textures[body] = read_picture(picture)
+        self.textures[body] = picture
         return body
 
-    def _add_tiled(self, mesh: Mesh, texture: str) -> int:
+    def _add_tiled(self, corners: FloatArray, texture: str) -> int:
         """Add a mesh that a texture covers."""
-        path = self._write_text(mesh.tiled_obj(TILE_SIDES[texture]))
-        return self._add_picture(path, write_picture(texture_picture(texture), self._folder))
+        return self._add_picture(
+            tiled_obj_text(corners, TILE_SIDES[texture]), texture_picture(texture)
+        )
 
     def _add_visual_floor(self, world: World) -> int:
         x_min, y_min, x_max, y_max = world.bounds
         margin = 2.0  # the floor extends beyond the edge of the map
         bounds = (x_min - margin, y_min - margin, x_max + margin, y_max + margin)
         for pit in pits(world.drops):
-            self._add_visual_mesh(self._write(pit), PIT_COLOUR)
+            self._add_visual_mesh(obj_text(pit), PIT_COLOUR)
         ground = floor(bounds, world.drops)
         if world.floor != "plain":
             return self._add_tiled(ground, world.floor)
-        return self._add_visual_mesh(self._write(ground), FLOOR_COLOUR)
+        return self._add_visual_mesh(obj_text(ground), FLOOR_COLOUR)
 
     def _add_boards(self, world: World) -> None:
         for marker in world.markers:
             if self._shows(marker.position):
-                quad = board_quad(marker, self._folder)
-                self._add_picture(quad, board_texture(marker, self._folder))
+                side = marker.size * BOARD_RATIO
+                board = board_obj_text(marker.position, marker.heading, (side, side))
+                self._add_picture(board, board_picture(marker))
         for poster in world.posters:
             if self._shows(poster.position):
-                picture = write_picture(poster_picture(poster.number, poster.size), self._folder)
-                self._add_picture(poster_quad(poster, self._folder), picture)
+                board = board_obj_text(poster.position, poster.heading, poster.size)
+                self._add_picture(board, poster_picture(poster.number, poster.size))
 
     def is_person(self, body: int) -> bool:
         """Whether a body is a person of the world."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -62,15 +61,16 @@ def _triangles(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     if kind == MESH:
         return _mesh(FilePath(file), np.array(size))
+    from trimesh import creation
+
     if kind == BOX:
-        return _flat(_box(np.array(size) / 2.0))
+        return _flat(creation.box(size).triangles)
     if kind == SPHERE:
-        return _round(_lathe(*_arc(size[0], 0.0)))
+        return _round(creation.uv_sphere(size[0], count=(SIDES, SIDES)).triangles)
     if kind == CYLINDER:
-        half, radius = size[0] / 2, size[1]
-        return _round(_lathe([0.0, radius, radius, 0.0], [-half, -half, half, half]))
+        return _round(creation.cylinder(size[1], size[0], sections=SIDES).triangles)
     if kind == CAPSULE:
-        return _round(_lathe(*_arc(size[1], size[0] / 2)))
+        return _round(creation.capsule(size[0], size[1], count=(SIDES, SIDES)).triangles)
     raise BodyError(f"a visual shape of PyBullet's kind {kind} cannot be drawn by OpenGL")
 
 
@@ -107,42 +107,3 @@ def _round(corners: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     flat = corners.reshape(-1, 3)
     normals = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
     return flat, normals, np.zeros((len(flat), 2))
-
-
-def _box(half: FloatArray) -> FloatArray:
-    """Return the triangles (12, 3, 3) of a box with half sides (3,)."""
-    quads = []
-    for axis in range(3):
-        for side in (-1.0, 1.0):
-            u, v = (axis + 1) % 3, (axis + 2) % 3
-            quad = np.zeros((4, 3))
-            quad[:, axis] = side
-            quad[:, u], quad[:, v] = [-side, side, side, -side], [-1.0, -1.0, 1.0, 1.0]
-            quads += [quad[[0, 1, 2]], quad[[0, 2, 3]]]
-    return np.array(quads) * half
-
-
-def _arc(radius: float, straight: float) -> tuple[list[float], list[float]]:
-    """Return radii and heights of a half circle whose halves are `straight` off the middle."""
-    angles = np.linspace(-pi / 2, pi / 2, SIDES // 2 + 1)
-    heights = radius * np.sin(angles) + np.where(angles < 0.0, -straight, straight)
-    return (radius * np.cos(angles)).tolist(), heights.tolist()
-
-
-def _lathe(radii: list[float], heights: list[float]) -> FloatArray:
-    """Return the triangles (n, 3, 3) of an outline turned round the z axis, from below to above."""
-    angles = 2.0 * pi * np.arange(SIDES + 1) / SIDES
-    circle = np.column_stack([np.sin(angles), np.cos(angles)])[::-1]
-    found = []
-    for low in range(len(radii) - 1):
-        rings = [
-            np.column_stack([radii[n] * circle, np.full(SIDES + 1, heights[n])])
-            for n in (low, low + 1)
-        ]
-        for n in range(SIDES):
-            a, b, c, d = rings[0][n], rings[0][n + 1], rings[1][n + 1], rings[1][n]
-            if radii[low] > 1e-9:  # otherwise a and b are the same point
-                found.append((a, b, c))
-            if radii[low + 1] > 1e-9:
-                found.append((a, c, d))
-    return np.array(found)

@@ -9,7 +9,6 @@ from stack.drivetrain.description import OdometryNoise
 from stack.drivetrain.differential import Wheels
 from stack.localisation.fusion.wheel_slip import WheelSlip
 from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
-from stack.sim.sensors.odometry import Encoders
 from stack.sim.sensors.odometry import Odometry as SimulatedOdometry
 from stack.types import Imu, Odometry, Pose2D, Twist
 from tests.observed import observed
@@ -39,7 +38,7 @@ def test_a_drift_of_simulated_wheels_is_as_stated():
     for seed in range(200):
         wheels = SimulatedOdometry(NARROW, seed)
         for n in range(41):
-            wheels.update(0.01 * n, Encoders((n / 0.033 / 40, n / 0.033 / 40)))
+            wheels.update(0.01 * n, (n / 0.033 / 40, n / 0.033 / 40))
         ends.append(wheels.reading.pose.heading)
     stated = WheelSlip(NARROW.drivetrain, 0.02).covariance(Pose2D(1.0, 0.0))
     # The deviation of 200 samples is within 5 % (one sigma); 0.02 sqrt(2) / 0.135 = 0.21 rad.
