@@ -152,7 +152,7 @@ class ScanEvaluator:
         """Return the class and the credit of each beam; see `kernels.classify_beams`."""
         sensor = as_row(pose.compose(scan.mount))
         kinds, credits = self._kernels.classify_beams(
-            self._field.occupancy, self._field.distances, *self._field.placement, sensor,
+            self._field.occupancy, self._field.distances, self._field.placement, sensor,
             scan.angles[beams], scan.ranges[beams].astype(np.float64), scan.range_max,
             hypot(FIT_DEVIATION, self._field.surface_deviation),
         )  # fmt: skip
@@ -216,7 +216,7 @@ def calibrate(
     for (x, y), heading, shift in zip(chosen, headings, jitter, strict=True):
         pose = Pose2D(float(x), float(y), float(heading))
         ranges = kernels.cast_rays(
-            field.occupancy, *field.placement, as_row(pose.compose(like.mount)), angles,
+            field.occupancy, field.placement, as_row(pose.compose(like.mount)), angles,
             like.range_max,
         )  # fmt: skip
         ranges += field.surface_depth

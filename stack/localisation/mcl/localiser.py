@@ -317,9 +317,9 @@ class Localiser(Estimator):
     def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return distinct poses on the whole map that explain the scans, best first.
 
-        See `GlobalMatcher.candidates`.
+        See `MapSearch.everywhere`.
         """
-        return self._pose_search.whole_map.candidates(scan, earlier)
+        return self._pose_search.map.everywhere(scan, earlier)
 
     def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
         """Restart at the best pose on the map that explains the scans, with its rivals.

@@ -11,8 +11,7 @@ from stack.localisation.mcl.recovery import Search
 from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.modes import MAX_MODES, Mode, same_place
-from stack.localisation.search.global_match import GlobalMatcher
-from stack.localisation.search.local_match import LocalMatcher, map_search
+from stack.localisation.search.map_search import MapSearch
 from stack.localisation.search.matches import GlobalMatch
 from stack.localisation.search.rivals import weighed
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
@@ -76,17 +75,14 @@ class PoseSearch:
         particle_filter: whose modes are added to.
 
     Attributes:
-        whole_map: search of the whole map.
-        near: search of a window.
+        map: search of the map.
     """
 
     def __init__(
         self, field: SignedDistanceField, evaluator: ScanEvaluator, particle_filter: ParticleFilter
     ) -> None:
         self._evaluator, self._filter = evaluator, particle_filter
-        search = map_search(field)
-        self.whole_map = GlobalMatcher(field, evaluator, search)
-        self.near = LocalMatcher(field, evaluator, search)
+        self.map = MapSearch(field, evaluator)
         self._last: tuple[float, Pose2D] | None = None
 
     def run(  # noqa: PLR0913 - what a search depends on
@@ -107,9 +103,9 @@ class PoseSearch:
         """
         here = self._filter.modes.best.pose.compose(moved)
         if search.is_global:
-            found = self.whole_map.candidates(scan)
+            found = self.map.everywhere(scan)
         else:
-            found = self.near.match(here, scan, search.distance, search.angle)
+            found = self.map.near(here, scan, search.distance, search.angle)
         far = False
         near, *places = trusted.log_priors([here, *(m.pose for m in found)], odometry)
         for match, place in zip(found[:MAX_MODES], places, strict=False):
@@ -148,7 +144,7 @@ class PoseSearch:
 
     def places(self, scan: Scan) -> list[Mode]:
         """Return modes anywhere on the map, weighted by the objects that each needs, best first."""
-        found = weighed(self.whole_map.candidates(scan))
+        found = weighed(self.map.everywhere(scan))
         return [self.mode(match, weight) for match, weight in found[:MAX_MODES]]
 
     def mode(self, match: GlobalMatch, log_weight: float) -> Mode:

@@ -72,7 +72,7 @@ class BeamModel:
     def log_likelihoods(self, poses: FloatArray, points: FloatArray) -> FloatArray:
         """Return (n,) log-likelihoods of points (m, 2), base frame, at poses (n, 3)."""
         scores, blocked = self._kernels.score_poses(
-            self._table, self._field.occupancy, *self._field.placement,
+            self._table, self._field.occupancy, self._field.placement,
             np.ascontiguousarray(poses), np.ascontiguousarray(points.T, dtype=np.float32),
         )  # fmt: skip
         logs: FloatArray = scores.astype(np.float64)

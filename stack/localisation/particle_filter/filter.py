@@ -147,7 +147,7 @@ class ParticleFilter:
         if mode.least is None:
             return
         _, found = self._search_kernels.align(
-            self._field.distances, *self._field.placement, as_row(mode.pose)[None],
+            self._field.distances, self._field.placement, as_row(mode.pose)[None],
             np.ascontiguousarray(points), _WEIGHT, 1,
         )  # fmt: skip
         share = TRUST / _POINT_VARIANCE
@@ -173,7 +173,7 @@ class ParticleFilter:
         spread_out = mode.covariance + _LEAST_SPREAD
         information = _POINT_VARIANCE * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
         refined = self._kernels.refine_pose(
-            self._field.distances, *self._field.placement, as_row(mode.pose), information,
+            self._field.distances, self._field.placement, as_row(mode.pose), information,
             points, 0.1,
         )  # fmt: skip
         aligned = as_pose(refined)

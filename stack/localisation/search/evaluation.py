@@ -107,7 +107,7 @@ class MatchEvaluator:
         self, poses: FloatArray, points: FloatArray, deviations: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         aligned, information = self._kernels.align(
-            self._field.distances, *self._field.placement, np.ascontiguousarray(poses),
+            self._field.distances, self._field.placement, np.ascontiguousarray(poses),
             np.ascontiguousarray(points), deviations, 6,
         )  # fmt: skip
         return aligned, information

@@ -11,6 +11,7 @@ import numpy as np
 from numba import f4, f8, i8, njit, u1
 from numpy.typing import NDArray
 
+from stack.localisation.kernels import PLACEMENT, UNSEEN, WALL, Cells, Floats, Placement, cast
 from stack.types import FloatArray
 
 STRAIGHT, DIAGONAL = 5, 7
@@ -19,14 +20,9 @@ STRAIGHT, DIAGONAL = 5, 7
 
 @njit(cache=True, nogil=True)
 def _is_free(
-    occupancy: NDArray[np.uint8],
-    distances: NDArray[np.float32],
-    placement: FloatArray,
-    poses: FloatArray,
-    x: float,
-    y: float,
-    clearance: float,
-) -> bool:
+    occupancy: Cells, distances: Floats, placement: Placement, poses: FloatArray, x: float,
+    y: float, clearance: float,
+) -> bool:  # fmt: skip
     """Whether the point x, y of the base frame is free with this clearance at every pose."""
     for k in range(poses.shape[0]):
         c, s = cos(poses[k, 2]), sin(poses[k, 2])
@@ -41,15 +37,9 @@ def _is_free(
 
 @njit(cache=True, nogil=True)
 def common_reach(
-    occupancy: NDArray[np.uint8],
-    distances: NDArray[np.float32],
-    placement: FloatArray,
-    poses: FloatArray,
-    clearance: float,
-    start_radius: float,
-    cell: float,
-    half: int,
-) -> NDArray[np.int64]:
+    occupancy: Cells, distances: Floats, placement: Placement, poses: FloatArray, clearance: float,
+    start_radius: float, cell: float, half: int,
+) -> NDArray[np.int64]:  # fmt: skip
     """Cost of the way to each cell around the robot that is free at every rival pose.
 
     Dijkstra's algorithm with buckets (R. Dial, 1969); a cell is examined when it is reached.
@@ -57,7 +47,7 @@ def common_reach(
     Args:
         occupancy: 0 free, 1 occupied, 2 unknown.
         distances: to the nearest surface, metres.
-        placement: (3,) resolution, origin x, origin y of both, metres.
+        placement: of both.
         poses: (k, 3) rival poses.
         clearance: required distance to surfaces, metres.
         start_radius: around the robot free space needs no clearance, metres.
@@ -114,53 +104,21 @@ def common_reach(
 
 @njit(cache=True, nogil=True)
 def expected_ranges(
-    occupancy: NDArray[np.uint8],
-    placement: FloatArray,
-    sensors: FloatArray,
-    angles: FloatArray,
-    limit: float,
+    occupancy: Cells, placement: Placement, sensors: FloatArray, angles: FloatArray, limit: float
 ) -> FloatArray:
-    """Ranges (k, m) of beams of lidars at (k, 3) poses; +inf without a wall, NaN in unknown space.
-
-    J. Amanatides, A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
-    """
-    rows, columns = occupancy.shape
-    resolution = placement[0]
+    """Ranges (k, m) of beams of lidars at (k, 3) poses; +inf without a wall, NaN where unknown."""
     ranges = np.empty((sensors.shape[0], angles.shape[0]))
     for k in range(sensors.shape[0]):
         x, y = sensors[k, 0] - placement[1], sensors[k, 1] - placement[2]
         for i in range(angles.shape[0]):
-            dx, dy = cos(sensors[k, 2] + angles[i]), sin(sensors[k, 2] + angles[i])
-            row, column = floor(y / resolution), floor(x / resolution)
-            step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-            per_x = resolution / abs(dx) if dx != 0.0 else inf
-            per_y = resolution / abs(dy) if dy != 0.0 else inf
-            edge_x = (column + (1 if dx > 0.0 else 0)) * resolution
-            edge_y = (row + (1 if dy > 0.0 else 0)) * resolution
-            next_x = (edge_x - x) / dx if dx != 0.0 else inf
-            next_y = (edge_y - y) / dy if dy != 0.0 else inf
-            travelled, found = 0.0, inf
-            while travelled <= limit:
-                if row < 0 or column < 0 or row >= rows or column >= columns:
-                    found = nan
-                    break
-                if occupancy[row, column] != 0:
-                    found = travelled if occupancy[row, column] == 1 else nan
-                    break
-                if next_x < next_y:
-                    travelled = next_x
-                    next_x += per_x
-                    column += step_x
-                else:
-                    travelled = next_y
-                    next_y += per_y
-                    row += step_y
-            ranges[k, i] = found
+            angle = sensors[k, 2] + angles[i]
+            distance, kind = cast(occupancy, placement[0], x, y, angle, limit)
+            ranges[k, i] = distance if kind == WALL else (nan if kind == UNSEEN else inf)
     return ranges
 
 
 VIEWS = (
-    (common_reach, (u1[:, ::1], f4[:, ::1], f8[::1], f8[:, ::1], f8, f8, f8, i8)),
-    (expected_ranges, (u1[:, ::1], f8[::1], f8[:, ::1], f8[::1], f8)),
+    (common_reach, (u1[:, ::1], f4[:, ::1], PLACEMENT, f8[:, ::1], f8, f8, f8, i8)),
+    (expected_ranges, (u1[:, ::1], PLACEMENT, f8[:, ::1], f8[::1], f8)),
 )
 """Entry points, with the types that the view planner calls them with."""

@@ -59,7 +59,6 @@ class ViewPlanner:
         from stack.localisation.views import kernels
 
         self._kernels, self._field, self._clearance = kernels, field, clearance
-        self._placement = np.array(field.placement)
 
     def best_view(
         self,
@@ -91,7 +90,7 @@ class ViewPlanner:
     def reach(self, poses: Sequence[Pose2D]) -> NDArray[np.int64]:
         """Return the costs of the ways that are free at all poses; see `kernels.common_reach`."""
         cost: NDArray[np.int64] = self._kernels.common_reach(
-            self._field.occupancy, self._field.distances, self._placement,
+            self._field.occupancy, self._field.distances, self._field.placement,
             np.array([as_row(pose) for pose in poses]), self._clearance, 2.0 * self._clearance,
             CELL, round(self._limit / CELL),
         )  # fmt: skip
@@ -147,7 +146,7 @@ class ViewPlanner:
         mount = Pose2D(scan.mount.x, scan.mount.y, 0.0)
         sensors = np.array([as_row(one.compose(here).compose(mount)) for one in rivals])
         ranges = self._kernels.expected_ranges(
-            self._field.occupancy, self._placement, sensors, beams, scan.range_max
+            self._field.occupancy, self._field.placement, sensors, beams, scan.range_max
         )
         evidence = self._evidence(ranges, scan.range_max)
         view = scan.angle_increment * scan.ranges.size

@@ -75,7 +75,7 @@ class MapConsistency:
         angles, ranges = scan.angles[beams], scan.ranges[beams].astype(np.float64)
         origin, resolution = self._grid.origin, self._grid.resolution
         walls = kernels.cast_rays(
-            self._occupancy, resolution, *origin,
+            self._occupancy, (resolution, *origin),
             np.array([sensor.x, sensor.y, sensor.heading]), angles, float(scan.range_max),
         )  # fmt: skip
         x = sensor.x + ranges * np.cos(sensor.heading + angles)

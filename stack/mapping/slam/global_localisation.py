@@ -17,9 +17,8 @@ from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.modes import Mode, ModeSet
 from stack.localisation.particle_filter.particles import ParticleSet
-from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE, MatchEvaluator
-from stack.localisation.search.global_match import GlobalMatcher
-from stack.localisation.search.local_match import map_search
+from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
+from stack.localisation.search.map_search import MapSearch
 from stack.localisation.search.matches import GlobalMatch, Views, scan_points
 from stack.localisation.search.rivals import Resolution, resolve
 from stack.localisation.views.view_planner import ViewPlanner
@@ -50,8 +49,7 @@ class GlobalLocalisation:
     def __init__(self, grid: OccupancyGrid, seed: int) -> None:
         self._field, self._seed = surface_field(grid), seed
         self._evaluator = ScanEvaluator(self._field)
-        self._ranking = MatchEvaluator(self._field, self._evaluator)
-        self._matcher: GlobalMatcher | None = None
+        self._search = MapSearch(self._field, self._evaluator)
         self._scale: FitScale | None = None
         self._views = RecentViews()
         self._modes = ModeSet()
@@ -72,10 +70,7 @@ class GlobalLocalisation:
 
     def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return distinct poses on the whole map that explain the scans, best first."""
-        if self._matcher is None:
-            search = map_search(self._field)
-            self._matcher = GlobalMatcher(self._field, self._evaluator, search)
-        return self._matcher.candidates(scan, earlier)
+        return self._search.everywhere(scan, earlier)
 
     def restart(self, places: Sequence[GlobalMatch], odometry: Pose2D) -> None:
         """Follow these places from now on, the first one as the estimate.
@@ -152,7 +147,7 @@ class GlobalLocalisation:
         points, costs = scan_points(scan, BEAMS), [view.cost]
         for mode in modes.modes[1:]:
             expected = mode.pose.compose(moved)
-            mode.pose = self._ranking.followed(expected, scan, points, REACH).pose
+            mode.pose = self._search.ranking.followed(expected, scan, points, REACH).pose
             costs.append(self._evaluator.view(mode.pose, scan).cost)
         modes.weigh(costs)
         return modes.best.pose if modes.tidy() else None

@@ -82,7 +82,7 @@ def test_a_lidar_that_looks_ahead_is_turned_to_the_difference(shares):
     place = ROBOT.compose(view.motion)
     twin = TWIN.compose(view.motion)
     ranges = [
-        cast_rays(field.occupancy, *field.placement, np.array([p.x, p.y, p.heading]),
+        cast_rays(field.occupancy, field.placement, np.array([p.x, p.y, p.heading]),
                   ahead.angles, 8.0)
         for p in (place, twin)
     ]  # fmt: skip
