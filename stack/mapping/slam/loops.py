@@ -208,8 +208,8 @@ class LoopClosure:
         found = local.search(scan, start, window, deviations=likely, least=LOOP_SCORE)
         if found is None:
             return None
-        match = local.align(scan, found[0])
-        if match.overlap < LOOP_OVERLAP or match.pose.distance_to(found[0]) > 0.3:
+        match = local.align(scan, found)
+        if match.overlap < LOOP_OVERLAP or match.pose.distance_to(found) > 0.3:
             return None
         weakest = float(np.linalg.eigvalsh(match.information[:2, :2])[0])
         if weakest < LEAST_POINTS / RESIDUAL_DEVIATION**2:

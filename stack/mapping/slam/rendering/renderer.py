@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.localisation.distance_field import as_row
 from stack.mapping.slam.graph import Keyframe, PoseGraph
-from stack.mapping.slam.matching.scans import as_row
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering import kernels
 from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
