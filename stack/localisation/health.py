@@ -21,15 +21,15 @@ from stack.localisation.parameters import LocaliserParameters
 from stack.types import FloatArray, Pose2D, Scan
 
 SHORT_OBJECT = 1.0
-"""Evidence against a mode of an unmapped object 6 degrees wide (log-likelihood)."""
+"""Evidence against a hypothesis of an unmapped object 6 degrees wide (log-likelihood)."""
 LONG_OBJECT = 2.0
-"""Evidence against a mode of a mapped object that is not there: rarer than an unmapped one."""
+"""Evidence against a hypothesis of a mapped object that is missing: rarer than an unmapped one."""
 
 FIT_BEAMS = 90
 """Number of beams of a scan in its fit, evenly spread over all directions."""
 
 VIEW_BEAMS = 120
-"""Number of beams of a scan that are classified for health, modes and navigation."""
+"""Number of beams of a scan that are classified for health, hypotheses and navigation."""
 
 FIT_DEVIATION = 0.08
 """Metres; a beam that ends this far from a wall has 0.61 of the credit of one that ends on it."""

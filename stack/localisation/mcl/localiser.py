@@ -1,7 +1,7 @@
 """Monte-Carlo localisation: the robot's pose on a known map by a particle filter.
 
 Unlike AMCL, the filter injects no random particles. Places that explain the scans equally well are
-modes of the filter, each with particles of its own (particle_filter/modes.py). After a push or a
+hypotheses, each with particles of its own (particle_filter/hypotheses.py). After a push or a
 kidnap the pose follows odometry, its health drops, and searches of the map find the new pose
 (recovery.py).
 """
@@ -28,8 +28,8 @@ from stack.localisation.mcl.touch import TouchSense
 from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.filter import ParticleFilter
+from stack.localisation.particle_filter.hypotheses import MAX_HYPOTHESES, Hypothesis
 from stack.localisation.particle_filter.marker_update import MarkerUpdate
-from stack.localisation.particle_filter.modes import MAX_MODES, Mode
 from stack.localisation.particle_filter.motion_models import motion_model
 from stack.localisation.particle_filter.odometry_since import OdometrySince
 from stack.localisation.particle_filter.particles import move
@@ -183,7 +183,7 @@ class Localiser(Estimator):
     def scatter(self) -> None:
         """Restart with particles uniform over the free space."""
         self._filter.scatter()
-        self._restart(self._filter.modes.modes)
+        self._restart(list(self._filter.hypotheses))
         self._trusted.forget()
         self._scattered, self._estimate = True, None
 
@@ -208,7 +208,7 @@ class Localiser(Estimator):
         likelihood = self._markers.likelihood(fix, since, self._odometry.stated.covariance)
         self._estimate = None
         if self._scattered:
-            self._restart(self._markers.modes_of(likelihood))
+            self._restart(self._markers.hypotheses_of(likelihood))
         elif self._markers.apply(likelihood):
             self._jumped(confirmed=False)
         self._corrected_at = max(self._corrected_at, fix.stamp)
@@ -247,8 +247,8 @@ class Localiser(Estimator):
         elif self._is_update_due():
             self._measurement_update(scan)
         view = self._evaluator.view(self._pose, scan)
-        if len(self._filter.modes.modes) > 1:
-            view = self._compare_modes(scan, view)
+        if len(self._filter.hypotheses) > 1:
+            view = self._compare_hypotheses(scan, view)
         search = self._recovery.next(scan.stamp, view, self._fit_scale(scan).low)
         if search is not None:
             confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
@@ -261,7 +261,7 @@ class Localiser(Estimator):
             if found:
                 self._recovery.verify(scan.stamp)
             view = self._evaluator.view(self._pose, scan)
-        scale, alone = self._fit_scale(scan), len(self._filter.modes.modes) == 1
+        scale, alone = self._fit_scale(scan), len(self._filter.hypotheses) == 1
         self._confidence.add(scan.stamp, view, scale, self._travelled, alone=alone)
         if self._confidence.needs_verification(view, scale, alone=alone):
             self._recovery.verify(scan.stamp)
@@ -283,26 +283,26 @@ class Localiser(Estimator):
 
     def _summary(self) -> PoseEstimate:
         """Return the estimate as of now."""
-        p, features, modes = self.parameters, self.health_features, self._filter.modes
+        p, features, hypotheses = self.parameters, self.health_features, self._filter.hypotheses
         if features is None:
             right = 0.0 if self._scattered else _UNTESTED_HEALTH
         else:
             right = health(features)
         return PoseEstimate(
-            self._pose, modes.covariance() + self._common_errors, right,
-            self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
+            self._pose, hypotheses.covariance() + self._common_errors, right,
+            self.map_from_odom, self._corrected_at, self._jumps, hypotheses.rivals(self._moved),
             HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip
 
     @property
     def health_features(self) -> HealthFeatures | None:
         """What the health follows from; None before the first scan after a restart."""
-        return self._confidence.features(self._filter.modes, self._scale)
+        return self._confidence.features(self._filter.hypotheses, self._scale)
 
     @property
     def map_from_odom(self) -> Pose2D:
         """The odom frame's pose in the map frame."""
-        return self._filter.modes.best.pose.compose(self._odometry.reference.inverse())
+        return self._filter.hypotheses.best.pose.compose(self._odometry.reference.inverse())
 
     @property
     def particles(self) -> FloatArray:
@@ -357,9 +357,9 @@ class Localiser(Estimator):
         return resolve(candidates, low, fitting)
 
     def _adopt(self, resolution: Resolution) -> GlobalMatch:
-        found = (resolution.best, *resolution.rivals)[:MAX_MODES]
+        found = (resolution.best, *resolution.rivals)[:MAX_HYPOTHESES]
         self._restart([
-            self._pose_search.mode(match, weight)
+            self._pose_search.hypothesis(match, weight)
             for match, weight in zip(found, resolution.log_weights, strict=False)
         ])  # fmt: skip
         return resolution.best
@@ -369,13 +369,13 @@ class Localiser(Estimator):
         try:
             self._adopt(self._resolution(scan))
         except NavigationError:
-            if modes := self._pose_search.places(scan):
-                self._restart(modes)
-                self._filter.modes.tidy()
+            if hypotheses := self._pose_search.anywhere(scan):
+                self._restart(hypotheses)
+                self._filter.hypotheses.tidy()
 
     @property
     def _pose(self) -> Pose2D:
-        return self._filter.modes.best.pose.compose(self._moved)
+        return self._filter.hypotheses.best.pose.compose(self._moved)
 
     @property
     def _moved(self) -> Pose2D:
@@ -389,9 +389,9 @@ class Localiser(Estimator):
             )
         return self._scale
 
-    def _restart(self, modes: Sequence[Mode], *, confirmed: bool = False) -> None:
-        """Restart with modes at the newest odometry."""
-        self._filter.modes.replace(modes)
+    def _restart(self, hypotheses: Sequence[Hypothesis], *, confirmed: bool = False) -> None:
+        """Restart with hypotheses at the newest odometry."""
+        self._filter.hypotheses.replace(hypotheses)
         self._estimate = None
         self._odometry.restart()
         self._scattered = False
@@ -413,7 +413,7 @@ class Localiser(Estimator):
         distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
         self._travelled = distance + 0.5 * turn
         self._trusted.drive(distance, pushed=disturbed, touched=touched)
-        self._filter.modes.travel(distance / RIVAL_DISTANCE + turn / RIVAL_ANGLE)
+        self._filter.hypotheses.travel(distance / RIVAL_DISTANCE + turn / RIVAL_ANGLE)
         if disturbed:
             self._recovery.disturb(scan.stamp)
         if touched:
@@ -441,32 +441,35 @@ class Localiser(Estimator):
 
     def _is_update_due(self) -> bool:
         p = self.parameters
-        settled = self._filter.modes.best.is_settled
+        settled = self._filter.hypotheses.best.is_settled
         return self._odometry.is_update_due(p.update_distance, p.update_angle, settled=settled)
 
     def _measurement_update(self, scan: Scan) -> None:
-        """Run one filter step: predict, then weight each mode that the scan may belong to."""
+        """Run one filter step: predict, then weight each hypothesis that the scan fits."""
         lost = _NO_FIT * self._fit_scale(scan).low
         self._filter.predict(self._odometry.take())
-        for mode in self._filter.modes.modes:
-            # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
+        for hypothesis in self._filter.hypotheses:
+            # Scans from elsewhere must not pull it to a pose with a slightly better fit.
             last = self._confidence.views.newest
-            fit = last.fit if last and mode is self._filter.modes.best else None
-            if fit is not None and fit < lost and mode.is_settled:
-                self._filter.spread(mode)
+            fit = last.fit if last and hypothesis is self._filter.hypotheses.best else None
+            if fit is not None and fit < lost and hypothesis.is_settled:
+                hypothesis.spread()
             else:
-                self._filter.measure(mode, scan)
+                self._filter.measure(hypothesis, scan)
 
-    def _compare_modes(self, scan: Scan, view: ScanView) -> ScanView:
-        """Add the evidence of a scan to the modes; return the view of the estimate."""
-        modes, moved = self._filter.modes, self._moved
-        others = [self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]]
-        modes.weigh([view.cost, *(o.cost for o in others)])
+    def _compare_hypotheses(self, scan: Scan, view: ScanView) -> ScanView:
+        """Add the evidence of a scan to the hypotheses; return the view of the estimate."""
+        hypotheses, moved = self._filter.hypotheses, self._moved
+        others = [
+            self._evaluator.view(hypothesis.pose.compose(moved), scan)
+            for hypothesis in hypotheses.others
+        ]
+        hypotheses.weigh([view.cost, *(o.cost for o in others)])
         if self._confidence.is_confirmed and not self._recovery.is_disturbed(scan.stamp):
             scale = self._fit_scale(scan)
             least = scale.low + _USUAL * (scale.middle - scale.low)
-            modes.hold_back([other.fit >= least for other in others])
-        views = dict(zip(map(id, modes.modes), [view, *others], strict=True))
-        if modes.tidy():
+            hypotheses.hold_back([other.fit >= least for other in others])
+        views = dict(zip(map(id, hypotheses), [view, *others], strict=True))
+        if hypotheses.tidy():
             self._jumped(confirmed=False)
-        return views[id(modes.best)]
+        return views[id(hypotheses.best)]

@@ -1,4 +1,4 @@
-"""Searches of the map that give the filter new modes."""
+"""Searches of the map that give the filter new hypotheses."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from stack.localisation.mcl.confidence import MANY_LONG
 from stack.localisation.mcl.recovery import Search
 from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.particle_filter.filter import ParticleFilter
-from stack.localisation.particle_filter.modes import MAX_MODES, Mode, same_place
+from stack.localisation.particle_filter.hypotheses import MAX_HYPOTHESES, Hypothesis, same_place
 from stack.localisation.search.map_search import MapSearch
 from stack.localisation.search.matches import GlobalMatch
 from stack.localisation.search.rivals import weighed
-from stack.types import FloatArray, Pose2D, Scan, wrap_angle
+from stack.types import Pose2D, Scan, wrap_angle
 
 _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
 """Covariance that is added to that of a match: cells and noise."""
@@ -67,12 +67,12 @@ def prior_of(view: ScanView, *, confirmed: bool, disturbed: bool, touched: bool)
 
 
 class PoseSearch:
-    """Searches the map near the estimate or as a whole, and adds what fits to the modes.
+    """Searches the map near the estimate or as a whole, and adds what fits to the hypotheses.
 
     Args:
         field: the map.
         evaluator: of the same map.
-        particle_filter: whose modes are added to.
+        particle_filter: whose hypotheses are added to.
 
     Attributes:
         map: search of the map.
@@ -95,20 +95,21 @@ class PoseSearch:
             search: what to search.
             scan: the newest scan.
             view: comparison of the scan with the map at the estimate.
-            moved: odometry since the modes' reference pose.
+            moved: odometry since the hypotheses' reference pose.
             odometry: pose at the scan, odom frame.
-            prior: log-weight of a new mode relative to the estimate.
+            prior: log-weight of a new hypothesis relative to the estimate.
             low: fit that most scans at a true pose exceed.
             trusted: how probable places are after a push.
         """
-        here = self._filter.modes.best.pose.compose(moved)
+        hypotheses = self._filter.hypotheses
+        here = hypotheses.best.pose.compose(moved)
         if search.is_global:
             found = self.map.everywhere(scan)
         else:
             found = self.map.near(here, scan, search.distance, search.angle)
         far = False
         near, *places = trusted.log_priors([here, *(m.pose for m in found)], odometry)
-        for match, place in zip(found[:MAX_MODES], places, strict=False):
+        for match, place in zip(found[:MAX_HYPOTHESES], places, strict=False):
             seen = self._evaluator.view(match.pose, scan)
             if search.is_global:
                 plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
@@ -121,12 +122,14 @@ class PoseSearch:
             at_reference = match.pose.compose(moved.inverse())
             covariance = match.covariance + _LEAST_COVARIANCE
             if not same_place(match.pose, here):
-                added = self._add(at_reference, covariance, prior + place - near)
+                weight = hypotheses.best.log_weight + prior + place - near
+                added = hypotheses.add(self._filter.around(at_reference, covariance, weight))
                 far = far or (added and match.pose.distance_to(here) > _FAR)
             elif seen.fit > view.fit + _BETTER_FIT:
                 doubtful = prior > _TOUCHED
                 if self._is_found_again(scan.stamp, match.pose, odometry) or doubtful:
-                    self._correct(at_reference, covariance)
+                    weight = hypotheses.best.log_weight
+                    hypotheses.replace_best(self._filter.around(at_reference, covariance, weight))
         return far
 
     def _is_found_again(self, stamp: float, pose: Pose2D, odometry: Pose2D) -> bool:
@@ -142,23 +145,11 @@ class PoseSearch:
         turned = abs(wrap_angle(expected.heading - pose.heading))
         return expected.distance_to(pose) < _SAME_MATCH and turned < _SAME_TURN
 
-    def places(self, scan: Scan) -> list[Mode]:
-        """Return modes anywhere on the map, weighted by the objects that each needs, best first."""
+    def anywhere(self, scan: Scan) -> list[Hypothesis]:
+        """Return hypotheses on the whole map, weighted by the objects that each needs."""
         found = weighed(self.map.everywhere(scan))
-        return [self.mode(match, weight) for match, weight in found[:MAX_MODES]]
+        return [self.hypothesis(match, weight) for match, weight in found[:MAX_HYPOTHESES]]
 
-    def mode(self, match: GlobalMatch, log_weight: float) -> Mode:
-        """Return a mode at a match at the reference pose."""
+    def hypothesis(self, match: GlobalMatch, log_weight: float) -> Hypothesis:
+        """Return a hypothesis at a match at the reference pose."""
         return self._filter.around(match.pose, match.covariance + _LEAST_COVARIANCE, log_weight)
-
-    def _add(self, pose: Pose2D, covariance: FloatArray, prior: float) -> bool:
-        """Add a mode; return whether it is another place than all others."""
-        weight = self._filter.modes.best.log_weight + prior
-        mode = self._filter.around(pose, covariance, weight)
-        mode.weighed = 0.0
-        return self._filter.modes.add(mode)
-
-    def _correct(self, pose: Pose2D, covariance: FloatArray) -> None:
-        """Move the estimate by a small correction."""
-        modes = self._filter.modes
-        modes.modes[0] = self._filter.around(pose, covariance, modes.best.log_weight)

@@ -2,7 +2,7 @@
 
 A push moves the robot without its wheels, so the scans stop fitting. The search starts as soon as
 they have done so for a moment, also at standstill, and widens while they still do not fit. What it
-finds becomes modes of the filter; their evidence decides.
+finds becomes hypotheses of the filter; their evidence decides.
 """
 
 from __future__ import annotations

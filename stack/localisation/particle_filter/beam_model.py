@@ -2,7 +2,7 @@
 
 Probabilistic Robotics, 2005, section 6.4, with beam skipping: a beam that ends at something
 unmapped, or that passes where the map has a wall, says nothing of where within a place the robot
-is. Which place it is in is the modes' evidence (`ScanView.cost`).
+is. Which place it is in is the evidence of the hypotheses (`ScanView.cost`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particle_filter.modes import Mode
 from stack.localisation.search.matches import beam_points, returned_beams
 from stack.types import FloatArray, Pose2D, Scan
 
@@ -84,11 +83,3 @@ class BeamModel:
         kinds, _ = self._evaluator.classified(pose, scan, beams)
         matched: NDArray[np.bool_] = kinds == self._kernels.MATCHED
         return matched
-
-
-def weighted(mode: Mode, logs: FloatArray) -> FloatArray:
-    """Return (n,) weights of a mode's particles after a measurement."""
-    total = np.log(mode.particle_set.weights) + logs
-    weights: FloatArray = np.exp(total - total.max())
-    weights /= weights.sum()
-    return weights

@@ -1,7 +1,7 @@
-"""Rival poses: which candidates of a global search remain beside the best one.
+"""Rival poses: which matches of a global search remain beside the best one.
 
-A single scan of a corridor with equal rooms fits several places. The candidates with a share of the
-probability become modes of the particle filter, which follows and weighs them.
+A single scan of a corridor with equal rooms fits several places. The matches with a share of the
+probability become hypotheses of the particle filter, which follows and weighs them.
 
 Places are compared by the unmapped and missing objects that each of them needs. How well the beams
 end at the walls is no evidence for one place against another: a wall is anywhere within its cell,
@@ -59,19 +59,19 @@ def weighed(
 
 
 def resolve(
-    candidates: Sequence[GlobalMatch], least_fit: float, log_priors: Sequence[float] = ()
+    matches: Sequence[GlobalMatch], least_fit: float, log_priors: Sequence[float] = ()
 ) -> Resolution:
-    """Return the best candidate and its rivals.
+    """Return the best match and its rivals.
 
     Args:
-        candidates: distinct poses.
+        matches: distinct poses.
         least_fit: smallest accepted fit of the best one.
-        log_priors: of each candidate, at most 0; empty: all are as probable.
+        log_priors: of each match, at most 0; empty: all are as probable.
 
     Raises:
-        NavigationError: LOST if no candidate fits.
+        NavigationError: LOST if no match fits.
     """
-    pairs = weighed(candidates, log_priors)
+    pairs = weighed(matches, log_priors)
     fit = pairs[0][0].fit if pairs else 0.0
     if not pairs or fit < least_fit:
         raise NavigationError(
