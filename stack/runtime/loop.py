@@ -34,7 +34,7 @@ from stack.types import (
     Odometry,
     Perceived,
     PoseEstimate,
-    is_jump,
+    has_jumped,
 )
 
 LONGEST_NAP = 0.01
@@ -122,7 +122,7 @@ class Runtime:
             p.markers.add_views(observation, p.frames, estimate)
             if p.estimator.maps_markers:
                 p.estimator.observe_markers(p.markers.observed(observation), p.frames)
-            if estimate.jumps != before.jumps and is_jump(before.pose, estimate.pose):
+            if has_jumped(before, estimate):
                 report_pose(self._emit, before.pose, estimate.pose, "lidar")
             tracks = self._at(last, estimate).world.tracks
         with measure("places"):

@@ -44,7 +44,7 @@ from stack.types.grids import (
     OccupancyGrid,
 )
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
-from stack.types.perceived import NOTHING_MOVES, Perceived, WorldView, is_jump
+from stack.types.perceived import NOTHING_MOVES, Perceived, WorldView, has_jumped
 from stack.types.places import PlaceSighting
 from stack.types.sensors import (
     NO_COVARIANCE,
@@ -85,7 +85,6 @@ __all__ = [
     "NOTHING_MOVES",
     "Perceived",
     "WorldView",
-    "is_jump",
     "NO_OBJECTS",
     "OBJECT_COLOURS",
     "PERSON",
@@ -154,5 +153,6 @@ __all__ = [
     "View",
     "UNKNOWN",
     "UNKNOWN_COST",
+    "has_jumped",
     "wrap_angle",
 ]
