@@ -17,6 +17,9 @@ from stack.localisation.marker_mixture import Mixture, components_of
 from stack.localisation.parameters import DeadReckoningParameters
 from stack.types import FloatArray, MarkerFix, Observation, OccupancyGrid, Pose2D, PoseEstimate
 
+HEADING_VARIANCE_PER_METRE, HEADING_VARIANCE_PER_RADIAN = 1e-5, 2e-4
+"""Variance of the heading per metre driven, rad²/m, and per radian turned, rad²/rad."""
+
 _VOLUME = 2000.0
 """m² rad; poses among which a false measurement of markers is: about 18 m by 18 m."""
 
@@ -113,6 +116,6 @@ class DeadReckoning(Estimator):
         noise = np.diag([
             p.distance_variance * distance,
             p.distance_variance * distance,
-            p.heading_variance_per_metre * distance + p.heading_variance_per_radian * turned,
+            HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_RADIAN * turned,
         ])  # fmt: skip
         self._covariance = step @ self._covariance @ step.T + noise

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField, as_row
-from stack.localisation.parameters import LocaliserParameters
 from stack.types import FloatArray, Pose2D, Scan
 
 SHORT_OBJECT = 1.0
@@ -39,6 +38,9 @@ _WEIGHTS = np.array([0.0, 1.0, 0.5, 1.0, 0.5, 0.5, 0.25])
 
 HEALTH_WINDOW = 1.0
 """Seconds of scans whose median is the health: a person who passes hides the map for less."""
+
+RANGE_NOISE = 0.01
+"""Standard deviation of a lidar range in the simulated scans, m."""
 
 _SAMPLES = 200
 _LEAST_EVIDENCE = 0.25
@@ -91,10 +93,6 @@ class ScanEvaluator:
         self._costs = np.zeros(7)
         self._costs[[kernels.SHORT, kernels.BEYOND]] = SHORT_OBJECT
         self._costs[[kernels.LONG, kernels.MISSING]] = LONG_OBJECT
-
-    def classify(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.int8]:
-        """Return the class of each beam with the base at `pose`; see `kernels.classify_beams`."""
-        return self.classified(pose, scan, beams)[0]
 
     def fit(self, pose: Pose2D, scan: Scan) -> float:
         """Return the share of the beams in [0, 1] that the map explains with the base at `pose`."""
@@ -187,7 +185,7 @@ def calibrate(
     evaluator: ScanEvaluator,
     field: SignedDistanceField,
     like: Scan,
-    parameters: LocaliserParameters,
+    most_obstacles: int,
     generator: np.random.Generator,
 ) -> FitScale:
     """Measure the fits at true poses with simulated scans all over the free space.
@@ -196,7 +194,7 @@ def calibrate(
         evaluator: of the same map.
         field: the map.
         like: a scan with the lidar's beams, limits and mount; its ranges are ignored.
-        parameters: noise of a range and number of unmapped obstacles.
+        most_obstacles: largest number of unmapped obstacles around the robot.
         generator: for poses, noise and obstacles.
     """
     from stack.localisation import kernels
@@ -208,7 +206,7 @@ def calibrate(
     headings = generator.uniform(-pi, pi, _SAMPLES)
     jitter = generator.normal(0.0, [0.03, 0.03, 0.015], (_SAMPLES, 3))
     # Discretisation is noise as well: a surface is anywhere within its cell.
-    deviation = float(np.hypot(parameters.range_noise, field.resolution / np.sqrt(12.0)))
+    deviation = float(np.hypot(RANGE_NOISE, field.resolution / np.sqrt(12.0)))
     beams = spread(like.ranges.size, FIT_BEAMS)  # the fit uses no others
     thin = replace(like, stamp=0.0, ranges=like.ranges[beams], bearings=like.angles[beams])
     angles = thin.angles
@@ -221,7 +219,7 @@ def calibrate(
         )  # fmt: skip
         ranges += field.surface_depth
         ranges += generator.normal(0.0, deviation, like.ranges.size)[beams]
-        ranges = _blocked(ranges, angles, parameters.health_obstacles, generator)
+        ranges = _blocked(ranges, angles, most_obstacles, generator)
         scan = thin.with_ranges(ranges.astype(np.float32))
         fits.append(evaluator.fit(pose.compose(Pose2D(*map(float, shift))), scan))
     low, middle = np.percentile(fits, [5.0, 50.0])

@@ -115,7 +115,7 @@ class EkfOdometry(OdometryFusion):
         if parameters.sources != before.sources:
             self._sources = [Source(source) for source in parameters.sources]
         if self._history is not None:
-            self._history.noise, self._history.span = _noise(parameters), parameters.history
+            self._history.configure(_noise(parameters), parameters.history)
 
     @property
     def gyro_bias(self) -> float:

@@ -92,9 +92,13 @@ class History:
         self, stamp: float, state: FloatArray, covariance: FloatArray, noise: FloatArray,
         span: float,
     ) -> None:  # fmt: skip
-        self.noise, self.span = noise, span
+        self.configure(noise, span)
         self.nodes = [Node((stamp, 0, ""), None, state, covariance)]
         self._early: list[tuple[float, str, Measurement]] = []
+
+    def configure(self, noise: FloatArray, span: float) -> None:
+        """Use other noise (11,) and another span, seconds, from now on."""
+        self._noise, self._span = noise, span
 
     @property
     def newest(self) -> Node:
@@ -115,7 +119,7 @@ class History:
         self._run(len(self.nodes) - 1)
         while self._early and self._early[0][0] <= end + TOLERANCE:
             self.add(self._early.pop(0)[2])
-        while len(self.nodes) > 2 and self.nodes[1].key[0] < end - self.span:
+        while len(self.nodes) > 2 and self.nodes[1].key[0] < end - self._span:
             del self.nodes[0]
 
     def add(self, measurement: Measurement) -> Node | None:
@@ -140,6 +144,11 @@ class History:
         self.nodes.insert(place, node)
         self._run(place)
         return node
+
+    def replace(self, node: Node, measurement: Measurement) -> None:
+        """Replace a measurement by another one of the same stamp."""
+        self.nodes.remove(node)
+        self.add(measurement)
 
     def at(self, stamp: float) -> Node | None:
         """Return the last node at a stamp, dividing a motion there; None outside the history."""
@@ -194,7 +203,7 @@ class History:
                 disturbed = event.disturbed
                 share = (event.end - event.begin) / float(event.given[kernels.DURATION])
                 node.step_covariance = kernels.predict(
-                    state, covariance, event.given, share, mode, self.noise
+                    state, covariance, event.given, share, mode, self._noise
                 )
             elif event is not None:
                 node.distance = event.apply(state, covariance)

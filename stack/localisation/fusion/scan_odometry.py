@@ -97,8 +97,7 @@ class ScanOdometry:
     def _update(self, match: ScanMatch, history: History, stamp: float, disturbed: bool) -> bool:
         prior = _since_match(history, self._last, stamp)
         gate = inf if disturbed else GATE
-        found = RelativePose(stamp, SOURCE, match.pose, match.covariance, gate)
-        added = history.add(found)
+        added = history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance, gate))
         assert added is not None
         contradicted = False
         if disturbed:
@@ -108,8 +107,7 @@ class ScanOdometry:
             self._distances.clear()
             contradicted = True
             if added.distance > GATE:
-                history.nodes.remove(added)
-                history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance))
+                history.replace(added, RelativePose(stamp, SOURCE, match.pose, match.covariance))
         if match.searched:
             history.add(_at_wheel_speed(history, stamp, JUMP_SPEED_DEVIATION))
         self._remaining = _share_left(prior, match.covariance, match.pose[2])

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
-from stack.localisation.health import ScanEvaluator
+from stack.localisation.distance_field import as_pose, as_row
+from stack.localisation.known_map import KnownMap
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.beam_model import TRUST, BeamModel
 from stack.localisation.particle_filter.hypotheses import SETTLED_DEVIATION, Hypotheses, Hypothesis
@@ -33,6 +33,13 @@ _LEAST_SPREAD = np.diag([1e-6, 1e-6, 1e-6])
 _NEGLIGIBLE = 1e-4
 """Metres and radians; smaller corrections of a correction are left out."""
 
+KLD_ERROR, KLD_QUANTILE = 0.05, 2.33
+"""Error of the distribution that sets the number of particles, as AMCL's pf_err, and the normal
+quantile of the probability that it is kept: 99 %."""
+
+ODOMETRY_SCALE = 0.01
+"""Standard deviation of the scale of odometry's distances (wheel diameters, load)."""
+
 _LEAST_PARTICLES = 50
 """Particles of a rival, at least."""
 
@@ -41,8 +48,7 @@ class ParticleFilter:
     """Particle sets of the places where the robot may be.
 
     Args:
-        field: the map.
-        evaluator: of the same map.
+        known_map: the map.
         motion: motion model of the robot's drive.
         parameters: of the estimator.
         generator: of all samples.
@@ -53,13 +59,13 @@ class ParticleFilter:
     """
 
     def __init__(
-        self, field: SignedDistanceField, evaluator: ScanEvaluator, motion: MotionModel,
-        parameters: LocaliserParameters, generator: np.random.Generator,
+        self, known_map: KnownMap, motion: MotionModel, parameters: LocaliserParameters,
+        generator: np.random.Generator,
     ) -> None:  # fmt: skip
         from stack.localisation.particle_filter import kernels
         from stack.localisation.search import kernels as search_kernels
 
-        self._kernels, self._field, self._evaluator = kernels, field, evaluator
+        self._kernels, self._map, self._field = kernels, known_map, known_map.field
         self._search_kernels = search_kernels
         self._generator = generator
         self.hypotheses = Hypotheses()
@@ -68,7 +74,7 @@ class ParticleFilter:
     def configure(self, motion: MotionModel, parameters: LocaliserParameters) -> None:
         """Apply new parameters; the particles stay."""
         self._parameters, self._motion = parameters, motion
-        self.beams = BeamModel(self._field, self._evaluator, parameters)
+        self.beams = BeamModel(self._field, self._map.evaluator, parameters)
 
     @property
     def particles(self) -> FloatArray:
@@ -100,10 +106,9 @@ class ParticleFilter:
         """Move all particles by an odometry displacement with sampled errors."""
         noise = self._motion.covariance(motion.moved) + motion.covariance
         for hypothesis in self.hypotheses:
-            before, p = hypothesis.particle_set.poses, self._parameters
-            heading = hypothesis.pose.heading
+            before, heading = hypothesis.particle_set.poses, hypothesis.pose.heading
             least = hypothesis.least or LeastCovariance.of(hypothesis.covariance)
-            least = least.moved(heading, motion.moved, noise, p.odometry_scale)
+            least = least.moved(heading, motion.moved, noise, ODOMETRY_SCALE)
             poses = self._motion.sample(before, motion.moved, self._generator)
             if motion.covariance.any():
                 poses = disturb(poses, before[:, 2], motion.covariance, self._generator)
@@ -176,4 +181,4 @@ class ParticleFilter:
     def _count(self, poses: FloatArray) -> int:
         p, rivals = self._parameters, len(self.hypotheses) - 1
         least = max(p.min_particles // (1 + max(0, rivals)), _LEAST_PARTICLES)
-        return min(max(kld_bound(poses, p.kld_error, p.kld_quantile), least), int(poses.shape[0]))
+        return min(max(kld_bound(poses, KLD_ERROR, KLD_QUANTILE), least), int(poses.shape[0]))

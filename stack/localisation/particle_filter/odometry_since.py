@@ -12,6 +12,9 @@ from stack.types import FloatArray, Pose2D
 
 _ORIGIN = Pose2D(0.0, 0.0)
 
+UPDATE_DISTANCE, UPDATE_ANGLE = 0.05, 0.05
+"""Metres driven or radians turned between two measurement updates: about a cell of the map."""
+
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
 
@@ -120,17 +123,15 @@ class OdometrySince:
         """Let the next scan weight the particles although the wheels stand."""
         self._still_scans = 0
 
-    def is_update_due(self, distance: float, angle: float, *, settled: bool) -> bool:
+    def is_update_due(self, *, settled: bool) -> bool:
         """Return whether the scan that was added last should weight the particles.
 
         Args:
-            distance: since the last update, metres, from which on it does.
-            angle: likewise, radians.
             settled: whether the particles are close together; they then need one update at
                 standstill, else two.
         """
         moved = self.moved
-        if moved.distance_to(_ORIGIN) >= distance or abs(moved.heading) >= angle:
+        if moved.distance_to(_ORIGIN) >= UPDATE_DISTANCE or abs(moved.heading) >= UPDATE_ANGLE:
             self._still_scans = 0
             return True
         self._still_scans += 1

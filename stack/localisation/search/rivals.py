@@ -11,7 +11,6 @@ so that of two equal rooms one fits every scan a little better, in all its beams
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import log
 
 from stack.errors import NavigationError
@@ -24,21 +23,6 @@ RIVAL_SHARE = 0.01
 """A place is a rival if its probability is at least this share of the best one's."""
 EVIDENCE_CAP = 15.0
 """Largest evidence of one view against a place: one view may be wrong as a whole."""
-
-
-@dataclass(frozen=True, slots=True)
-class Resolution:
-    """Result of a global search: where the robot probably is, and where else it may be.
-
-    Attributes:
-        best: the most probable pose.
-        rivals: the others, most probable first.
-        log_weights: of `best` and `rivals`, relative to the largest one.
-    """
-
-    best: GlobalMatch
-    rivals: tuple[GlobalMatch, ...]
-    log_weights: tuple[float, ...]
 
 
 def weighed(
@@ -60,8 +44,8 @@ def weighed(
 
 def resolve(
     matches: Sequence[GlobalMatch], least_fit: float, log_priors: Sequence[float] = ()
-) -> Resolution:
-    """Return the best match and its rivals.
+) -> list[tuple[GlobalMatch, float]]:
+    """Return the best match and its rivals with their log-weights, most probable first.
 
     Args:
         matches: distinct poses.
@@ -80,6 +64,4 @@ def resolve(
             "drive to a place where more of the map is visible",
         )
     limit = log(RIVAL_SHARE)
-    kept = [pair for pair in pairs if pair[1] >= limit]
-    best, *rivals = (match for match, _ in kept)
-    return Resolution(best, tuple(rivals), tuple(weight for _, weight in kept))
+    return [pair for pair in pairs if pair[1] >= limit]

@@ -11,16 +11,16 @@ from math import hypot
 
 import numpy as np
 
-from stack.localisation.distance_field import as_row, surface_field
-from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
+from stack.localisation.distance_field import as_row
+from stack.localisation.health import RecentViews, ScanView
 from stack.localisation.health_model import HealthFeatures, health
+from stack.localisation.known_map import UNTESTED_HEALTH, KnownMap
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.hypotheses import Hypotheses, Hypothesis
 from stack.localisation.particle_filter.particles import ParticleSet
 from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
-from stack.localisation.search.map_search import MapSearch
 from stack.localisation.search.matches import GlobalMatch, Views, scan_points
-from stack.localisation.search.rivals import Resolution, resolve
+from stack.localisation.search.rivals import resolve
 from stack.localisation.views.view_planner import ViewPlanner
 from stack.streams import stream
 from stack.types import FloatArray, OccupancyGrid, Pose2D, RivalPose, Scan, View
@@ -34,9 +34,6 @@ BEAMS = 60
 MATCH_DEVIATION = 0.03
 """Metres; standard deviation of a pose that scan matching follows."""
 
-UNTESTED_HEALTH = 0.8
-"""Health of a pose that was set and that no scan has tested."""
-
 
 class GlobalLocalisation:
     """Hypotheses on one map; the first one is the estimate.
@@ -47,15 +44,14 @@ class GlobalLocalisation:
     """
 
     def __init__(self, grid: OccupancyGrid, seed: int) -> None:
-        self._field, self._seed = surface_field(grid), seed
-        self._evaluator = ScanEvaluator(self._field)
-        self._search = MapSearch(self._field, self._evaluator)
-        self._scale: FitScale | None = None
+        self._map = KnownMap(
+            grid, LocaliserParameters().health_obstacles, stream(seed, "slam health")
+        )
         self._views = RecentViews()
         self._hypotheses = Hypotheses()
         self._odometry = Pose2D(0.0, 0.0)
 
-    def search(self, scan: Scan, earlier: Views = ()) -> Resolution:
+    def search(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return the best pose on the map that explains the scans, and its rivals.
 
         Args:
@@ -65,12 +61,8 @@ class GlobalLocalisation:
         Raises:
             NavigationError: LOST if no pose fits.
         """
-        found = self.candidates(scan, earlier)
-        return resolve(found, self._fit_scale(scan).low)
-
-    def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
-        """Return distinct poses on the whole map that explain the scans, best first."""
-        return self._search.everywhere(scan, earlier)
+        found = self._map.search.everywhere(scan, earlier)
+        return [match for match, _ in resolve(found, self._map.scale_for(scan).low)]
 
     def restart(self, matches: Sequence[GlobalMatch], odometry: Pose2D) -> None:
         """Follow these matches from now on, the first one as the estimate.
@@ -98,12 +90,12 @@ class GlobalLocalisation:
         moved = odometry.relative_to(self._odometry)
         self._odometry = odometry
         self._hypotheses.best.follow(pose)
-        view = self._evaluator.view(pose, scan)
+        view = self._map.evaluator.view(pose, scan)
         taken = self._compare(view, moved, scan) if len(self._hypotheses) > 1 else None
         if taken is not None:
             self._views.clear()
-            view = self._evaluator.view(taken, scan)
-        self._fit_scale(scan)
+            view = self._map.evaluator.view(taken, scan)
+        self._map.scale_for(scan)
         self._views.add(scan.stamp, view)
         return taken
 
@@ -111,10 +103,10 @@ class GlobalLocalisation:
     def health(self) -> float:
         """The calibrated probability in [0, 1] that the estimate is right."""
         now, median = self._views.newest, self._views.median
-        if now is None or median is None or self._scale is None:
+        if now is None or median is None or self._map.scale is None:
             return UNTESTED_HEALTH
         share = float(self._hypotheses.shares[0])
-        return health(HealthFeatures(now, median, self._scale, MATCH_DEVIATION, 1.0, share))
+        return health(HealthFeatures(now, median, self._map.scale, MATCH_DEVIATION, 1.0, share))
 
     @property
     def rivals(self) -> tuple[RivalPose, ...]:
@@ -123,8 +115,7 @@ class GlobalLocalisation:
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
         """Return the health in [0, 1] of a single scan at another pose."""
-        view = self._evaluator.view(pose, scan)
-        return health(HealthFeatures(view, view, self._fit_scale(scan), MATCH_DEVIATION, 1.0))
+        return self._map.fit_at(pose, scan, MATCH_DEVIATION)
 
     def best_view(self, scan: Scan, clearance: float, avoided: Sequence[Pose2D]) -> View | None:
         """Return the view that best tells the hypotheses apart; None with a single one.
@@ -136,7 +127,7 @@ class GlobalLocalisation:
         """
         if len(self._hypotheses) == 1:
             return None
-        planner = ViewPlanner(self._field, clearance)
+        planner = ViewPlanner(self._map.field, clearance)
         poses = [one.pose for one in self._hypotheses]
         return planner.best_view(poses, self._hypotheses.shares.tolist(), scan, avoided)
 
@@ -147,18 +138,10 @@ class GlobalLocalisation:
         points, costs = scan_points(scan, BEAMS), [view.cost]
         for hypothesis in hypotheses.others:
             expected = hypothesis.pose.compose(moved)
-            hypothesis.follow(self._search.ranking.followed(expected, scan, points, REACH).pose)
-            costs.append(self._evaluator.view(hypothesis.pose, scan).cost)
+            hypothesis.follow(self._map.search.ranking.followed(expected, scan, points, REACH).pose)
+            costs.append(self._map.evaluator.view(hypothesis.pose, scan).cost)
         hypotheses.weigh(costs)
         return hypotheses.best.pose if hypotheses.tidy() else None
-
-    def _fit_scale(self, scan: Scan) -> FitScale:
-        if self._scale is None:
-            self._scale = calibrate(
-                self._evaluator, self._field, scan, LocaliserParameters(),
-                stream(self._seed, "slam health"),
-            )  # fmt: skip
-        return self._scale
 
 
 def _hypothesis(match: GlobalMatch, log_weight: float) -> Hypothesis:

@@ -67,6 +67,12 @@ def problem_of(graph: PoseGraph) -> Problem:
     return Problem(poses, list(graph.edges), landmarks)
 
 
+def place_landmarks(graph: PoseGraph, poses: Mapping[int, Pose2D]) -> None:
+    """Place the landmarks of a graph at the optimised poses of their nodes."""
+    for node, landmark in enumerate(graph.landmarks.values(), FIRST_NODE):
+        landmark.pose = poses.get(node, landmark.pose)
+
+
 def solve(problem: Problem) -> Optimum:
     """Return the optimised keyframes and landmarks, with the covariances of the landmarks.
 

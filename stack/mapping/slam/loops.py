@@ -92,10 +92,14 @@ class LoopClosure:
         neighbourhood: Neighbourhood,
         prepared: Callable[[int], PreparedScan],
     ) -> None:
-        self.parameters, self._graph = parameters, graph
+        self._parameters, self._graph = parameters, graph
         self._neighbourhood, self._prepared = neighbourhood, prepared
         self._travelled: dict[int, float] = {}
         self._recent: deque[LoopMatch] = deque(maxlen=3 * LOOP_SCANS)
+
+    def configure(self, parameters: MapperParameters) -> None:
+        """Apply new parameters to the next keyframes."""
+        self._parameters = parameters
 
     def find(self, keyframe: int) -> bool:
         """Compare a new keyframe with earlier places; return whether a loop was closed."""
@@ -141,7 +145,7 @@ class LoopClosure:
             Share of those in known space that lie where it was seen free, and share of all that
             lie at walls.
         """
-        p, keyframes = self.parameters, self._graph.keyframes
+        p, keyframes = self._parameters, self._graph.keyframes
         centre, newest = keyframes[loop.place].pose, keyframes[loop.keyframe].pose
         drawing = Drawing(p)
         near = self._neighbourhood.around(
@@ -196,7 +200,7 @@ class LoopClosure:
 
     def _compare(self, keyframe: int, place: int) -> LoopMatch | None:
         """Match a keyframe with the surroundings of an earlier one."""
-        p, keyframes = self.parameters, self._graph.keyframes
+        p, keyframes = self._parameters, self._graph.keyframes
         centre = keyframes[place].pose
         near = self._neighbourhood.around(place, centre, REFERENCE_KEYFRAMES, REFERENCE_DISTANCE)
         scans = [(keyframes[n].pose.relative_to(centre), self._prepared(n)) for n in near]

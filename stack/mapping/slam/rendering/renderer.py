@@ -97,12 +97,12 @@ class MapRenderer:
         self._next: Drawing | None = None
         self._waiting: list[int] = []
         self._is_outdated = False
-        self.version = 0
+        self._grid: OccupancyGrid | None = None
 
     def add(self, keyframe: Keyframe) -> None:
         """Draw a new keyframe."""
         self._shown.draw(keyframe)
-        self.version += 1
+        self._grid = None
         if self._next is not None:
             self._next.draw(keyframe)
 
@@ -127,8 +127,7 @@ class MapRenderer:
         del self._waiting[:count]
         if self._waiting:
             return False
-        self._shown, self._next = self._next, None
-        self.version += 1
+        self._shown, self._next, self._grid = self._next, None, None
         if self._is_outdated:
             self._is_outdated = False
             self.moved(graph)
@@ -138,9 +137,11 @@ class MapRenderer:
         """Return the map with all keyframes at their newest poses."""
         while self._next is not None:
             self.step(graph, len(self._waiting))
-        return self._shown.grid()
+        return self.shown
 
     @property
     def shown(self) -> OccupancyGrid:
-        """The map as far as it is drawn."""
-        return self._shown.grid()
+        """The map as far as it is drawn; a new object after each change."""
+        if self._grid is None:
+            self._grid = self._shown.grid()
+        return self._grid

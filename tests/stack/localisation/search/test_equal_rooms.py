@@ -101,6 +101,6 @@ def test_several_scans_from_one_pose_are_one_view():
     localiser = Localiser(LocaliserParameters(), robot(), place.grid, 2)
     scan = place.scan(truth, 0.0, generator)
     earlier = [(Pose2D(0.0, 0.0), place.scan(truth, 0.0, generator)) for _ in range(2)]
-    once, thrice = (localiser.match_globally(scan, views)[0] for views in ((), earlier))
+    once, thrice = (localiser.map.search.everywhere(scan, views)[0] for views in ((), earlier))
     assert thrice.evidence == pytest.approx(once.evidence, abs=0.2)
     assert thrice.cost == once.cost
