@@ -137,13 +137,3 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
         distances += np.float32(field.surface_depth)
         np.minimum(distances, np.float32(TRUNCATION), out=distances)
     return field
-
-
-def as_row(pose: Pose2D) -> FloatArray:
-    """Return a pose as (3,) x, y, heading."""
-    return np.array([pose.x, pose.y, pose.heading])
-
-
-def as_pose(row: FloatArray) -> Pose2D:
-    """Return the pose of a row x, y, heading; the heading is wrapped."""
-    return Pose2D(0.0, 0.0).compose(Pose2D(float(row[0]), float(row[1]), float(row[2])))

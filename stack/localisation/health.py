@@ -12,11 +12,13 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, replace
 from math import hypot, pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.localisation.distance_field import SignedDistanceField, as_row
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.planar import as_row
 from stack.types import FloatArray, Pose2D, Scan
 
 SHORT_OBJECT = 1.0
@@ -62,8 +64,7 @@ _GAP = 0.3
 """Metres between the ranges of adjacent beams that meet two objects."""
 
 
-@dataclass(frozen=True, slots=True)
-class ScanView:
+class ScanView(NamedTuple):
     """Comparison of one scan with the map at one pose.
 
     Attributes:
@@ -269,14 +270,7 @@ class RecentViews:
         """The (lower) median of each figure; None without views."""
         if self._median is None and self._kept:
             views = [view for _, view in self._kept]
-            self._median = ScanView(
-                _lower_median([view.fit for view in views]),
-                _lower_median([view.short for view in views]),
-                _lower_median([view.long for view in views]),
-                _lower_median([view.cost for view in views]),
-            )
+            self._median = ScanView(*(
+                sorted(figures)[(len(views) - 1) // 2] for figures in zip(*views, strict=True)
+            ))  # fmt: skip
         return self._median
-
-
-def _lower_median(values: list[float]) -> float:
-    return sorted(values)[(len(values) - 1) // 2]

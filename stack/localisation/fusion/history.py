@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from stack.localisation.fusion import kernels
-from stack.types import NO_COVARIANCE, FloatArray
+from stack.types import NO_COVARIANCE, FloatArray, Pose2D
 
 TOLERANCE = 1e-9
 """Stamps closer than this are equal, seconds: the one that came first stands for both."""
@@ -75,6 +75,11 @@ class Node:
     covariance: FloatArray
     step_covariance: FloatArray = field(default_factory=lambda: NO_COVARIANCE)
     distance: float = 0.0
+
+    @property
+    def pose(self) -> Pose2D:
+        """Of the base, odom frame."""
+        return Pose2D(*self.state[:3].tolist())
 
 
 class History:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.localisation.distance_field import as_pose, as_row
 from stack.localisation.known_map import KnownMap
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.beam_model import TRUST, BeamModel
@@ -18,6 +17,7 @@ from stack.localisation.particle_filter.motion_models import MotionModel, distur
 from stack.localisation.particle_filter.odometry_since import MotionSince
 from stack.localisation.particle_filter.particles import ParticleSet, kld_bound, summarise
 from stack.localisation.particle_filter.uncertainty import LeastCovariance, observable
+from stack.localisation.planar import as_pose, as_row
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 _POINT_VARIANCE = 0.05**2

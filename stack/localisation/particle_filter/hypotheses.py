@@ -15,9 +15,9 @@ from math import log, pi, sqrt
 
 import numpy as np
 
-from stack.localisation.distance_field import as_pose, as_row
 from stack.localisation.particle_filter.particles import ParticleSet, summarise
 from stack.localisation.particle_filter.uncertainty import LeastCovariance, stretch, widened
+from stack.localisation.planar import as_pose, as_row
 from stack.localisation.search.rivals import EVIDENCE_CAP, RIVAL_DEAD_ZONE, RIVAL_SHARE
 from stack.types import FloatArray, Pose2D, RivalPose, wrap_angle
 

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from stack.localisation.distance_field import SignedDistanceField
-from stack.localisation.marker_mixture import Mixture, components_of
+from stack.localisation.marker_mixture import Mixture, carried
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.hypotheses import Hypothesis
 from stack.types import FloatArray, MarkerFix, Pose2D
@@ -50,8 +50,7 @@ class MarkerUpdate:
             stated: (3, 3) covariance that odometry states of it.
         """
         noise = self._filter.noise(since) + stated
-        carried = [one.carried(since, noise) for one in components_of(fix.candidates)]
-        return Mixture(carried, self._volume)
+        return Mixture([carried(one, since, noise) for one in fix.candidates], self._volume)
 
     def apply(self, likelihood: Mixture) -> bool:
         """Update all hypotheses; return whether another one is the estimate now.

@@ -16,6 +16,7 @@ import numpy as np
 
 from stack.drivetrain.drivetrain import Drivetrain
 from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.planar import rotation
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 SKID_FACTOR = 4.0
@@ -133,9 +134,7 @@ class OmniMotionNoise:
     def covariance(self, moved: Pose2D) -> FloatArray:
         """Return the (3, 3) covariance of these errors, in the frame before it."""
         going = atan2(moved.y, moved.x)
-        c, s = cos(going), sin(going)
-        turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        scaled = turned * self._deviations(moved)
+        scaled = rotation(going) * self._deviations(moved)
         total: FloatArray = scaled @ scaled.T
         return total
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import hypot
 
 import numpy as np
 
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.planar import lever, rotation
 from stack.types import FloatArray, Pose2D
 
 _ORIGIN = Pose2D(0.0, 0.0)
@@ -43,12 +44,8 @@ class MotionSince:
         if covariance is None or not covariance.any():
             total = self.covariance
         else:
-            c, s = cos(self.moved.heading), sin(self.moved.heading)
-            turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-            # A heading error so far turns what follows.
-            x, y = c * moved.x - s * moved.y, s * moved.x + c * moved.y
-            carried = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
-            total = carried @ self.covariance @ carried.T + turned @ covariance @ turned.T
+            change, turn = lever(self.moved.heading, moved), rotation(self.moved.heading)
+            total = change @ self.covariance @ change.T + turn @ covariance @ turn.T
         return MotionSince(self.moved.compose(moved), total, self.disturbed or disturbed)
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
+from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import VIEW_BEAMS, ScanEvaluator, ScanView, spread
+from stack.localisation.planar import as_pose, as_row
 from stack.localisation.search.matches import GlobalMatch, Views, beam_points, distinct
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 

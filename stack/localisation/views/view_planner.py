@@ -13,7 +13,8 @@ from math import atan2, log, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.localisation.distance_field import SignedDistanceField, as_row
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.planar import as_row
 from stack.localisation.search.evaluation import EVIDENCE_TRUST, LONG_PENALTY, SHORT_PENALTY
 from stack.localisation.search.rivals import RIVAL_SHARE
 from stack.types import FloatArray, Pose2D, Scan, View

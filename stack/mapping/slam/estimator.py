@@ -14,6 +14,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.parameters import check_lidar
+from stack.localisation.planar import rotation
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.localisation.views.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
@@ -379,8 +380,7 @@ class SlamEstimator(Estimator):
             return
         least = np.eye(3) / UNKNOWN_VARIANCE
         local = np.linalg.inv(match.information + least) + np.diag([1e-5, 1e-5, 1e-6])
-        c, s = np.cos(pose.heading), np.sin(pose.heading)
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turn = rotation(pose.heading)
         self._covariance = turn @ local @ turn.T
 
     def _weigh(self, pose: Pose2D, scan: Scan) -> None:

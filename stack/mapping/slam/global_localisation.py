@@ -11,13 +11,13 @@ from math import hypot
 
 import numpy as np
 
-from stack.localisation.distance_field import as_row
 from stack.localisation.health import RecentViews, ScanView
 from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.known_map import UNTESTED_HEALTH, KnownMap
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.hypotheses import Hypotheses, Hypothesis
 from stack.localisation.particle_filter.particles import ParticleSet
+from stack.localisation.planar import as_row
 from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
 from stack.localisation.search.matches import GlobalMatch, Views, scan_points
 from stack.localisation.search.rivals import resolve

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 
 from stack.errors import ParameterError
+from stack.localisation.planar import lever, rotation
 from stack.types import FloatArray, Pose2D, RelativePose, Scan
 
 EdgeKind = Literal["odometry", "match", "loop", "marker"]
@@ -247,10 +248,8 @@ def carried(seen: RelativePose, motion: Pose2D, covariance: FloatArray) -> Relat
         covariance: (3, 3) of the motion, axes of the later pose.
     """
     pose = motion.compose(seen.pose)
-    lever = np.array([[1.0, 0.0, -seen.pose.y], [0.0, 1.0, seen.pose.x], [0.0, 0.0, 1.0]])
-    total = seen.covariance + lever @ covariance @ lever.T
-    c, s = float(np.cos(motion.heading)), float(np.sin(motion.heading))
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    change, turn = lever(0.0, seen.pose), rotation(motion.heading)
+    total = seen.covariance + change @ covariance @ change.T
     return RelativePose(pose, turn @ total @ turn.T, seen.share)
 
 

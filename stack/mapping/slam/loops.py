@@ -162,9 +162,8 @@ class LoopClosure:
             for n in recent
             if n in keyframes
         ])  # fmt: skip
-        occupied, free = drawing.classify(points)
-        against, for_it = int(np.count_nonzero(free)), int(np.count_nonzero(occupied))
-        return against / max(1, against + for_it), for_it / max(1, len(points))
+        walls, conflict = drawing.fit(points)
+        return conflict, walls / max(1, len(points))
 
     def _measure(self, keyframe: int) -> None:
         before = self._travelled.get(keyframe - 1, 0.0)

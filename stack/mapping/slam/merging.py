@@ -230,9 +230,7 @@ def _fit(drawing: Drawing, graph: PoseGraph, poses: dict[int, Pose2D]) -> tuple[
         poses[number].transform(keyframe.scan.points())
         for number, keyframe in graph.keyframes.items()
     ])  # fmt: skip
-    occupied, free = drawing.classify(points)
-    walls, against = int(np.count_nonzero(occupied)), int(np.count_nonzero(free))
-    return walls, against / max(1, walls + against)
+    return drawing.fit(points)
 
 
 def _joined(first: PoseGraph, second: PoseGraph, placement: Pose2D) -> tuple[PoseGraph, list[int]]:

@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from stack.localisation.distance_field import as_pose, as_row
+from stack.localisation.planar import as_pose, as_row
 from stack.mapping.slam.matching import kernels
 from stack.mapping.slam.matching.scans import PreparedScan
 from stack.types import FloatArray, Pose2D
