@@ -22,11 +22,7 @@ def check_lidar(name: str, robot: RobotDescription) -> None:
 
 @dataclass(frozen=True)
 class LocaliserParameters:
-    """Parameters of the particle filter, of its health and of the global search.
-
-    alpha_1 to alpha_4 are those of the odometry motion model in Probabilistic Robotics (2005),
-    table 5.6, in AMCL's convention: they scale variances. alpha_5 is from AMCL.
-    """
+    """Parameters of the particle filter, of its health and of the global search."""
 
     lidar: str = parameter(
         "", public=True,
@@ -50,22 +46,6 @@ class LocaliserParameters:
     beams: int = parameter(
         60, at_least=10, at_most=720, public=True, help="beams of a scan that weight the particles"
     )
-    alpha_1: float = parameter(
-        0.01, at_least=0.0, at_most=2.0, help="variance of rotation per rotation squared"
-    )
-    alpha_2: float = parameter(
-        0.01, at_least=0.0, at_most=2.0, help="variance of rotation per translation squared"
-    )
-    alpha_3: float = parameter(
-        0.02, at_least=0.0, at_most=2.0, help="variance of translation per translation squared"
-    )
-    alpha_4: float = parameter(
-        0.001, at_least=0.0, at_most=2.0, help="variance of translation per rotation squared"
-    )
-    alpha_5: float = parameter(
-        0.02, at_least=0.0, at_most=2.0,
-        help="omnidirectional robots: variance across the motion per translation squared",
-    )  # fmt: skip
     recover: bool = parameter(
         True, help="search the map by itself when the scans stop fitting; false: only when asked"
     )

@@ -112,8 +112,7 @@ class Localiser(Estimator):
         """Derive what depends on the map."""
         self.map = KnownMap(grid, self.parameters.health_obstacles, self._calibration)
         self._filter = ParticleFilter(
-            self.map, motion_model(self._robot.drivetrain, self.parameters), self.parameters,
-            self._generator,
+            self.map, motion_model(self._robot.drivetrain), self.parameters, self._generator
         )  # fmt: skip
         self._touch = TouchSense(self._robot.footprint, self.map.evaluator)
         self._markers = MarkerUpdate(self.map.field, self._filter)
@@ -143,7 +142,7 @@ class Localiser(Estimator):
         self.map.expect(p.health_obstacles)
         self.parameters = p
         self.lidar = p.lidar or self._robot.main_lidar
-        self._filter.configure(motion_model(self._robot.drivetrain, p), p)
+        self._filter.configure(p)
         self._estimate = None
 
     def start(self, pose: Pose2D | None) -> None:

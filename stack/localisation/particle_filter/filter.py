@@ -69,11 +69,12 @@ class ParticleFilter:
         self._search_kernels = search_kernels
         self._generator = generator
         self.hypotheses = Hypotheses()
-        self.configure(motion, parameters)
+        self._motion = motion
+        self.configure(parameters)
 
-    def configure(self, motion: MotionModel, parameters: LocaliserParameters) -> None:
+    def configure(self, parameters: LocaliserParameters) -> None:
         """Apply new parameters; the particles stay."""
-        self._parameters, self._motion = parameters, motion
+        self._parameters = parameters
         self.beams = BeamModel(self._field, self._map.evaluator, parameters)
 
     @property

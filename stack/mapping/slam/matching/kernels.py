@@ -135,19 +135,10 @@ def _add_residual(
     h: FloatArray, g: FloatArray, ux: float, uy: float, rx: float, ry: float, residual: float,
     deviation: float,
 ) -> float:  # fmt: skip
-    """Add a point-to-line residual to the normal equations h x = g; return its weight.
+    """Add a point-to-line residual, metres, to h x = g; return its Geman-McClure weight.
 
-    A. Censi, "An ICP variant using a point-to-line metric", ICRA 2008.
-
-    Args:
-        h: (3, 3), upper triangle.
-        g: (3,).
-        ux: unit normal of the line, axes of the reference.
-        uy: likewise.
-        rx: point from the base, same axes, metres.
-        ry: likewise.
-        residual: distance of the point from the line, metres.
-        deviation: metres; larger residuals have less weight (Geman-McClure).
+    A. Censi, "An ICP variant using a point-to-line metric", ICRA 2008. (ux, uy) is the normal of
+    the line, (rx, ry) the point seen from the base; both in the axes of the reference.
     """
     w = 1.0 / (1.0 + (residual / (3.0 * deviation)) ** 2)
     w = w * w
