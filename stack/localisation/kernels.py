@@ -6,7 +6,7 @@ in metres. Poses are rows of x, y, heading. Points are (m, 2) in the base frame,
 
 from __future__ import annotations
 
-from math import cos, exp, floor, inf, isnan, sin, sqrt
+from math import cos, exp, floor, inf, isnan, nan, sin, sqrt
 
 import numpy as np
 from numba import f4, f8, i1, i2, i8, njit, types, u1
@@ -88,7 +88,7 @@ def score_poses(
 
 
 @njit(cache=True, nogil=True)
-def cast(
+def _cast(
     occupancy: Cells, resolution: float, x: float, y: float, angle: float, limit: float
 ) -> tuple[float, int]:
     """Distance at which a ray enters a cell that is not free, and the kind of hit.
@@ -142,8 +142,23 @@ def cast_rays(
     ranges = np.empty(angles.shape[0])
     x, y = sensor[0] - origin_x, sensor[1] - origin_y
     for i in range(angles.shape[0]):
-        distance, kind = cast(occupancy, resolution, x, y, sensor[2] + angles[i], limit)
+        distance, kind = _cast(occupancy, resolution, x, y, sensor[2] + angles[i], limit)
         ranges[i] = distance if kind == WALL else inf
+    return ranges
+
+
+@njit(cache=True, nogil=True)
+def expected_ranges(
+    occupancy: Cells, placement: Placement, sensors: FloatArray, angles: FloatArray, limit: float
+) -> FloatArray:
+    """Ranges (k, m) of beams of lidars at (k, 3) poses; +inf without a wall, NaN where unknown."""
+    ranges = np.empty((sensors.shape[0], angles.shape[0]))
+    for k in range(sensors.shape[0]):
+        x, y = sensors[k, 0] - placement[1], sensors[k, 1] - placement[2]
+        for i in range(angles.shape[0]):
+            angle = sensors[k, 2] + angles[i]
+            distance, kind = _cast(occupancy, placement[0], x, y, angle, limit)
+            ranges[k, i] = distance if kind == WALL else (nan if kind == UNSEEN else inf)
     return ranges
 
 
@@ -178,11 +193,11 @@ def _through(
     """
     across_x, across_y = -sin(angle) * resolution, cos(angle) * resolution
     for side in range(-1, 2, 2):
-        turned, kind = cast(occupancy, resolution, x, y, angle + 0.03 * side, limit)
+        turned, kind = _cast(occupancy, resolution, x, y, angle + 0.03 * side, limit)
         if kind != WALL or reach <= turned + margin:
             return False
         beside_x, beside_y = x + side * across_x, y + side * across_y
-        beside, kind = cast(occupancy, resolution, beside_x, beside_y, angle, limit)
+        beside, kind = _cast(occupancy, resolution, beside_x, beside_y, angle, limit)
         if kind != WALL or reach <= beside + margin:
             return False
     return True
@@ -230,7 +245,7 @@ def classify_beams(
         if isnan(reach):
             continue
         angle = sensor[2] + angles[i]
-        distance, kind = cast(occupancy, resolution, x, y, angle, limit)
+        distance, kind = _cast(occupancy, resolution, x, y, angle, limit)
         if reach == inf:
             if kind == NOTHING:
                 kinds[i] = SILENT
@@ -362,6 +377,7 @@ def object_costs(
 
 
 LOCALISATION = (
+    (expected_ranges, (u1[:, ::1], PLACEMENT, f8[:, ::1], f8[::1], f8)),
     (cast_rays, (u1[:, ::1], PLACEMENT, f8[::1], f8[::1], f8)),
     (
         classify_beams,

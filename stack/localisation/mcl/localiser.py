@@ -35,7 +35,7 @@ from stack.localisation.particle_filter.odometry_since import OdometrySince
 from stack.localisation.particle_filter.particles import move
 from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
 from stack.localisation.search.matches import GlobalMatch, Views
-from stack.localisation.views.view_planner import CLEARANCE, ViewPlanner
+from stack.localisation.view_planner import CLEARANCE, ViewPlanner
 from stack.streams import stream
 from stack.types import (
     FloatArray,
@@ -79,13 +79,12 @@ class Localiser(Estimator):
     @staticmethod
     def kernels(parameters: LocaliserParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of the filter and of the search."""
+        from stack.geometry.travel.kernels import TRAVEL
         from stack.localisation import kernels
         from stack.localisation.particle_filter.kernels import FILTER
         from stack.localisation.search import kernels as search_kernels
-        from stack.localisation.views import kernels as view_kernels
 
-        own = (*kernels.LOCALISATION, *FILTER)
-        return (*own, *search_kernels.SEARCH, *view_kernels.VIEWS)
+        return (*kernels.LOCALISATION, *FILTER, *search_kernels.SEARCH, *TRAVEL)
 
     def __init__(
         self,

@@ -16,7 +16,7 @@ from stack.frames.buffer import TransformBuffer
 from stack.localisation.parameters import check_lidar
 from stack.localisation.planar import rotation
 from stack.localisation.search.matches import GlobalMatch, Views
-from stack.localisation.views.view_planner import CLEARANCE
+from stack.localisation.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
@@ -75,15 +75,15 @@ class SlamEstimator(Estimator):
     @staticmethod
     def kernels(parameters: SlamParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of scan matching, map rendering and global localisation."""
+        from stack.geometry.travel.kernels import TRAVEL
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search
-        from stack.localisation.views import kernels as views
         from stack.mapping.slam.matching import kernels as matching
         from stack.mapping.slam.rendering import kernels as rendering
 
         return (
             *matching.ENTRY_POINTS, *rendering.ENTRY_POINTS, *kernels.LOCALISATION,
-            *search.SEARCH, *views.VIEWS,
+            *search.SEARCH, *TRAVEL,
         )  # fmt: skip
 
     @staticmethod

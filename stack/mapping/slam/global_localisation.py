@@ -21,7 +21,7 @@ from stack.localisation.planar import as_row
 from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
 from stack.localisation.search.matches import GlobalMatch, Views, scan_points
 from stack.localisation.search.rivals import resolve
-from stack.localisation.views.view_planner import ViewPlanner
+from stack.localisation.view_planner import ViewPlanner
 from stack.streams import stream
 from stack.types import FloatArray, OccupancyGrid, Pose2D, RivalPose, Scan, View
 

@@ -5,10 +5,10 @@ from math import pi
 import numpy as np
 import pytest
 
+from stack.localisation import view_planner
 from stack.localisation.distance_field import surface_field
 from stack.localisation.kernels import cast_rays
-from stack.localisation.views import view_planner
-from stack.localisation.views.view_planner import ViewPlanner
+from stack.localisation.view_planner import ViewPlanner
 from stack.types import Pose2D, Scan
 from tests.stack.localisation.drawn_office import drawn, mapped
 
