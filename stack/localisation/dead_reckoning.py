@@ -6,16 +6,18 @@ bound; its covariance states the drift.
 
 from __future__ import annotations
 
-from math import cos, sin
-
 import numpy as np
 
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.marker_mixture import Mixture, components_of
+from stack.localisation.marker_mixture import Mixture, carried
 from stack.localisation.parameters import DeadReckoningParameters
+from stack.localisation.planar import lever
 from stack.types import FloatArray, MarkerFix, Observation, OccupancyGrid, Pose2D, PoseEstimate
+
+HEADING_VARIANCE_PER_METRE, HEADING_VARIANCE_PER_RADIAN = 1e-5, 2e-4
+"""Variance of the heading per metre driven, rad²/m, and per radian turned, rad²/rad."""
 
 _VOLUME = 2000.0
 """m² rad; poses among which a false measurement of markers is: about 18 m by 18 m."""
@@ -72,7 +74,7 @@ class DeadReckoning(Estimator):
             return self.estimate
         since = frames.motion(fix.stamp, frames.newest)
         noise = frames.motion_covariance(fix.stamp, frames.newest)
-        components = [one.carried(since, noise) for one in components_of(fix.candidates)]
+        components = [carried(one, since, noise) for one in fix.candidates]
         likelihood = Mixture(components, _VOLUME)
         pose, self._covariance = likelihood.posterior(self.estimate.pose, self._covariance)
         self._map_from_odom = pose.compose(self._odometry.inverse())
@@ -96,23 +98,15 @@ class DeadReckoning(Estimator):
             pose, self._covariance, 1.0, self._map_from_odom, self._corrected_at, self._jumps
         )
 
-    @property
-    def map_from_odom(self) -> Pose2D:
-        """The odom frame's pose in the map frame."""
-        return self._map_from_odom
-
     def _propagate_covariance(self, before: Pose2D, moved: Pose2D) -> None:
         """Propagate the covariance over one step, `moved` in the frame of the previous pose."""
-        c, s = cos(before.heading), sin(before.heading)
-        step = np.eye(3)
-        step[0, 2] = -s * moved.x - c * moved.y
-        step[1, 2] = c * moved.x - s * moved.y
+        step = lever(before.heading, moved)
         distance = float(np.hypot(moved.x, moved.y))
         turned = abs(moved.heading)
         p = self.parameters
         noise = np.diag([
             p.distance_variance * distance,
             p.distance_variance * distance,
-            p.heading_variance_per_metre * distance + p.heading_variance_per_radian * turned,
+            HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_RADIAN * turned,
         ])  # fmt: skip
         self._covariance = step @ self._covariance @ step.T + noise

@@ -65,6 +65,16 @@ class SignedDistanceField:
             return True
         return bool(self.occupancy[row, column] == 1)
 
+    def are_clear(self, points: FloatArray, clearance: FloatArray) -> NDArray[np.bool_]:
+        """Return which points (n, 2), metres, are in free cells with the clearance (n,), metres."""
+        cells = np.floor((points - self.origin) / self.resolution).astype(np.int64)
+        rows, columns = self.occupancy.shape
+        inside = ((cells >= 0) & (cells < (columns, rows))).all(axis=1)
+        column, row = np.where(inside[:, None], cells, 0).T
+        free = inside & (self.occupancy[row, column] == 0)
+        clear: NDArray[np.bool_] = free & (self.distances[row, column] >= clearance)
+        return clear
+
     def log_likelihoods(self, deviation: float, hit_share: float) -> NDArray[np.float32]:
         """Return (rows, columns) float32: log of the likelihood field's mixture, 0 on a surface.
 
@@ -137,13 +147,3 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
         distances += np.float32(field.surface_depth)
         np.minimum(distances, np.float32(TRUNCATION), out=distances)
     return field
-
-
-def as_row(pose: Pose2D) -> FloatArray:
-    """Return a pose as (3,) x, y, heading."""
-    return np.array([pose.x, pose.y, pose.heading])
-
-
-def as_pose(row: FloatArray) -> Pose2D:
-    """Return the pose of a row x, y, heading; the heading is wrapped."""
-    return Pose2D(0.0, 0.0).compose(Pose2D(float(row[0]), float(row[1]), float(row[2])))

@@ -12,24 +12,25 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, replace
 from math import hypot, pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.localisation.distance_field import SignedDistanceField, as_row
-from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.planar import as_row
 from stack.types import FloatArray, Pose2D, Scan
 
 SHORT_OBJECT = 1.0
-"""Evidence against a mode of an unmapped object 6 degrees wide (log-likelihood)."""
+"""Evidence against a hypothesis of an unmapped object 6 degrees wide (log-likelihood)."""
 LONG_OBJECT = 2.0
-"""Evidence against a mode of a mapped object that is not there: rarer than an unmapped one."""
+"""Evidence against a hypothesis of a mapped object that is missing: rarer than an unmapped one."""
 
 FIT_BEAMS = 90
 """Number of beams of a scan in its fit, evenly spread over all directions."""
 
 VIEW_BEAMS = 120
-"""Number of beams of a scan that are classified for health, modes and navigation."""
+"""Number of beams of a scan that are classified for health, hypotheses and navigation."""
 
 FIT_DEVIATION = 0.08
 """Metres; a beam that ends this far from a wall has 0.61 of the credit of one that ends on it."""
@@ -39,6 +40,9 @@ _WEIGHTS = np.array([0.0, 1.0, 0.5, 1.0, 0.5, 0.5, 0.25])
 
 HEALTH_WINDOW = 1.0
 """Seconds of scans whose median is the health: a person who passes hides the map for less."""
+
+RANGE_NOISE = 0.01
+"""Standard deviation of a lidar range in the simulated scans, m."""
 
 _SAMPLES = 200
 _LEAST_EVIDENCE = 0.25
@@ -60,8 +64,7 @@ _GAP = 0.3
 """Metres between the ranges of adjacent beams that meet two objects."""
 
 
-@dataclass(frozen=True, slots=True)
-class ScanView:
+class ScanView(NamedTuple):
     """Comparison of one scan with the map at one pose.
 
     Attributes:
@@ -91,10 +94,6 @@ class ScanEvaluator:
         self._costs = np.zeros(7)
         self._costs[[kernels.SHORT, kernels.BEYOND]] = SHORT_OBJECT
         self._costs[[kernels.LONG, kernels.MISSING]] = LONG_OBJECT
-
-    def classify(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.int8]:
-        """Return the class of each beam with the base at `pose`; see `kernels.classify_beams`."""
-        return self.classified(pose, scan, beams)[0]
 
     def fit(self, pose: Pose2D, scan: Scan) -> float:
         """Return the share of the beams in [0, 1] that the map explains with the base at `pose`."""
@@ -152,7 +151,7 @@ class ScanEvaluator:
         """Return the class and the credit of each beam; see `kernels.classify_beams`."""
         sensor = as_row(pose.compose(scan.mount))
         kinds, credits = self._kernels.classify_beams(
-            self._field.occupancy, self._field.distances, *self._field.placement, sensor,
+            self._field.occupancy, self._field.distances, self._field.placement, sensor,
             scan.angles[beams], scan.ranges[beams].astype(np.float64), scan.range_max,
             hypot(FIT_DEVIATION, self._field.surface_deviation),
         )  # fmt: skip
@@ -187,7 +186,7 @@ def calibrate(
     evaluator: ScanEvaluator,
     field: SignedDistanceField,
     like: Scan,
-    parameters: LocaliserParameters,
+    most_obstacles: int,
     generator: np.random.Generator,
 ) -> FitScale:
     """Measure the fits at true poses with simulated scans all over the free space.
@@ -196,7 +195,7 @@ def calibrate(
         evaluator: of the same map.
         field: the map.
         like: a scan with the lidar's beams, limits and mount; its ranges are ignored.
-        parameters: noise of a range and number of unmapped obstacles.
+        most_obstacles: largest number of unmapped obstacles around the robot.
         generator: for poses, noise and obstacles.
     """
     from stack.localisation import kernels
@@ -208,7 +207,7 @@ def calibrate(
     headings = generator.uniform(-pi, pi, _SAMPLES)
     jitter = generator.normal(0.0, [0.03, 0.03, 0.015], (_SAMPLES, 3))
     # Discretisation is noise as well: a surface is anywhere within its cell.
-    deviation = float(np.hypot(parameters.range_noise, field.resolution / np.sqrt(12.0)))
+    deviation = float(np.hypot(RANGE_NOISE, field.resolution / np.sqrt(12.0)))
     beams = spread(like.ranges.size, FIT_BEAMS)  # the fit uses no others
     thin = replace(like, stamp=0.0, ranges=like.ranges[beams], bearings=like.angles[beams])
     angles = thin.angles
@@ -216,12 +215,12 @@ def calibrate(
     for (x, y), heading, shift in zip(chosen, headings, jitter, strict=True):
         pose = Pose2D(float(x), float(y), float(heading))
         ranges = kernels.cast_rays(
-            field.occupancy, *field.placement, as_row(pose.compose(like.mount)), angles,
+            field.occupancy, field.placement, as_row(pose.compose(like.mount)), angles,
             like.range_max,
         )  # fmt: skip
         ranges += field.surface_depth
         ranges += generator.normal(0.0, deviation, like.ranges.size)[beams]
-        ranges = _blocked(ranges, angles, parameters.health_obstacles, generator)
+        ranges = _blocked(ranges, angles, most_obstacles, generator)
         scan = thin.with_ranges(ranges.astype(np.float32))
         fits.append(evaluator.fit(pose.compose(Pose2D(*map(float, shift))), scan))
     low, middle = np.percentile(fits, [5.0, 50.0])
@@ -271,14 +270,7 @@ class RecentViews:
         """The (lower) median of each figure; None without views."""
         if self._median is None and self._kept:
             views = [view for _, view in self._kept]
-            self._median = ScanView(
-                _lower_median([view.fit for view in views]),
-                _lower_median([view.short for view in views]),
-                _lower_median([view.long for view in views]),
-                _lower_median([view.cost for view in views]),
-            )
+            self._median = ScanView(*(
+                sorted(figures)[(len(views) - 1) // 2] for figures in zip(*views, strict=True)
+            ))  # fmt: skip
         return self._median
-
-
-def _lower_median(values: list[float]) -> float:
-    return sorted(values)[(len(values) - 1) // 2]

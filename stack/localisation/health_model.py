@@ -38,7 +38,7 @@ class HealthFeatures:
         scale: fits at true poses of the map.
         deviation: standard deviation of the estimate's own particles, metres.
         confirmed: in [0, 1]: share of the distance after which a found pose is trusted.
-        share: probability of the estimate among all modes.
+        share: probability of the estimate among all hypotheses.
     """
 
     now: ScanView

@@ -6,16 +6,20 @@ in metres. Poses are rows of x, y, heading. Points are (m, 2) in the base frame,
 
 from __future__ import annotations
 
-from math import cos, exp, floor, inf, isnan, sin, sqrt
+from math import cos, exp, floor, inf, isnan, nan, sin, sqrt
 
 import numpy as np
-from numba import f4, f8, i1, i2, i4, i8, njit, u1
+from numba import f4, f8, i1, i2, i8, njit, types, u1
 from numpy.typing import NDArray
 
 from stack.types import FloatArray
 
 Floats = NDArray[np.float32]
 Cells = NDArray[np.uint8]
+Placement = tuple[float, float, float]
+"""Resolution, origin x and origin y of a grid, metres."""
+
+PLACEMENT = types.UniTuple(f8, 3)
 
 NOTHING, WALL, UNSEEN = 0, 1, 2
 """Result of a ray cast within its limit: no hit, an occupied cell, an unknown cell."""
@@ -29,8 +33,8 @@ IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT, BEYOND = 0, 1, 2, 3, 4, 5, 6
 
 @njit(cache=True, nogil=True)
 def score_poses(
-    table: NDArray[np.int16], occupancy: Cells, resolution: float, origin_x: float, origin_y: float,
-    poses: FloatArray, points: Floats,
+    table: NDArray[np.int16], occupancy: Cells, placement: Placement, poses: FloatArray,
+    points: Floats,
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:  # fmt: skip
     """Sum of the table's values at the points, for each pose, and the poses in walls: (n,) each.
 
@@ -42,12 +46,11 @@ def score_poses(
         table: (rows + 2, columns + 2): the grid with a margin of one cell, which holds the value of
             all points outside the grid.
         occupancy: (rows, columns): 1 occupied. A pose outside the grid is in a wall, too.
-        resolution: metres.
-        origin_x: of the grid without its margin, metres.
-        origin_y: likewise.
+        placement: of the grid without its margin.
         poses: (n, 3) map frame.
         points: (2, m) base frame.
     """
+    resolution, origin_x, origin_y = placement
     # An unsigned index is looked up without the test for a negative one.
     columns = np.uint32(table.shape[1])
     flat = table.ravel()
@@ -126,9 +129,7 @@ def _cast(
 @njit(cache=True, nogil=True)
 def cast_rays(
     occupancy: Cells,
-    resolution: float,
-    origin_x: float,
-    origin_y: float,
+    placement: Placement,
     sensor: FloatArray,
     angles: FloatArray,
     limit: float,
@@ -137,11 +138,27 @@ def cast_rays(
 
     +inf if no occupied cell is within `limit`, or if the ray leaves the known map.
     """
+    resolution, origin_x, origin_y = placement
     ranges = np.empty(angles.shape[0])
     x, y = sensor[0] - origin_x, sensor[1] - origin_y
     for i in range(angles.shape[0]):
         distance, kind = _cast(occupancy, resolution, x, y, sensor[2] + angles[i], limit)
         ranges[i] = distance if kind == WALL else inf
+    return ranges
+
+
+@njit(cache=True, nogil=True)
+def expected_ranges(
+    occupancy: Cells, placement: Placement, sensors: FloatArray, angles: FloatArray, limit: float
+) -> FloatArray:
+    """Ranges (k, m) of beams of lidars at (k, 3) poses; +inf without a wall, NaN where unknown."""
+    ranges = np.empty((sensors.shape[0], angles.shape[0]))
+    for k in range(sensors.shape[0]):
+        x, y = sensors[k, 0] - placement[1], sensors[k, 1] - placement[2]
+        for i in range(angles.shape[0]):
+            angle = sensors[k, 2] + angles[i]
+            distance, kind = _cast(occupancy, placement[0], x, y, angle, limit)
+            ranges[k, i] = distance if kind == WALL else (nan if kind == UNSEEN else inf)
     return ranges
 
 
@@ -190,9 +207,7 @@ def _through(
 def classify_beams(
     occupancy: Cells,
     field: Floats,
-    resolution: float,
-    origin_x: float,
-    origin_y: float,
+    placement: Placement,
     sensor: FloatArray,
     angles: FloatArray,
     ranges: FloatArray,
@@ -209,9 +224,7 @@ def classify_beams(
     Args:
         occupancy: 0 free, 1 occupied, 2 unknown.
         field: signed distance to the nearest surface, metres.
-        resolution: metres.
-        origin_x: metres.
-        origin_y: metres.
+        placement: of both.
         sensor: x, y, heading in the map frame.
         angles: (m,) beam directions in the sensor frame.
         ranges: (m,) metres; +inf no return, NaN invalid.
@@ -221,6 +234,7 @@ def classify_beams(
     Returns:
         kinds (m,) int8 and credits (m,) float64.
     """
+    resolution, origin_x, origin_y = placement
     count = angles.shape[0]
     margin = max(0.25, 3.0 * deviation)
     kinds = np.zeros(count, dtype=np.int8)
@@ -257,13 +271,62 @@ def classify_beams(
 
 
 @njit(cache=True, nogil=True)
-def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
-    """Solve a symmetric positive definite 3x3 system (upper triangle) by Cholesky."""
-    a = (h[0, 0] + 1e-9) ** 0.5
+def add_residuals(
+    field: Floats, placement: Placement, pose: FloatArray, points: FloatArray, deviation: float,
+    h: FloatArray, g: FloatArray,
+) -> None:  # fmt: skip
+    """Add a Gauss-Newton step's terms of the points' distances to the map's surfaces.
+
+    Geman-McClure weights reduce the influence of points far from any surface.
+
+    Args:
+        field: signed distance to the nearest surface, metres.
+        placement: of the field.
+        pose: (3,) of the base.
+        points: (m, 2) in the base frame.
+        deviation: residual in metres whose weight is a quarter.
+        h: (3, 3) upper triangle of the normal equations h x = g; changed.
+        g: (3,) likewise.
+    """
+    resolution, origin_x, origin_y = placement
+    scale = 1.0 / resolution
+    c, s = cos(pose[2]), sin(pose[2])
+    for j in range(points.shape[0]):
+        x = c * points[j, 0] - s * points[j, 1]
+        y = s * points[j, 0] + c * points[j, 1]
+        u = (pose[0] + x - origin_x) * scale
+        v = (pose[1] + y - origin_y) * scale
+        error = _distance(field, u, v)
+        gx = (_distance(field, u + 0.5, v) - _distance(field, u - 0.5, v)) * scale
+        gy = (_distance(field, u, v + 0.5) - _distance(field, u, v - 0.5)) * scale
+        gh = gy * x - gx * y
+        weight = 1.0 / (1.0 + (error / deviation) ** 2) ** 2
+        h[0, 0] += weight * gx * gx
+        h[0, 1] += weight * gx * gy
+        h[0, 2] += weight * gx * gh
+        h[1, 1] += weight * gy * gy
+        h[1, 2] += weight * gy * gh
+        h[2, 2] += weight * gh * gh
+        g[0] -= weight * gx * error
+        g[1] -= weight * gy * error
+        g[2] -= weight * gh * error
+
+
+@njit(cache=True, nogil=True)
+def solve(h: FloatArray, g: FloatArray, least: float, damping: float) -> FloatArray:
+    """Solve a symmetric positive definite 3x3 system by Cholesky.
+
+    Args:
+        h: (3, 3); its upper triangle counts.
+        g: (3,).
+        least: of a pivot.
+        damping: added to the second and third element of the diagonal.
+    """
+    a = (h[0, 0] + least) ** 0.5
     b, d = h[0, 1] / a, h[0, 2] / a
-    c = max(h[1, 1] - b * b, 1e-9) ** 0.5
+    c = max(h[1, 1] + damping - b * b, least) ** 0.5
     e = (h[1, 2] - b * d) / c
-    f = max(h[2, 2] - d * d - e * e, 1e-9) ** 0.5
+    f = max(h[2, 2] + damping - d * d - e * e, least) ** 0.5
     p = g[0] / a
     q = (g[1] - b * p) / c
     r = (g[2] - d * p - e * q) / f
@@ -313,42 +376,14 @@ def object_costs(
     return found[:count].copy()
 
 
-@njit(cache=True, nogil=True)
-def score_lattice(
-    table: Floats, rows: NDArray[np.int64], columns: NDArray[np.int64], offsets: NDArray[np.int32]
-) -> Floats:
-    """Sum of the table's values at the points, for each cell and heading: (n, h) float32.
-
-    Args:
-        table: (rows, columns); points outside it count its smallest value.
-        rows: (n,) cells of the base.
-        columns: (n,) likewise.
-        offsets: (h, m, 2) rows and columns from the base to the points, for each heading.
-    """
-    scores = np.empty((rows.shape[0], offsets.shape[0]), dtype=np.float32)
-    height, width = table.shape
-    least = table.min()
-    for h in range(offsets.shape[0]):
-        for i in range(rows.shape[0]):
-            total = np.float32(0.0)
-            for j in range(offsets.shape[1]):
-                row, column = rows[i] + offsets[h, j, 0], columns[i] + offsets[h, j, 1]
-                if row >= 0 and column >= 0 and row < height and column < width:
-                    total += table[row, column]
-                else:
-                    total += least
-            scores[i, h] = total
-    return scores
-
-
 LOCALISATION = (
-    (cast_rays, (u1[:, ::1], f8, f8, f8, f8[::1], f8[::1], f8)),
+    (expected_ranges, (u1[:, ::1], PLACEMENT, f8[:, ::1], f8[::1], f8)),
+    (cast_rays, (u1[:, ::1], PLACEMENT, f8[::1], f8[::1], f8)),
     (
         classify_beams,
-        (u1[:, ::1], f4[:, ::1], f8, f8, f8, f8[::1], f8[::1], f8[::1], f8, f8),
+        (u1[:, ::1], f4[:, ::1], PLACEMENT, f8[::1], f8[::1], f8[::1], f8, f8),
     ),
     (object_costs, (i1[::1], f8[::1], f8[::1], f8, f8, i8, f8, f8)),
-    (score_lattice, (f4[:, ::1], i8[::1], i8[::1], i4[:, :, ::1])),
-    (score_poses, (i2[:, ::1], u1[:, ::1], f8, f8, f8, f8[:, ::1], f4[:, ::1])),
+    (score_poses, (i2[:, ::1], u1[:, ::1], PLACEMENT, f8[:, ::1], f4[:, ::1])),
 )
 """Entry points, with the types that the localiser calls them with."""

@@ -10,48 +10,29 @@ chapter 6).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import cos, log, pi, sin
+from dataclasses import dataclass, replace
+from math import log, pi
 
 import numpy as np
 
+from stack.localisation.planar import as_row, lever, rotation
 from stack.types import FloatArray, Pose2D, PoseCandidate, wrap_angle
 
 
-@dataclass(frozen=True, slots=True)
-class Component:
-    """One candidate as a normal distribution of the pose.
+def carried(candidate: PoseCandidate, by: Pose2D, noise: FloatArray) -> PoseCandidate:
+    """Return the candidate after a displacement.
 
-    Attributes:
-        pose: map frame.
-        covariance: (3, 3) of x, y, heading.
-        share: its probability among the candidates.
+    Args:
+        candidate: before it.
+        by: in the frame of the pose before it.
+        noise: (3, 3) covariance of the displacement, in that frame.
     """
-
-    pose: Pose2D
-    covariance: FloatArray
-    share: float
-
-    def carried(self, by: Pose2D, noise: FloatArray) -> Component:
-        """Return the distribution of the pose after a displacement.
-
-        Args:
-            by: in the frame of the pose before it.
-            noise: (3, 3) covariance of the displacement, in that frame.
-        """
-        pose = self.pose.compose(by)
-        c, s = cos(self.pose.heading), sin(self.pose.heading)
-        turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        lever = np.array([
-            [1.0, 0.0, self.pose.y - pose.y], [0.0, 1.0, pose.x - self.pose.x], [0.0, 0.0, 1.0],
-        ])  # fmt: skip
-        covariance = lever @ self.covariance @ lever.T + turned @ noise @ turned.T
-        return Component(pose, 0.5 * (covariance + covariance.T), self.share)
-
-
-def components_of(candidates: Sequence[PoseCandidate]) -> list[Component]:
-    """Return the candidates of a picture as distributions."""
-    return [Component(one.pose, one.covariance, one.share) for one in candidates]
+    heading = candidate.pose.heading
+    change, turn = lever(heading, by), rotation(heading)
+    covariance = change @ candidate.covariance @ change.T + turn @ noise @ turn.T
+    return replace(
+        candidate, pose=candidate.pose.compose(by), covariance=0.5 * (covariance + covariance.T)
+    )
 
 
 OUTLIERS = 0.02
@@ -68,7 +49,7 @@ class Mixture:
         outliers: share of false measurements.
     """
 
-    components: Sequence[Component]
+    components: Sequence[PoseCandidate]
     volume: float
     outliers: float = OUTLIERS
 
@@ -96,7 +77,7 @@ class Mixture:
         logs = []
         for one in self.components:
             total = covariance + one.covariance
-            off = _off(np.array([[pose.x, pose.y, pose.heading]]), one.pose)[0]
+            off = _off(as_row(pose)[None], one.pose)[0]
             logs.append(self._weight(one, total) - 0.5 * float(off @ np.linalg.solve(total, off)))
         logs.append(self._false)
         evidence = float(np.logaddexp.reduce(logs))
@@ -112,7 +93,7 @@ class Mixture:
         spreads: list[FloatArray] = []
         for one in self.components:
             gain = covariance @ np.linalg.inv(covariance + one.covariance)
-            off = -_off(np.array([[pose.x, pose.y, pose.heading]]), one.pose)[0]
+            off = -_off(as_row(pose)[None], one.pose)[0]
             shifts.append(gain @ off)
             spreads.append(covariance - gain @ covariance)
         shifts.append(np.zeros(3))
@@ -132,7 +113,7 @@ class Mixture:
             shares: as `evidence` returns them.
         """
         known = shares[:-1] / max(float(shares[:-1].sum()), 1e-12)
-        rows = np.array([[one.pose.x, one.pose.y, one.pose.heading] for one in self.components])
+        rows = np.array([as_row(one.pose) for one in self.components])
         middle = self.components[int(np.argmax(known))].pose
         off = _off(rows, middle)
         mean = known @ off
@@ -146,13 +127,13 @@ class Mixture:
     def _false(self) -> float:
         return log(self.outliers) - log(self.volume)
 
-    def _weight(self, one: Component, covariance: FloatArray) -> float:
+    def _weight(self, one: PoseCandidate, covariance: FloatArray) -> float:
         scale = 0.5 * float(np.linalg.slogdet(2.0 * pi * covariance)[1])
         return log(1.0 - self.outliers) + log(max(one.share, 1e-9)) - scale
 
 
 def _off(poses: FloatArray, centre: Pose2D) -> FloatArray:
     """Return (n, 3) differences of poses (n, 3) from a pose."""
-    off: FloatArray = poses - np.array([centre.x, centre.y, centre.heading])
+    off: FloatArray = poses - as_row(centre)
     off[:, 2] = (off[:, 2] + pi) % (2.0 * pi) - pi
     return off

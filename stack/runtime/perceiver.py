@@ -21,7 +21,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.memory import PlaceMemory
 from stack.perception.smoothing import smooth_observation
 from stack.telemetry.records import Layer
-from stack.types import Observation, Odometry, Perceived, PoseEstimate, is_jump
+from stack.types import Observation, Odometry, Perceived, PoseEstimate, has_jumped
 
 
 @dataclass
@@ -88,7 +88,7 @@ class Perceiver:
         self.markers.add_views(observation, self.frames, estimate)
         if self.estimator.maps_markers:
             self.estimator.observe_markers(self.markers.observed(observation), self.frames)
-        if estimate.jumps != before.jumps and is_jump(before.pose, estimate.pose):
+        if has_jumped(before, estimate):
             report_pose(self.emit, before.pose, estimate.pose, "lidar")
         return estimate
 

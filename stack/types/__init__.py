@@ -44,7 +44,7 @@ from stack.types.grids import (
     OccupancyGrid,
 )
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
-from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, is_jump
+from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, has_jumped
 from stack.types.places import PlaceSighting
 from stack.types.sensors import (
     NO_COVARIANCE,
@@ -86,7 +86,6 @@ __all__ = [
     "CurrentStep",
     "Perceived",
     "WorldView",
-    "is_jump",
     "NO_OBJECTS",
     "OBJECT_COLOURS",
     "PERSON",
@@ -155,5 +154,6 @@ __all__ = [
     "View",
     "UNKNOWN",
     "UNKNOWN_COST",
+    "has_jumped",
     "wrap_angle",
 ]

@@ -34,8 +34,19 @@ JUMP_DISTANCE, JUMP_ANGLE = 0.3, 0.2
 """Metres and radians between two poses; what was sensed at one has a wrong place at the other."""
 
 
-def is_jump(before: Pose2D, after: Pose2D) -> bool:
-    """Whether what was sensed at one pose has a wrong place at the other."""
+def has_jumped(before: PoseEstimate, after: PoseEstimate) -> bool:
+    """Whether what was sensed at one estimate has a wrong place on the map at the other.
+
+    The change of map -> odom decides, at the place of the robot, and not `jumps`: an estimator that
+    does not count them jumps all the same.
+    """
+    if not _are_apart(before.pose, after.pose):
+        return False
+    odometry = after.map_from_odom.inverse().compose(after.pose)
+    return _are_apart(before.map_from_odom.compose(odometry), after.pose)
+
+
+def _are_apart(before: Pose2D, after: Pose2D) -> bool:
     turn = abs(wrap_angle(after.heading - before.heading))
     return before.distance_to(after) > JUMP_DISTANCE or turn > JUMP_ANGLE
 
@@ -86,8 +97,7 @@ class Perceived:
 
     def is_outdated_by(self, estimate: PoseEstimate) -> bool:
         """Whether the estimate has jumped since, so far that places on the map are wrong."""
-        jumped = estimate.jumps != self.estimate.jumps
-        return jumped and is_jump(self.estimate.pose, estimate.pose)
+        return has_jumped(self.estimate, estimate)
 
     def at(self, estimate: PoseEstimate) -> Perceived:
         """Return the record at a newer estimate, without what a jump to it has made wrong.

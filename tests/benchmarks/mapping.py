@@ -102,7 +102,7 @@ def _visible(truth: OccupancyGrid, places: NDArray[np.uint8]) -> NDArray[np.bool
     for row, column in np.argwhere(places)[::4].tolist():
         x, y = truth.centre_of(row, column)
         ranges = kernels.cast_rays(
-            field.occupancy, *field.placement, np.array([x, y, 0.0]), angles, 30.0
+            field.occupancy, field.placement, np.array([x, y, 0.0]), angles, 30.0
         )
         beyond = ranges + 0.5 * truth.resolution
         rows = ((y + beyond * np.sin(angles) - truth.origin[1]) / truth.resolution).astype(int)

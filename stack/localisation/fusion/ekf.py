@@ -115,7 +115,7 @@ class EkfOdometry(OdometryFusion):
         if parameters.sources != before.sources:
             self._sources = [Source(source) for source in parameters.sources]
         if self._history is not None:
-            self._history.noise, self._history.span = _noise(parameters), parameters.history
+            self._history.configure(_noise(parameters), parameters.history)
 
     @property
     def gyro_bias(self) -> float:
@@ -242,7 +242,7 @@ class EkfOdometry(OdometryFusion):
         expected = Pose2D(0.0, 0.0)
         for node in reversed(history.nodes):
             if node.key[0] <= last.stamp + 1e-9:
-                expected = Pose2D(*node.state[:3].tolist())
+                expected = node.pose
                 break
             if isinstance(node.event, self._motion):
                 total += node.step_covariance

@@ -7,6 +7,9 @@ from math import inf
 from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import Imu, Twist
 
+STILL_SPEED, STILL_TURN = 0.003, 0.005
+"""Speeds of the wheels below which the robot is at standstill, m/s and rad/s."""
+
 
 class GyroIntegral:
     """Trapezoidal integral of the gyro's yaw rate, its bias included.
@@ -72,14 +75,13 @@ class Standstill:
         Args:
             twist: measured by the wheels.
             elapsed: seconds since the last call.
-            parameters: thresholds.
+            parameters: time of settling.
         """
-        p = parameters
         self._watched += elapsed
-        still = max(abs(twist.linear), abs(twist.lateral)) < p.still_speed
-        still = still and abs(twist.angular) < p.still_turn
+        still = max(abs(twist.linear), abs(twist.lateral)) < STILL_SPEED
+        still = still and abs(twist.angular) < STILL_TURN
         self._stood_for = self._stood_for + elapsed if still else 0.0
-        return self._stood_for >= p.settling_time
+        return self._stood_for >= parameters.settling_time
 
     def first_is_over(self, gyro: GyroIntegral, parameters: OdometryFusionParameters) -> bool:
         """Return whether the gyro was measured at rest for `settling_time`, or delivers nothing."""

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from stack.localisation.fusion import kernels
-from stack.types import NO_COVARIANCE, FloatArray
+from stack.types import NO_COVARIANCE, FloatArray, Pose2D
 
 TOLERANCE = 1e-9
 """Stamps closer than this are equal, seconds: the one that came first stands for both."""
@@ -76,6 +76,11 @@ class Node:
     step_covariance: FloatArray = field(default_factory=lambda: NO_COVARIANCE)
     distance: float = 0.0
 
+    @property
+    def pose(self) -> Pose2D:
+        """Of the base, odom frame."""
+        return Pose2D(*self.state[:3].tolist())
+
 
 class History:
     """States of the filter over the last `span` seconds.
@@ -92,9 +97,13 @@ class History:
         self, stamp: float, state: FloatArray, covariance: FloatArray, noise: FloatArray,
         span: float,
     ) -> None:  # fmt: skip
-        self.noise, self.span = noise, span
+        self.configure(noise, span)
         self.nodes = [Node((stamp, 0, ""), None, state, covariance)]
         self._early: list[tuple[float, str, Measurement]] = []
+
+    def configure(self, noise: FloatArray, span: float) -> None:
+        """Use other noise (11,) and another span, seconds, from now on."""
+        self._noise, self._span = noise, span
 
     @property
     def newest(self) -> Node:
@@ -115,7 +124,7 @@ class History:
         self._run(len(self.nodes) - 1)
         while self._early and self._early[0][0] <= end + TOLERANCE:
             self.add(self._early.pop(0)[2])
-        while len(self.nodes) > 2 and self.nodes[1].key[0] < end - self.span:
+        while len(self.nodes) > 2 and self.nodes[1].key[0] < end - self._span:
             del self.nodes[0]
 
     def add(self, measurement: Measurement) -> Node | None:
@@ -140,6 +149,11 @@ class History:
         self.nodes.insert(place, node)
         self._run(place)
         return node
+
+    def replace(self, node: Node, measurement: Measurement) -> None:
+        """Replace a measurement by another one of the same stamp."""
+        self.nodes.remove(node)
+        self.add(measurement)
 
     def at(self, stamp: float) -> Node | None:
         """Return the last node at a stamp, dividing a motion there; None outside the history."""
@@ -194,7 +208,7 @@ class History:
                 disturbed = event.disturbed
                 share = (event.end - event.begin) / float(event.given[kernels.DURATION])
                 node.step_covariance = kernels.predict(
-                    state, covariance, event.given, share, mode, self.noise
+                    state, covariance, event.given, share, mode, self._noise
                 )
             elif event is not None:
                 node.distance = event.apply(state, covariance)

@@ -11,6 +11,7 @@ from stack.localisation.fusion import kernels
 from stack.localisation.fusion.history import History, Motion, Node
 from stack.localisation.fusion.measurements import NewKeyframe, RelativePose, StateMeasurement
 from stack.localisation.fusion.scan_matching.matcher import MATCHING_POINTS, ScanMatch, ScanMatcher
+from stack.localisation.planar import as_row
 from stack.types import FloatArray, Pose2D, Scan
 
 GATE = 4.0
@@ -82,7 +83,9 @@ class ScanOdometry:
         def by_wheels() -> Pose2D:
             return matched.compose(_by_wheels(history, since, scan.stamp))
 
-        match = self._matcher.match(points, _relative(node.state), lambda: _row(by_wheels()))
+        keyframe = Pose2D(*node.state[kernels.KEYFRAME :].tolist())
+        predicted = as_row(node.pose.relative_to(keyframe))
+        match = self._matcher.match(points, predicted, lambda: as_row(by_wheels()))
         self._seen = scan.stamp
         if match is None:
             self._matched = by_wheels()
@@ -97,8 +100,7 @@ class ScanOdometry:
     def _update(self, match: ScanMatch, history: History, stamp: float, disturbed: bool) -> bool:
         prior = _since_match(history, self._last, stamp)
         gate = inf if disturbed else GATE
-        found = RelativePose(stamp, SOURCE, match.pose, match.covariance, gate)
-        added = history.add(found)
+        added = history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance, gate))
         assert added is not None
         contradicted = False
         if disturbed:
@@ -108,8 +110,7 @@ class ScanOdometry:
             self._distances.clear()
             contradicted = True
             if added.distance > GATE:
-                history.nodes.remove(added)
-                history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance))
+                history.replace(added, RelativePose(stamp, SOURCE, match.pose, match.covariance))
         if match.searched:
             history.add(_at_wheel_speed(history, stamp, JUMP_SPEED_DEVIATION))
         self._remaining = _share_left(prior, match.covariance, match.pose[2])
@@ -130,7 +131,7 @@ class ScanOdometry:
         first, last = history.at(self._last), history.at(stamp)
         if first is None or last is None:
             return False
-        moved = _pose(last.state).relative_to(_pose(first.state))
+        moved = last.pose.relative_to(first.pose)
         wheels = _by_wheels(history, self._last, stamp)
         off = wheels.relative_to(moved)
         tolerance = SETTLED_DISTANCE + SETTLED_SHARE * hypot(wheels.x, wheels.y)
@@ -162,11 +163,6 @@ class ScanOdometry:
             history.add(NewKeyframe(stamp, SOURCE + " keyframe"))
 
 
-def _pose(state: FloatArray) -> Pose2D:
-    x, y, heading = state[:3].tolist()
-    return Pose2D(x, y, heading)
-
-
 def _at_wheel_speed(history: History, stamp: float, deviation: float) -> StateMeasurement:
     """Return the wheels' velocity at a stamp as a measurement: a jump has no velocity of its own.
 
@@ -180,10 +176,6 @@ def _at_wheel_speed(history: History, stamp: float, deviation: float) -> StateMe
             speed = motion.given[kernels.FORWARD : kernels.TURN] / motion.given[kernels.DURATION]
     variance = np.eye(2) * deviation**2
     return StateMeasurement(stamp, SOURCE + " jump", parts, speed, variance)
-
-
-def _row(pose: Pose2D) -> FloatArray:
-    return np.array([pose.x, pose.y, pose.heading])
 
 
 def _by_wheels(history: History, since: float, until: float) -> Pose2D:
@@ -202,12 +194,6 @@ def _by_wheels(history: History, since: float, until: float) -> Pose2D:
             c, s = cos(0.5 * turn), sin(0.5 * turn)
             moved = moved.compose(Pose2D(c * ahead - s * left, s * ahead + c * left, turn))
     return moved
-
-
-def _relative(state: FloatArray) -> FloatArray:
-    """Return the pose (3,) of the base in the frame of the keyframe."""
-    keyframe = Pose2D(*state[kernels.KEYFRAME :].tolist())
-    return _row(_pose(state).relative_to(keyframe))
 
 
 def _trail(history: History, scan: Scan, node: Node) -> FloatArray:

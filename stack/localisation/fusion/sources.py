@@ -38,8 +38,7 @@ class Source:
             node = history.at(stamp)
             if node is None:
                 return
-            here = Pose2D(*node.state[:3].tolist())
-            self._odom_from_source = here.compose(measured.pose.inverse())
+            self._odom_from_source = node.pose.compose(measured.pose.inverse())
             self._accepted = stamp
         node = history.add(self._measurement(measured))
         if node is None or node.distance <= p.gate:

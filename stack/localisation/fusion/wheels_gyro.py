@@ -9,15 +9,17 @@ Navigation Systems, 2013, chapter 15).
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, hypot, sin
+
+import numpy as np
 
 from stack.components import OdometryFusion
 from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.drivetrain import Drivetrain
 from stack.errors import BodyError
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
-from stack.localisation.fusion.wheel_slip import WheelSlip
 from stack.localisation.parameters import OdometryFusionParameters
-from stack.types import Observation, Odometry, Pose2D, Twist, wrap_angle
+from stack.types import FloatArray, Observation, Odometry, Pose2D, Twist, wrap_angle
 
 BIAS_TOLERANCE = 0.05
 """At standstill, a rate farther than this from the bias is a rotation by hand, rad/s."""
@@ -103,6 +105,35 @@ class WheelGyroOdometry(OdometryFusion):
             if wheels.twist == Twist() and not by_hand:
                 return 0.0
         return raw - self._bias.value * elapsed
+
+
+class WheelSlip:
+    """Covariance of a displacement measured by wheels that slip independently.
+
+    A wheel that rolls r metres slips by a distance of the variance slip² r. The heading error is
+    the larger, the narrower the track: slip sqrt(2) / track radians on the first metre of a
+    differential robot.
+
+    Args:
+        drivetrain: of the robot.
+        slip: standard deviation of the slip of a wheel on its first metre, metres.
+    """
+
+    def __init__(self, drivetrain: Drivetrain, slip: float) -> None:
+        count = drivetrain.encoders
+        moved = [drivetrain.from_wheels([0.0] * count, unit.tolist()) for unit in np.eye(count)]
+        self._gains = slip * np.array([(pose.x, pose.y, pose.heading) for pose in moved]).T
+        turns = np.array([abs(pose.heading) for pose in moved])
+        self._levers = 1.0 / (count * turns)
+
+    def covariance(self, moved: Pose2D) -> FloatArray:
+        """Return the (3, 3) covariance of a displacement, in its frame: m, m, rad.
+
+        Each wheel is taken to roll the whole distance, and the arc of the turn.
+        """
+        rolled = hypot(moved.x, moved.y) + abs(moved.heading) * self._levers
+        total: FloatArray = (self._gains * rolled) @ self._gains.T
+        return total
 
 
 class _GyroBias:

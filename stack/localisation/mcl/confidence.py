@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stack.localisation.health import FitScale, RecentViews, ScanView
 from stack.localisation.health_model import HealthFeatures
-from stack.localisation.particle_filter.modes import ModeSet
+from stack.localisation.particle_filter.hypotheses import Hypotheses
 
 OBSCURED_SHORT = 0.2
 """Share of beams that end at unmapped things from which on they excuse a low health."""
@@ -77,14 +77,14 @@ class Confidence:
             return alone and median is not None and median.long >= MANY_LONG
         return not (alone and scale.relative(view.fit) >= _CONVINCING)
 
-    def features(self, modes: ModeSet, scale: FitScale | None) -> HealthFeatures | None:
+    def features(self, hypotheses: Hypotheses, scale: FitScale | None) -> HealthFeatures | None:
         """Return what the health follows from; None before the first scan of a pose."""
         now, median = self.views.newest, self.views.median
         if now is None or median is None or scale is None:
             return None
         return HealthFeatures(
-            now, median, scale, modes.best.position_deviation,
-            min(1.0, self._driven / _CONFIRMED), modes.share_among_rivals,
+            now, median, scale, hypotheses.best.position_deviation,
+            min(1.0, self._driven / _CONFIRMED), hypotheses.share_among_rivals,
         )  # fmt: skip
 
     @property

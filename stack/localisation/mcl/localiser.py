@@ -1,7 +1,7 @@
 """Monte-Carlo localisation: the robot's pose on a known map by a particle filter.
 
 Unlike AMCL, the filter injects no random particles. Places that explain the scans equally well are
-modes of the filter, each with particles of its own (particle_filter/modes.py). After a push or a
+hypotheses, each with particles of its own (particle_filter/hypotheses.py). After a push or a
 kidnap the pose follows odometry, its health drops, and searches of the map find the new pose
 (recovery.py).
 """
@@ -16,28 +16,26 @@ import numpy as np
 from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError, NavigationError
+from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.distance_field import surface_field
-from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health import ScanView
 from stack.localisation.health_model import HealthFeatures, health
-from stack.localisation.mcl.confidence import MANY_LONG, Confidence
+from stack.localisation.known_map import UNTESTED_HEALTH, KnownMap
+from stack.localisation.mcl.confidence import Confidence
 from stack.localisation.mcl.pose_search import PoseSearch, prior_of
 from stack.localisation.mcl.recovery import RecoverySchedule
-from stack.localisation.mcl.touch import TouchSense
+from stack.localisation.mcl.touch import TouchSense, pushed
 from stack.localisation.mcl.trusted_pose import TrustedPose
-from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.parameters import LocaliserParameters, check_lidar
 from stack.localisation.particle_filter.filter import ParticleFilter
+from stack.localisation.particle_filter.hypotheses import Hypothesis
 from stack.localisation.particle_filter.marker_update import MarkerUpdate
-from stack.localisation.particle_filter.modes import MAX_MODES, Mode
 from stack.localisation.particle_filter.motion_models import motion_model
 from stack.localisation.particle_filter.odometry_since import OdometrySince
 from stack.localisation.particle_filter.particles import move
 from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
 from stack.localisation.search.matches import GlobalMatch, Views
-from stack.localisation.search.rivals import Resolution, resolve
-from stack.localisation.views.view_planner import CLEARANCE, ViewPlanner
-from stack.parameters import suggestion
+from stack.localisation.view_planner import CLEARANCE, ViewPlanner
 from stack.streams import stream
 from stack.types import (
     FloatArray,
@@ -54,21 +52,12 @@ from stack.types import (
 CELL_DEVIATION = 0.35
 """Standard deviation of the position by errors that all beams share, in cells of the map; a wall is
 anywhere within its cell: 0.29."""
-TOUCH_SPEED = 0.15
-"""Standard deviation of the speed at which what touches the robot may push it; the particles then
-spread also while its wheels stand, m/s."""
 
 _NO_FIT = 0.5
 """Share of the 5th percentile of fits at true poses below which the robot is not near a pose."""
 
-_UNTESTED_HEALTH = 0.8
-"""Health of a pose that was set and that no scan has tested."""
-
 _MATCH_DEVIATION = 0.05
 """Metres; standard deviation of a pose that is compared with a scan."""
-
-_TOUCHED_TURN = 0.1
-"""Standard deviation of the turning speed of a touched robot besides odometry, rad/s."""
 
 _USUAL = 0.25
 """Place of a fit between the 5th percentile (0) and the median (1) at true poses, which another
@@ -90,13 +79,12 @@ class Localiser(Estimator):
     @staticmethod
     def kernels(parameters: LocaliserParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of the filter and of the search."""
+        from stack.geometry.travel.kernels import TRAVEL
         from stack.localisation import kernels
         from stack.localisation.particle_filter.kernels import FILTER
         from stack.localisation.search import kernels as search_kernels
-        from stack.localisation.views import kernels as view_kernels
 
-        own = (*kernels.LOCALISATION, *FILTER)
-        return (*own, *search_kernels.SEARCH, *view_kernels.VIEWS)
+        return (*kernels.LOCALISATION, *FILTER, *search_kernels.SEARCH, *TRAVEL)
 
     def __init__(
         self,
@@ -109,7 +97,7 @@ class Localiser(Estimator):
         self._robot = robot
         self._generator = stream(seed, "localisation")
         self._calibration = stream(seed, "localisation calibration")
-        self._recovery = RecoverySchedule(parameters)
+        self._recovery = RecoverySchedule()
         self._confidence, self._trusted = Confidence(), TrustedPose()
         self.lidar = parameters.lidar or robot.main_lidar
         self._read(grid)
@@ -121,18 +109,15 @@ class Localiser(Estimator):
 
     def _read(self, grid: OccupancyGrid) -> None:
         """Derive what depends on the map."""
-        self._field = surface_field(grid)
-        self._evaluator = ScanEvaluator(self._field)
+        self.map = KnownMap(grid, self.parameters.health_obstacles, self._calibration)
         self._filter = ParticleFilter(
-            self._field, self._evaluator, motion_model(self._robot.drivetrain, self.parameters),
-            self.parameters, self._generator,
+            self.map, motion_model(self._robot.drivetrain), self.parameters, self._generator
         )  # fmt: skip
-        self._touch = TouchSense(self._robot.footprint, self._evaluator)
-        self._markers = MarkerUpdate(self._field, self._filter)
-        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter)
-        variance = (CELL_DEVIATION * self._field.resolution) ** 2
+        self._touch = TouchSense(self._robot.footprint, self.map.evaluator)
+        self._markers = MarkerUpdate(self.map.field, self._filter)
+        self._pose_search = PoseSearch(self.map, self._filter)
+        variance = (CELL_DEVIATION * self.map.field.resolution) ** 2
         self._common_errors = np.diag([variance, variance, 0.0])
-        self._scale: FitScale | None = None
         self._estimate: PoseEstimate | None = None
 
     def load_map(self, grid: OccupancyGrid, folder: Path, pose: Pose2D | None) -> None:
@@ -142,14 +127,8 @@ class Localiser(Estimator):
 
     @staticmethod
     def check(parameters: LocaliserParameters, robot: RobotDescription) -> None:
-        """Check that the robot has the lidar.
-
-        Raises:
-            InputError: it has none of that name.
-        """
-        if parameters.lidar and parameters.lidar not in robot.all_lidars:
-            hint = suggestion(parameters.lidar, robot.all_lidars)
-            raise InputError(f"{robot.name} has no lidar {parameters.lidar!r}; {hint}")
+        """Check that the robot has the lidar."""
+        check_lidar(parameters.lidar, robot)
 
     def configure(self, parameters: LocaliserParameters) -> None:
         """Apply new parameters; the particles stay.
@@ -158,12 +137,11 @@ class Localiser(Estimator):
             InputError: the robot has no such lidar.
         """
         self.check(parameters, self._robot)
-        p, before = parameters, self.parameters
-        if (p.range_noise, p.health_obstacles) != (before.range_noise, before.health_obstacles):
-            self._scale = None
-        self.parameters = self._recovery.parameters = p
+        p = parameters
+        self.map.expect(p.health_obstacles)
+        self.parameters = p
         self.lidar = p.lidar or self._robot.main_lidar
-        self._filter.configure(motion_model(self._robot.drivetrain, p), p)
+        self._filter.configure(p)
         self._estimate = None
 
     def start(self, pose: Pose2D | None) -> None:
@@ -183,7 +161,7 @@ class Localiser(Estimator):
     def scatter(self) -> None:
         """Restart with particles uniform over the free space."""
         self._filter.scatter()
-        self._restart(self._filter.modes.modes)
+        self._restart(list(self._filter.hypotheses))
         self._trusted.forget()
         self._scattered, self._estimate = True, None
 
@@ -208,7 +186,7 @@ class Localiser(Estimator):
         likelihood = self._markers.likelihood(fix, since, self._odometry.stated.covariance)
         self._estimate = None
         if self._scattered:
-            self._restart(self._markers.modes_of(likelihood))
+            self._restart(self._markers.hypotheses_of(likelihood))
         elif self._markers.apply(likelihood):
             self._jumped(confirmed=False)
         self._corrected_at = max(self._corrected_at, fix.stamp)
@@ -240,28 +218,18 @@ class Localiser(Estimator):
             if last is not None and not last.rivals and not begins:
                 self._estimate = last.moved_to(self._pose)
             return
-        touched = not self._scattered and self._is_touched(scan)
+        again = self._trusted.is_touched
+        touched = not self._scattered and self._touch.touches(scan, self._pose, again=again)
         self._follow(scan, covariance, disturbed=disturbed, touched=touched)
         if self._scattered:
             self._start_anywhere(scan)
-        elif self._is_update_due():
+        elif self._odometry.is_update_due(settled=self._filter.hypotheses.best.is_settled):
             self._measurement_update(scan)
-        view = self._evaluator.view(self._pose, scan)
-        if len(self._filter.modes.modes) > 1:
-            view = self._compare_modes(scan, view)
-        search = self._recovery.next(scan.stamp, view, self._fit_scale(scan).low)
-        if search is not None:
-            confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
-            disturbed = self._recovery.is_disturbed(scan.stamp)
-            touched = self._recovery.is_touched(scan.stamp)
-            prior = prior_of(view, confirmed=confirmed, disturbed=disturbed, touched=touched)
-            found = self._pose_search.run(
-                search, scan, view, self._moved, odometry, prior, low, self._trusted
-            )
-            if found:
-                self._recovery.verify(scan.stamp)
-            view = self._evaluator.view(self._pose, scan)
-        scale, alone = self._fit_scale(scan), len(self._filter.modes.modes) == 1
+        view = self.map.evaluator.view(self._pose, scan)
+        if len(self._filter.hypotheses) > 1:
+            view = self._compare_hypotheses(scan, view)
+        view = self._search(scan, view, odometry)
+        scale, alone = self.map.scale_for(scan), len(self._filter.hypotheses) == 1
         self._confidence.add(scan.stamp, view, scale, self._travelled, alone=alone)
         if self._confidence.needs_verification(view, scale, alone=alone):
             self._recovery.verify(scan.stamp)
@@ -270,6 +238,21 @@ class Localiser(Estimator):
             self._trusted.trust(self._pose, odometry)
         else:
             self._trusted.follow(self._pose, odometry)
+
+    def _search(self, scan: Scan, view: ScanView, odometry: Pose2D) -> ScanView:
+        """Run a search that is due; return the view of the estimate after it."""
+        recovery = self._recovery
+        low = self.map.scale_for(scan).low
+        search = recovery.next(scan.stamp, view, low) if self.parameters.recover else None
+        if search is None:
+            return view
+        prior = prior_of(
+            view, confirmed=self._confidence.is_confirmed,
+            disturbed=recovery.is_disturbed(scan.stamp), touched=recovery.is_touched(scan.stamp),
+        )  # fmt: skip
+        if self._pose_search.run(search, scan, view, self._moved, odometry, prior, self._trusted):
+            recovery.verify(scan.stamp)
+        return self.map.evaluator.view(self._pose, scan)
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -283,26 +266,26 @@ class Localiser(Estimator):
 
     def _summary(self) -> PoseEstimate:
         """Return the estimate as of now."""
-        p, features, modes = self.parameters, self.health_features, self._filter.modes
+        p, features, hypotheses = self.parameters, self.health_features, self._filter.hypotheses
         if features is None:
-            right = 0.0 if self._scattered else _UNTESTED_HEALTH
+            right = 0.0 if self._scattered else UNTESTED_HEALTH
         else:
             right = health(features)
         return PoseEstimate(
-            self._pose, modes.covariance() + self._common_errors, right,
-            self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
+            self._pose, hypotheses.covariance() + self._common_errors, right,
+            self.map_from_odom, self._corrected_at, self._jumps, hypotheses.rivals(self._moved),
             HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip
 
     @property
     def health_features(self) -> HealthFeatures | None:
         """What the health follows from; None before the first scan after a restart."""
-        return self._confidence.features(self._filter.modes, self._scale)
+        return self._confidence.features(self._filter.hypotheses, self.map.scale)
 
     @property
     def map_from_odom(self) -> Pose2D:
         """The odom frame's pose in the map frame."""
-        return self._filter.modes.best.pose.compose(self._odometry.reference.inverse())
+        return self._filter.hypotheses.best.pose.compose(self._odometry.reference.inverse())
 
     @property
     def particles(self) -> FloatArray:
@@ -311,27 +294,22 @@ class Localiser(Estimator):
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
         """Return the health in [0, 1] of a single scan at another pose, map frame."""
-        view = self._evaluator.view(pose, scan)
-        return health(HealthFeatures(view, view, self._fit_scale(scan), _MATCH_DEVIATION, 1.0))
-
-    def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
-        """Return distinct poses on the whole map that explain the scans, best first.
-
-        See `GlobalMatcher.candidates`.
-        """
-        return self._pose_search.whole_map.candidates(scan, earlier)
+        return self.map.fit_at(pose, scan, _MATCH_DEVIATION)
 
     def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
         """Restart at the best pose on the map that explains the scans, with its rivals.
 
         Args:
             scan: the newest scan.
-            earlier: as for `match_globally`.
+            earlier: as for `MapSearch.everywhere`.
 
         Raises:
             NavigationError: LOST if no pose fits. The particles do not change then.
         """
-        return self._adopt(self._resolution(scan, earlier))
+        odometry = self._odometry.pose or self._odometry.reference
+        best, hypotheses = self._pose_search.resolved(scan, earlier, odometry, self._trusted)
+        self._restart(hypotheses)
+        return best
 
     def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
         """Return the view that best tells the estimate from its rivals; None without one."""
@@ -339,59 +317,31 @@ class Localiser(Estimator):
         if not estimate.ambiguous:
             return None
         clearance = self._robot.footprint.inscribed_radius + CLEARANCE
-        planner = ViewPlanner(self._field, clearance)
+        planner = ViewPlanner(self.map.field, clearance)
         shares = [rival.share for rival in estimate.rivals]
         poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
         return planner.best_view(poses, [1.0 - sum(shares), *shares], scan, avoided)
 
-    def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
-        candidates, low = self.match_globally(scan, earlier), self._fit_scale(scan).low
-        poses = [match.pose for match in candidates]
-        odometry = self._odometry.pose or self._odometry.reference
-        priors = self._trusted.log_priors(poses, odometry)
-        least = min(priors, default=0.0)  # a place near the trusted pose must fit, too
-        fitting = [
-            prior if match.fit >= low else least
-            for match, prior in zip(candidates, priors, strict=True)
-        ]
-        return resolve(candidates, low, fitting)
-
-    def _adopt(self, resolution: Resolution) -> GlobalMatch:
-        found = (resolution.best, *resolution.rivals)[:MAX_MODES]
-        self._restart([
-            self._pose_search.mode(match, weight)
-            for match, weight in zip(found, resolution.log_weights, strict=False)
-        ])  # fmt: skip
-        return resolution.best
-
     def _start_anywhere(self, scan: Scan) -> None:
         """Search the whole map at an unknown start; if nothing fits well, follow all places."""
         try:
-            self._adopt(self._resolution(scan))
+            self.localise_globally(scan)
         except NavigationError:
-            if modes := self._pose_search.places(scan):
-                self._restart(modes)
-                self._filter.modes.tidy()
+            if hypotheses := self._pose_search.anywhere(scan):
+                self._restart(hypotheses)
+                self._filter.hypotheses.tidy()
 
     @property
     def _pose(self) -> Pose2D:
-        return self._filter.modes.best.pose.compose(self._moved)
+        return self._filter.hypotheses.best.pose.compose(self._moved)
 
     @property
     def _moved(self) -> Pose2D:
         return self._odometry.moved
 
-    def _fit_scale(self, scan: Scan) -> FitScale:
-        """Return the fit scale of this map; calibrated at the first scan, which shows the lidar."""
-        if self._scale is None:
-            self._scale = calibrate(
-                self._evaluator, self._field, scan, self.parameters, self._calibration
-            )
-        return self._scale
-
-    def _restart(self, modes: Sequence[Mode], *, confirmed: bool = False) -> None:
-        """Restart with modes at the newest odometry."""
-        self._filter.modes.replace(modes)
+    def _restart(self, hypotheses: Sequence[Hypothesis], *, confirmed: bool = False) -> None:
+        """Restart with hypotheses at the newest odometry."""
+        self._filter.hypotheses.replace(hypotheses)
         self._estimate = None
         self._odometry.restart()
         self._scattered = False
@@ -409,64 +359,43 @@ class Localiser(Estimator):
     ) -> None:
         """Process the motion since the last scan."""
         if touched:
-            covariance = self._pushed(scan.stamp, covariance)
+            covariance = pushed(self._odometry.seconds_to(scan.stamp), covariance)
         distance, turn = self._odometry.add_scan(scan.stamp, covariance, disturbed=disturbed)
         self._travelled = distance + 0.5 * turn
         self._trusted.drive(distance, pushed=disturbed, touched=touched)
-        self._filter.modes.travel(distance / RIVAL_DISTANCE + turn / RIVAL_ANGLE)
+        self._filter.hypotheses.travel(distance / RIVAL_DISTANCE + turn / RIVAL_ANGLE)
         if disturbed:
             self._recovery.disturb(scan.stamp)
         if touched:
             self._recovery.touch(scan.stamp)
             self._odometry.doubt_standstill()
 
-    def _pushed(self, stamp: float, covariance: FloatArray | None) -> FloatArray:
-        """Return the (3, 3) covariance of the motion since the last scan of a touched robot."""
-        seconds = self._odometry.seconds_to(stamp)
-        deviations = seconds * np.array([*(TOUCH_SPEED,) * 2, _TOUCHED_TURN])
-        pushes = np.diag(deviations**2)
-        return pushes if covariance is None else pushes + covariance
-
-    def _is_touched(self, scan: Scan) -> bool:
-        """Return whether a scan shows that something touches the robot.
-
-        A first touch counts only at a pose that no beam contradicts: at a wrong pose, walls next to
-        the robot seem to be unmapped things.
-        """
-        if not self._touch.touches(scan, self._pose):
-            return False
-        if self._trusted.is_touched:
-            return True
-        return self._evaluator.view(self._pose, scan).long < MANY_LONG
-
-    def _is_update_due(self) -> bool:
-        p = self.parameters
-        settled = self._filter.modes.best.is_settled
-        return self._odometry.is_update_due(p.update_distance, p.update_angle, settled=settled)
-
     def _measurement_update(self, scan: Scan) -> None:
-        """Run one filter step: predict, then weight each mode that the scan may belong to."""
-        lost = _NO_FIT * self._fit_scale(scan).low
+        """Run one filter step: predict, then weight each hypothesis that the scan fits."""
+        lost = _NO_FIT * self.map.scale_for(scan).low
         self._filter.predict(self._odometry.take())
-        for mode in self._filter.modes.modes:
-            # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
+        for hypothesis in self._filter.hypotheses:
+            # Scans from elsewhere must not pull it to a pose with a slightly better fit.
             last = self._confidence.views.newest
-            fit = last.fit if last and mode is self._filter.modes.best else None
-            if fit is not None and fit < lost and mode.is_settled:
-                self._filter.spread(mode)
+            fit = last.fit if last and hypothesis is self._filter.hypotheses.best else None
+            if fit is not None and fit < lost and hypothesis.is_settled:
+                hypothesis.spread()
             else:
-                self._filter.measure(mode, scan)
+                self._filter.measure(hypothesis, scan)
 
-    def _compare_modes(self, scan: Scan, view: ScanView) -> ScanView:
-        """Add the evidence of a scan to the modes; return the view of the estimate."""
-        modes, moved = self._filter.modes, self._moved
-        others = [self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]]
-        modes.weigh([view.cost, *(o.cost for o in others)])
+    def _compare_hypotheses(self, scan: Scan, view: ScanView) -> ScanView:
+        """Add the evidence of a scan to the hypotheses; return the view of the estimate."""
+        hypotheses, moved = self._filter.hypotheses, self._moved
+        others = [
+            self.map.evaluator.view(hypothesis.pose.compose(moved), scan)
+            for hypothesis in hypotheses.others
+        ]
+        hypotheses.weigh([view.cost, *(o.cost for o in others)])
         if self._confidence.is_confirmed and not self._recovery.is_disturbed(scan.stamp):
-            scale = self._fit_scale(scan)
+            scale = self.map.scale_for(scan)
             least = scale.low + _USUAL * (scale.middle - scale.low)
-            modes.hold_back([other.fit >= least for other in others])
-        views = dict(zip(map(id, modes.modes), [view, *others], strict=True))
-        if modes.tidy():
+            hypotheses.hold_back([other.fit >= least for other in others])
+        views = dict(zip(map(id, hypotheses), [view, *others], strict=True))
+        if hypotheses.tidy():
             self._jumped(confirmed=False)
-        return views[id(modes.best)]
+        return views[id(hypotheses.best)]

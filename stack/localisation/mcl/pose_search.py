@@ -1,21 +1,21 @@
-"""Searches of the map that give the filter new modes."""
+"""Searches of the map that give the filter new hypotheses."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from stack.localisation.distance_field import SignedDistanceField
-from stack.localisation.health import ScanEvaluator, ScanView
+from stack.localisation.health import ScanView
+from stack.localisation.known_map import KnownMap
 from stack.localisation.mcl.confidence import MANY_LONG
 from stack.localisation.mcl.recovery import Search
 from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.particle_filter.filter import ParticleFilter
-from stack.localisation.particle_filter.modes import MAX_MODES, Mode, same_place
-from stack.localisation.search.global_match import GlobalMatcher
-from stack.localisation.search.local_match import LocalMatcher, map_search
-from stack.localisation.search.matches import GlobalMatch
-from stack.localisation.search.rivals import weighed
-from stack.types import FloatArray, Pose2D, Scan, wrap_angle
+from stack.localisation.particle_filter.hypotheses import MAX_HYPOTHESES, Hypothesis, same_place
+from stack.localisation.search.matches import GlobalMatch, Views
+from stack.localisation.search.rivals import resolve, weighed
+from stack.types import Pose2D, Scan, wrap_angle
 
 _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
 """Covariance that is added to that of a match: cells and noise."""
@@ -68,30 +68,20 @@ def prior_of(view: ScanView, *, confirmed: bool, disturbed: bool, touched: bool)
 
 
 class PoseSearch:
-    """Searches the map near the estimate or as a whole, and adds what fits to the modes.
+    """Searches the map near the estimate or as a whole, and adds what fits to the hypotheses.
 
     Args:
-        field: the map.
-        evaluator: of the same map.
-        particle_filter: whose modes are added to.
-
-    Attributes:
-        whole_map: search of the whole map.
-        near: search of a window.
+        known_map: that is searched.
+        particle_filter: whose hypotheses are added to.
     """
 
-    def __init__(
-        self, field: SignedDistanceField, evaluator: ScanEvaluator, particle_filter: ParticleFilter
-    ) -> None:
-        self._evaluator, self._filter = evaluator, particle_filter
-        search = map_search(field)
-        self.whole_map = GlobalMatcher(field, evaluator, search)
-        self.near = LocalMatcher(field, evaluator, search)
+    def __init__(self, known_map: KnownMap, particle_filter: ParticleFilter) -> None:
+        self._map, self._filter = known_map, particle_filter
         self._last: tuple[float, Pose2D] | None = None
 
     def run(  # noqa: PLR0913 - what a search depends on
         self, search: Search, scan: Scan, view: ScanView, moved: Pose2D, odometry: Pose2D,
-        prior: float, low: float, trusted: TrustedPose,
+        prior: float, trusted: TrustedPose,
     ) -> bool:  # fmt: skip
         """Run a search; return whether it found a place that is far from the estimate.
 
@@ -99,21 +89,21 @@ class PoseSearch:
             search: what to search.
             scan: the newest scan.
             view: comparison of the scan with the map at the estimate.
-            moved: odometry since the modes' reference pose.
+            moved: odometry since the hypotheses' reference pose.
             odometry: pose at the scan, odom frame.
-            prior: log-weight of a new mode relative to the estimate.
-            low: fit that most scans at a true pose exceed.
+            prior: log-weight of a new hypothesis relative to the estimate.
             trusted: how probable places are after a push.
         """
-        here = self._filter.modes.best.pose.compose(moved)
+        hypotheses, low = self._filter.hypotheses, self._map.scale_for(scan).low
+        here = hypotheses.best.pose.compose(moved)
         if search.is_global:
-            found = self.whole_map.candidates(scan)
+            found = self._map.search.everywhere(scan)
         else:
-            found = self.near.match(here, scan, search.distance, search.angle)
+            found = self._map.search.near(here, scan, search.distance, search.angle)
         far = False
         near, *places = trusted.log_priors([here, *(m.pose for m in found)], odometry)
-        for match, place in zip(found[:MAX_MODES], places, strict=False):
-            seen = self._evaluator.view(match.pose, scan)
+        for match, place in zip(found[:MAX_HYPOTHESES], places, strict=False):
+            seen = self._map.evaluator.view(match.pose, scan)
             if search.is_global:
                 plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
             else:
@@ -125,12 +115,14 @@ class PoseSearch:
             at_reference = match.pose.compose(moved.inverse())
             covariance = match.covariance + _LEAST_COVARIANCE
             if not same_place(match.pose, here):
-                added = self._add(at_reference, covariance, prior + place - near)
+                weight = hypotheses.best.log_weight + (prior + place - near)
+                added = hypotheses.add(self._filter.around(at_reference, covariance, weight))
                 far = far or (added and match.pose.distance_to(here) > _FAR)
             elif seen.fit > view.fit + _BETTER_FIT:
                 doubtful = prior > _TOUCHED
                 if self._is_found_again(scan.stamp, match.pose, odometry) or doubtful:
-                    self._correct(at_reference, covariance)
+                    weight = hypotheses.best.log_weight
+                    hypotheses.replace_best(self._filter.around(at_reference, covariance, weight))
         return far
 
     def _is_found_again(self, stamp: float, pose: Pose2D, odometry: Pose2D) -> bool:
@@ -146,23 +138,36 @@ class PoseSearch:
         turned = abs(wrap_angle(expected.heading - pose.heading))
         return expected.distance_to(pose) < _SAME_MATCH and turned < _SAME_TURN
 
-    def places(self, scan: Scan) -> list[Mode]:
-        """Return modes anywhere on the map, weighted by the objects that each needs, best first."""
-        found = weighed(self.whole_map.candidates(scan))
-        return [self.mode(match, weight) for match, weight in found[:MAX_MODES]]
+    def anywhere(self, scan: Scan) -> list[Hypothesis]:
+        """Return hypotheses on the whole map, weighted by the objects that each needs."""
+        return self._followed(weighed(self._map.search.everywhere(scan)))
 
-    def mode(self, match: GlobalMatch, log_weight: float) -> Mode:
-        """Return a mode at a match at the reference pose."""
-        return self._filter.around(match.pose, match.covariance + _LEAST_COVARIANCE, log_weight)
+    def resolved(
+        self, scan: Scan, earlier: Views, odometry: Pose2D, trusted: TrustedPose
+    ) -> tuple[GlobalMatch, list[Hypothesis]]:
+        """Return the best match on the whole map, and it and its rivals as hypotheses.
 
-    def _add(self, pose: Pose2D, covariance: FloatArray, prior: float) -> bool:
-        """Add a mode; return whether it is another place than all others."""
-        weight = self._filter.modes.best.log_weight + prior
-        mode = self._filter.around(pose, covariance, weight)
-        mode.weighed = 0.0
-        return self._filter.modes.add(mode)
+        Args:
+            scan: the newest scan.
+            earlier: as for `MapSearch.everywhere`.
+            odometry: pose at the scan, odom frame.
+            trusted: how probable places are after a push.
 
-    def _correct(self, pose: Pose2D, covariance: FloatArray) -> None:
-        """Move the estimate by a small correction."""
-        modes = self._filter.modes
-        modes.modes[0] = self._filter.around(pose, covariance, modes.best.log_weight)
+        Raises:
+            NavigationError: LOST if no pose fits.
+        """
+        found, low = self._map.search.everywhere(scan, earlier), self._map.scale_for(scan).low
+        priors = trusted.log_priors([match.pose for match in found], odometry)
+        least = min(priors, default=0.0)  # a place near the trusted pose must fit, too
+        fitting = [
+            prior if match.fit >= low else least for match, prior in zip(found, priors, strict=True)
+        ]
+        resolved = resolve(found, low, fitting)
+        return resolved[0][0], self._followed(resolved)
+
+    def _followed(self, matches: Sequence[tuple[GlobalMatch, float]]) -> list[Hypothesis]:
+        """Return the first matches, with their log-weights, as hypotheses at the reference pose."""
+        return [
+            self._filter.around(match.pose, match.covariance + _LEAST_COVARIANCE, weight)
+            for match, weight in matches[:MAX_HYPOTHESES]
+        ]

@@ -2,7 +2,7 @@
 
 A push moves the robot without its wheels, so the scans stop fitting. The search starts as soon as
 they have done so for a moment, also at standstill, and widens while they still do not fit. What it
-finds becomes modes of the filter; their evidence decides.
+finds becomes hypotheses of the filter; their evidence decides.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from math import inf, pi
 
 from stack.localisation.health import ScanView
-from stack.localisation.parameters import LocaliserParameters
 
 RECOVERY_TIME = 0.3
 """Time of badly fitting scans after which the pose is searched near the estimate, s."""
@@ -58,8 +57,7 @@ class Search:
 class RecoverySchedule:
     """Decides which search to run at a scan. Times are stamps of scans."""
 
-    def __init__(self, parameters: LocaliserParameters) -> None:
-        self.parameters = parameters
+    def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
@@ -104,9 +102,6 @@ class RecoverySchedule:
             view: comparison of the scan with the map at the estimate.
             low: fit that most scans at a true pose exceed.
         """
-        p = self.parameters
-        if not p.recover:
-            return None
         drop = 0.0 if self._usual is None else self._usual - view.fit
         self._usual = view.fit if self._usual is None else self._usual + 0.05 * -drop
         fits = view.fit >= low and drop < _DROP

@@ -1,1 +1,1 @@
-"""Particle filter with modes: motion and sensor models, markers, least covariance."""
+"""Particle filter with several hypotheses: motion and sensor models, markers, least covariance."""

@@ -2,7 +2,7 @@
 
 Probabilistic Robotics, 2005, section 6.4, with beam skipping: a beam that ends at something
 unmapped, or that passes where the map has a wall, says nothing of where within a place the robot
-is. Which place it is in is the modes' evidence (`ScanView.cost`).
+is. Which place it is in is the evidence of the hypotheses (`ScanView.cost`).
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particle_filter.modes import Mode
 from stack.localisation.search.matches import beam_points, returned_beams
 from stack.types import FloatArray, Pose2D, Scan
 
+HIT_DEVIATION = 0.08
+"""Standard deviation of a return from a mapped wall, m."""
 HIT_SHARE = 0.9
 """Share of returns that the map explains; the others are people and moved things."""
 TRUST = 0.3
@@ -48,7 +49,7 @@ class BeamModel:
 
         self._kernels, self._field, self._evaluator = kernels, field, evaluator
         self._parameters = parameters
-        logs = field.log_likelihoods(parameters.hit_deviation, HIT_SHARE)
+        logs = field.log_likelihoods(HIT_DEVIATION, HIT_SHARE)
         self._least = float(logs.min())
         margin = round(self._least * _UNIT)
         table = np.rint(logs * _UNIT).astype(np.int16)
@@ -72,7 +73,7 @@ class BeamModel:
     def log_likelihoods(self, poses: FloatArray, points: FloatArray) -> FloatArray:
         """Return (n,) log-likelihoods of points (m, 2), base frame, at poses (n, 3)."""
         scores, blocked = self._kernels.score_poses(
-            self._table, self._field.occupancy, *self._field.placement,
+            self._table, self._field.occupancy, self._field.placement,
             np.ascontiguousarray(poses), np.ascontiguousarray(points.T, dtype=np.float32),
         )  # fmt: skip
         logs: FloatArray = scores.astype(np.float64)
@@ -84,11 +85,3 @@ class BeamModel:
         kinds, _ = self._evaluator.classified(pose, scan, beams)
         matched: NDArray[np.bool_] = kinds == self._kernels.MATCHED
         return matched
-
-
-def weighted(mode: Mode, logs: FloatArray) -> FloatArray:
-    """Return (n,) weights of a mode's particles after a measurement."""
-    total = np.log(mode.particle_set.weights) + logs
-    weights: FloatArray = np.exp(total - total.max())
-    weights /= weights.sum()
-    return weights

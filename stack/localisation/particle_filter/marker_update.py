@@ -1,4 +1,4 @@
-"""Markers in the particle filter: weights of the particles, evidence of the modes, new modes."""
+"""Markers in the particle filter: weights of particles, evidence, new hypotheses."""
 
 from __future__ import annotations
 
@@ -6,39 +6,35 @@ from math import pi
 
 import numpy as np
 
-from stack.localisation.distance_field import SignedDistanceField, as_row
-from stack.localisation.marker_mixture import Mixture, components_of
-from stack.localisation.particle_filter.beam_model import weighted
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.marker_mixture import Mixture, carried
 from stack.localisation.particle_filter.filter import ParticleFilter
-from stack.localisation.particle_filter.modes import Mode
-from stack.localisation.particle_filter.particles import ParticleSet
-from stack.localisation.particle_filter.uncertainty import stretch, widened
+from stack.localisation.particle_filter.hypotheses import Hypothesis
 from stack.types import FloatArray, MarkerFix, Pose2D
 
 MARKER_EVIDENCE = 3.0
-"""Largest evidence of the markers in one picture for or against a mode."""
+"""Largest evidence of the markers in one picture for or against a hypothesis."""
 
 _FEWEST = 30.0
 """Effective particles after weighting, below which they are drawn from the posterior instead."""
 
 _FALSE = 0.5
-"""Probability of a false measurement from which on it says nothing of where in a mode the robot is.
-"""
+"""Probability of a false measurement from which on it does not weight the particles."""
 
 _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
-"""Covariance that is added to that of a new mode: cells and noise."""
+"""Covariance that is added to that of a new hypothesis: cells and noise."""
 
 _ELSEWHERE = -4.0
-"""Log-weight of a new mode relative to the estimate: a marker that was moved is about as frequent
-as a robot that was."""
+"""Log-weight of a new hypothesis relative to the estimate: a marker that was moved is about as
+frequent as a robot that was."""
 
 
 class MarkerUpdate:
-    """Adds the poses that markers give to the modes of a particle filter.
+    """Adds the poses that markers give to the hypotheses of a particle filter.
 
     Args:
         field: the map.
-        particle_filter: its modes are changed.
+        particle_filter: its hypotheses are changed.
     """
 
     def __init__(self, field: SignedDistanceField, particle_filter: ParticleFilter) -> None:
@@ -54,60 +50,42 @@ class MarkerUpdate:
             stated: (3, 3) covariance that odometry states of it.
         """
         noise = self._filter.noise(since) + stated
-        carried = [one.carried(since, noise) for one in components_of(fix.candidates)]
-        return Mixture(carried, self._volume)
+        return Mixture([carried(one, since, noise) for one in fix.candidates], self._volume)
 
     def apply(self, likelihood: Mixture) -> bool:
-        """Update all modes; return whether another one is the estimate now.
+        """Update all hypotheses; return whether another one is the estimate now.
 
-        A mode that the markers contradict keeps its particles. If they contradict all modes, their
-        candidates become modes, and further pictures and scans decide.
+        A hypothesis that the markers contradict keeps its particles. If they contradict all, their
+        candidates become hypotheses, and further pictures and scans decide.
         """
-        modes, cap = self._filter.modes, MARKER_EVIDENCE
-        found = [likelihood.evidence(mode.pose, mode.covariance) for mode in modes.modes]
-        for mode, (evidence, shares) in zip(modes.modes, found, strict=True):
-            mode.log_weight += float(np.clip(evidence - found[0][0], -cap, cap))
+        hypotheses = self._filter.hypotheses
+        found = [likelihood.evidence(one.pose, one.covariance) for one in hypotheses]
+        hypotheses.add_evidence([evidence for evidence, _ in found], MARKER_EVIDENCE)
+        for hypothesis, (_, shares) in zip(hypotheses, found, strict=True):
             if shares[-1] < _FALSE:
-                self._weigh(mode, likelihood, shares)
+                self._weigh(hypothesis, likelihood, shares)
         if all(shares[-1] >= _FALSE for _, shares in found):
-            self._add(likelihood)
-        return modes.tidy()
+            for added in self.hypotheses_of(likelihood, hypotheses.best.log_weight + _ELSEWHERE):
+                hypotheses.add(added)
+        return hypotheses.tidy()
 
-    def modes_of(self, likelihood: Mixture) -> list[Mode]:
-        """Return a mode at each candidate, weighted by its share."""
+    def hypotheses_of(self, likelihood: Mixture, log_weight: float = 0.0) -> list[Hypothesis]:
+        """Return one at each candidate, weighted by its share and by a common log-weight."""
         return [
             self._filter.around(
-                one.pose, one.covariance + _LEAST_COVARIANCE, float(np.log(max(one.share, 1e-9)))
+                one.pose, one.covariance + _LEAST_COVARIANCE,
+                float(np.log(max(one.share, 1e-9))) + log_weight,
             )
             for one in likelihood.components
-        ]
+        ]  # fmt: skip
 
-    def _add(self, likelihood: Mixture) -> None:
-        weight = self._filter.modes.best.log_weight + _ELSEWHERE
-        for mode in self.modes_of(likelihood):
-            mode.log_weight += weight
-            mode.weighed = 0.0
-            self._filter.modes.add(mode)
-
-    def _weigh(self, mode: Mode, likelihood: Mixture, shares: FloatArray) -> None:
-        """Weight the particles of a mode, and move its pose by the gain of a Kalman filter."""
-        mean, covariance = likelihood.posterior(mode.pose, mode.covariance)
-        poses = mode.particle_set.poses
-        weights = weighted(mode, likelihood.log_likelihoods(poses))
-        mode.particle_set = ParticleSet(poses, weights)
+    def _weigh(self, hypothesis: Hypothesis, likelihood: Mixture, shares: FloatArray) -> None:
+        """Weight the particles, and move the pose by the gain of a Kalman filter."""
+        mean, covariance = likelihood.posterior(hypothesis.pose, hypothesis.covariance)
+        weights = hypothesis.weight(likelihood.log_likelihoods(hypothesis.particle_set.poses))
         if 1.0 / float(weights @ weights) < _FEWEST:
-            drawn = self._filter.around(mean, covariance)
-            mode.particle_set = drawn.particle_set
-        self._filter.resample(mode)
-        mode.summarise()
-        shift = mode.pose
-        mode.pose = mean
-        information = likelihood.information(shares)
-        if mode.least is None:
-            return
-        mode.least = mode.least.observed(information)
-        matrix = stretch(mode.covariance, mode.least.pose, information)
-        if matrix is not None:
-            widened_poses = widened(mode.particle_set.poses, as_row(shift), matrix)
-            mode.particle_set = ParticleSet(widened_poses, mode.particle_set.weights)
-            mode.covariance = matrix @ mode.covariance @ matrix.T
+            hypothesis.replace_particles(self._filter.around(mean, covariance).particle_set.poses)
+        self._filter.resample(hypothesis)
+        centre = hypothesis.summarise()
+        hypothesis.follow(mean)
+        hypothesis.observe(likelihood.information(shares), centre)

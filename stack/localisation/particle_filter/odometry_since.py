@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import hypot
 
 import numpy as np
 
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.planar import lever, rotation
 from stack.types import FloatArray, Pose2D
 
 _ORIGIN = Pose2D(0.0, 0.0)
+
+UPDATE_DISTANCE, UPDATE_ANGLE = 0.05, 0.05
+"""Metres driven or radians turned between two measurement updates: about a cell of the map."""
 
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
@@ -40,12 +44,8 @@ class MotionSince:
         if covariance is None or not covariance.any():
             total = self.covariance
         else:
-            c, s = cos(self.moved.heading), sin(self.moved.heading)
-            turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-            # A heading error so far turns what follows.
-            x, y = c * moved.x - s * moved.y, s * moved.x + c * moved.y
-            carried = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
-            total = carried @ self.covariance @ carried.T + turned @ covariance @ turned.T
+            change, turn = lever(self.moved.heading, moved), rotation(self.moved.heading)
+            total = change @ self.covariance @ change.T + turn @ covariance @ turn.T
         return MotionSince(self.moved.compose(moved), total, self.disturbed or disturbed)
 
 
@@ -120,17 +120,15 @@ class OdometrySince:
         """Let the next scan weight the particles although the wheels stand."""
         self._still_scans = 0
 
-    def is_update_due(self, distance: float, angle: float, *, settled: bool) -> bool:
+    def is_update_due(self, *, settled: bool) -> bool:
         """Return whether the scan that was added last should weight the particles.
 
         Args:
-            distance: since the last update, metres, from which on it does.
-            angle: likewise, radians.
             settled: whether the particles are close together; they then need one update at
                 standstill, else two.
         """
         moved = self.moved
-        if moved.distance_to(_ORIGIN) >= distance or abs(moved.heading) >= angle:
+        if moved.distance_to(_ORIGIN) >= UPDATE_DISTANCE or abs(moved.heading) >= UPDATE_ANGLE:
             self._still_scans = 0
             return True
         self._still_scans += 1

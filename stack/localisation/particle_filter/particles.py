@@ -8,7 +8,7 @@ from math import atan2, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.localisation.distance_field import as_pose
+from stack.localisation.planar import as_pose
 from stack.types import FloatArray, Pose2D
 
 _BIN = np.array([0.5, 0.5, pi / 18])

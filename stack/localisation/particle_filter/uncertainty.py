@@ -14,10 +14,10 @@ Control Systems 3, 1966.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin
 
 import numpy as np
 
+from stack.localisation.planar import lever, rotation
 from stack.types import FloatArray, Pose2D
 
 
@@ -49,14 +49,11 @@ class LeastCovariance:
             noise: (3, 3) covariance of its independent errors, in that frame.
             deviation: standard deviation of the scale.
         """
-        c, s = cos(heading), sin(heading)
-        x, y = c * by.x - s * by.y, s * by.x + c * by.y
-        carried = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
-        turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        along, variance = np.array([x, y, 0.0]), deviation**2
-        before = carried @ self.scale
+        change, turn = lever(heading, by), rotation(heading)
+        along, variance = np.array([change[1, 2], -change[0, 2], 0.0]), deviation**2
+        before = change @ self.scale
         cross = np.outer(before, along)
-        pose = carried @ self.pose @ carried.T + cross + cross.T + turned @ noise @ turned.T
+        pose = change @ self.pose @ change.T + cross + cross.T + turn @ noise @ turn.T
         return LeastCovariance(pose + variance * np.outer(along, along), before + variance * along)
 
     def observed(self, information: FloatArray) -> LeastCovariance:

@@ -1,7 +1,7 @@
-"""Alignment of candidate poses to the map, and the evidence of the beams for each.
+"""Alignment of poses to the map, and the evidence of the beams for each.
 
 A beam that ends before the mapped wall (short) has met something that is not on the map: common. A
-beam that passes through a mapped wall (long) says that the wall is gone: rare. A candidate is
+beam that passes through a mapped wall (long) says that the wall is gone: rare. A pose is
 therefore ranked by the log-likelihood of its beams, in which a long beam weighs several short ones.
 """
 
@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
+from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import VIEW_BEAMS, ScanEvaluator, ScanView, spread
+from stack.localisation.planar import as_pose, as_row
 from stack.localisation.search.matches import GlobalMatch, Views, beam_points, distinct
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
@@ -36,7 +37,7 @@ _ROUGH, _FINE = np.array([0.3, 0.1]), np.array([0.1])
 
 
 class MatchEvaluator:
-    """Aligns candidate poses to the map and ranks them.
+    """Aligns poses to the map and ranks them.
 
     Args:
         field: the map.
@@ -56,13 +57,13 @@ class MatchEvaluator:
     def ranked(
         self, poses: FloatArray, points: FloatArray, views: Views, refined: int
     ) -> list[GlobalMatch]:
-        """Return the distinct matches of candidate poses, best first.
+        """Return the distinct matches of poses, best first.
 
         Args:
-            poses: (n, 3) candidates, map frame.
+            poses: (n, 3) map frame.
             points: (m, 2) of the views, base frame.
             views: scans.
-            refined: number of the best candidates that are aligned again without short beams.
+            refined: number of the best matches that are aligned again without short beams.
         """
         if poses.shape[0] == 0 or points.shape[0] == 0:
             return []
@@ -107,7 +108,7 @@ class MatchEvaluator:
         self, poses: FloatArray, points: FloatArray, deviations: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         aligned, information = self._kernels.align(
-            self._field.distances, *self._field.placement, np.ascontiguousarray(poses),
+            self._field.distances, self._field.placement, np.ascontiguousarray(poses),
             np.ascontiguousarray(points), deviations, 6,
         )  # fmt: skip
         return aligned, information
@@ -118,7 +119,7 @@ class MatchEvaluator:
             log, seen = self.evidence(pose.compose(at), scan)
             evidence, cost = evidence + share * log, cost + share * seen.cost
             fits += seen.fit
-        # Along a corridor nothing fixes the pose but that other places are other candidates.
+        # Along a corridor nothing fixes the pose but that other places are other matches.
         weak = np.diag([1.0 / 0.5**2, 1.0 / 0.5**2, 1.0 / 0.5**2])
         covariance = np.linalg.inv(information / _POINT_VARIANCE + weak)
         return GlobalMatch(

@@ -6,12 +6,13 @@ Grids are (rows, columns) with row 0 at the smallest y. Poses are rows of x, y, 
 
 from __future__ import annotations
 
-from math import ceil, cos, sin
+from math import ceil
 
 import numpy as np
 from numba import f4, f8, i4, i8, njit, u1
 from numpy.typing import NDArray
 
+from stack.localisation.kernels import PLACEMENT, Floats, Placement, add_residuals, solve
 from stack.types import FloatArray
 
 Bytes = NDArray[np.uint8]
@@ -38,14 +39,9 @@ def _value(cells: Bytes, layout: Integers, level: int, row: int, column: int) ->
 
 @njit(cache=True, nogil=True)
 def _bound(
-    cells: Bytes,
-    layout: Integers,
-    box: Offsets,
-    offsets: Offsets,
-    flat: Offsets,
-    extents: Offsets,
+    cells: Bytes, layout: Integers, box: Offsets, offsets: Offsets, flat: Offsets, extents: Offsets,
     least: int,
-) -> int:
+) -> int:  # fmt: skip
     """Upper bound of the scores in a box; -1 if it is below `least`.
 
     A box begins at a multiple of its side and so of its stride: an entry's index is the sum of the
@@ -76,21 +72,10 @@ def _bound(
 
 @njit(cache=True, nogil=True)
 def search_lattice(
-    cells: Bytes,
-    layout: Integers,
-    allowed: Bytes,
-    offsets: Offsets,
-    flat: Offsets,
-    extents: Offsets,
-    window: Integers,
-    least: int,
-    fraction: float,
-    separation: float,
-    heading_separation: int,
-    period: int,
-    most: int,
-    limit: int,
-) -> tuple[Integers, int, int]:
+    cells: Bytes, layout: Integers, allowed: Bytes, offsets: Offsets, flat: Offsets,
+    extents: Offsets, window: Integers, least: int, fraction: float, separation: float,
+    heading_separation: int, period: int, most: int, limit: int,
+) -> tuple[Integers, int, bool]:  # fmt: skip
     """Best distinct poses of a lattice by best-first branch and bound.
 
     W. Hess, D. Kohler, H. Rapp, D. Andor, "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016,
@@ -117,8 +102,8 @@ def search_lattice(
         limit: number of boxes at which the search ends.
 
     Returns:
-        (most, 4) score, heading, row, column, best first; the number of results; and the number of
-        boxes examined, negative if the search ended at `limit`.
+        (most, 4) score, heading, row, column, best first; the number of results; and whether the
+        search did not end at `limit`.
     """
     headings, count = offsets.shape[0], offsets.shape[1]
     top = layout.shape[0] - 1
@@ -164,7 +149,7 @@ def search_lattice(
                 leaf_count += 1
                 continue
             if examined >= limit:
-                return results, found, -examined
+                return results, found, False
             half = 1 << (level - 1)
             for child in range(4):
                 r, c = row + half * (child >> 1), column + half * (child & 1)
@@ -180,12 +165,8 @@ def search_lattice(
                 free = spare if spare >= 0 else used
                 if free == boxes.shape[0]:
                     boxes, following = _longer_rows(boxes), _longer(following)
-                boxes[free, 0], boxes[free, 1], boxes[free, 2], boxes[free, 3] = (
-                    level - 1,
-                    heading,
-                    r,
-                    c,
-                )
+                boxes[free, 0], boxes[free, 1] = level - 1, heading
+                boxes[free, 2], boxes[free, 3] = r, c
                 examined += 1
                 bound = _bound(cells, layout, boxes[free], offsets, flat, extents, threshold)
                 if bound < 0:
@@ -210,8 +191,8 @@ def search_lattice(
             if found == 1:
                 threshold = max(threshold, ceil(fraction * score))
             if found == most:
-                return results, found, examined
-    return results, found, examined
+                return results, found, True
+    return results, found, True
 
 
 @njit(cache=True, nogil=True)
@@ -251,13 +232,9 @@ def _sort(values: Integers, count: int) -> None:
 
 @njit(cache=True, nogil=True)
 def _is_taken(
-    results: Integers,
-    found: int,
-    box: Offsets,
-    separation: float,
-    heading_separation: int,
+    results: Integers, found: int, box: Offsets, separation: float, heading_separation: int,
     period: int,
-) -> bool:
+) -> bool:  # fmt: skip
     """Whether one result is not distinct from any pose of a box (level, heading, row, column)."""
     level, heading, row, column = box[0], box[1], box[2], box[3]
     last = (1 << level) - 1
@@ -273,38 +250,15 @@ def _is_taken(
 
 
 @njit(cache=True, nogil=True)
-def _distance(field: NDArray[np.float32], u: float, v: float) -> float:
-    """Bilinear interpolation of the field at (u, v) cells from its corner, clamped to its edge."""
-    rows, columns = field.shape
-    u = min(max(u - 0.5, 0.0), columns - 1.001)
-    v = min(max(v - 0.5, 0.0), rows - 1.001)
-    column, row = int(u), int(v)
-    fu, fv = u - column, v - row
-    low = field[row, column] * (1.0 - fu) + field[row, column + 1] * fu
-    high = field[row + 1, column] * (1.0 - fu) + field[row + 1, column + 1] * fu
-    return float(low * (1.0 - fv) + high * fv)
-
-
-@njit(cache=True, nogil=True)
 def align(
-    field: NDArray[np.float32],
-    resolution: float,
-    origin_x: float,
-    origin_y: float,
-    starts: FloatArray,
-    points: FloatArray,
-    deviations: FloatArray,
-    rounds: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Newton on the squared distances of the points to the map's surfaces.
-
-    Geman-McClure weights reduce the influence of points far from any surface.
+    field: Floats, placement: Placement, starts: FloatArray, points: FloatArray,
+    deviations: FloatArray, rounds: int,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Align points with the map's surfaces by Gauss-Newton; see `add_residuals`.
 
     Args:
         field: signed distance to the nearest surface, metres.
-        resolution: metres.
-        origin_x: metres.
-        origin_y: metres.
+        placement: of the field.
         starts: (n, 3) poses.
         points: (m, 2) in the base frame.
         deviations: (k,) residuals in metres whose weight is a quarter, one alignment after another.
@@ -316,7 +270,6 @@ def align(
     """
     poses = starts.copy()
     information = np.zeros((starts.shape[0], 3, 3))
-    scale = 1.0 / resolution
     h, g = np.empty((3, 3)), np.empty(3)
     for n in range(starts.shape[0]):
         pose = poses[n]
@@ -324,27 +277,8 @@ def align(
             for _ in range(rounds):
                 h[:] = 0.0
                 g[:] = 0.0
-                c, s = cos(pose[2]), sin(pose[2])
-                for j in range(points.shape[0]):
-                    x = c * points[j, 0] - s * points[j, 1]
-                    y = s * points[j, 0] + c * points[j, 1]
-                    u = (pose[0] + x - origin_x) * scale
-                    v = (pose[1] + y - origin_y) * scale
-                    error = _distance(field, u, v)
-                    gx = (_distance(field, u + 0.5, v) - _distance(field, u - 0.5, v)) * scale
-                    gy = (_distance(field, u, v + 0.5) - _distance(field, u, v - 0.5)) * scale
-                    gh = gy * x - gx * y
-                    weight = 1.0 / (1.0 + (error / deviations[turn]) ** 2) ** 2
-                    h[0, 0] += weight * gx * gx
-                    h[0, 1] += weight * gx * gy
-                    h[0, 2] += weight * gx * gh
-                    h[1, 1] += weight * gy * gy
-                    h[1, 2] += weight * gy * gh
-                    h[2, 2] += weight * gh * gh
-                    g[0] -= weight * gx * error
-                    g[1] -= weight * gy * error
-                    g[2] -= weight * gh * error
-                step = _solve(h, g)
+                add_residuals(field, placement, pose, points, deviations[turn], h, g)
+                step = solve(h, g, 1e-6, 1e-6)
                 for i in range(3):
                     pose[i] += step[i]
                 if abs(step[0]) + abs(step[1]) + abs(step[2]) < 1e-4:
@@ -355,44 +289,14 @@ def align(
     return poses, information
 
 
-@njit(cache=True, nogil=True)
-def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
-    """Solve a symmetric positive semidefinite 3x3 system (upper triangle) by damped Cholesky."""
-    a = (h[0, 0] + 1e-6) ** 0.5
-    b, d = h[0, 1] / a, h[0, 2] / a
-    c = max(h[1, 1] + 1e-6 - b * b, 1e-6) ** 0.5
-    e = (h[1, 2] - b * d) / c
-    f = max(h[2, 2] + 1e-6 - d * d - e * e, 1e-6) ** 0.5
-    p = g[0] / a
-    q = (g[1] - b * p) / c
-    r = (g[2] - d * p - e * q) / f
-    solution = np.empty(3)
-    solution[2] = r / f
-    solution[1] = (q - e * solution[2]) / c
-    solution[0] = (p - b * solution[1] - d * solution[2]) / a
-    return solution
-
-
 SEARCH = (
     (
         search_lattice,
         (
-            u1[::1],
-            i8[:, ::1],
-            u1[::1],
-            i4[:, :, ::1],
-            i4[:, :, ::1],
-            i4[:, ::1],
-            i8[::1],
-            i8,
-            f8,
-            f8,
-            i8,
-            i8,
-            i8,
-            i8,
+            u1[::1], i8[:, ::1], u1[::1], i4[:, :, ::1], i4[:, :, ::1], i4[:, ::1], i8[::1], i8,
+            f8, f8, i8, i8, i8, i8,
         ),
     ),
-    (align, (f4[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8[::1], i8)),
-)
+    (align, (f4[:, ::1], PLACEMENT, f8[:, ::1], f8[:, ::1], f8[::1], i8)),
+)  # fmt: skip
 """Entry points, with the types that the search calls them with."""

@@ -14,11 +14,16 @@ from math import ceil, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.localisation.search.pyramid import LEVELS, build_pyramid
 from stack.types import FloatArray, Pose2D
 
 HIGHEST = 255
 """Value of a cell in which a point matches best, as in `kernels`."""
+
+LEVELS = 7
+"""Levels of a whole map's pyramid: boxes of 1 to 64 cells."""
+
+_FINE = 2
+"""Levels up to this one have an entry for each cell; those above one per quarter of a box."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +49,11 @@ class LatticeMatches:
         poses: (n, 3) x, y, heading, map frame.
         scores: (n,) in [0, 1]: mean value of the points' cells.
         complete: False if the search ended at its limit of boxes.
-        boxes: number of boxes that were examined.
     """
 
     poses: FloatArray
     scores: FloatArray
     complete: bool
-    boxes: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,15 +125,12 @@ class LatticeSearch:
         headings, period = self._headings(heading_step, window)
         bounds = self._bounds(window)
         if points.shape[0] == 0 or bounds[2] <= 0 or bounds[3] <= 0:
-            return LatticeMatches(np.empty((0, 3)), np.empty(0), True, 0)
+            return LatticeMatches(np.empty((0, 3)), np.empty(0), True)
         step = headings[1] - headings[0] if headings.size > 1 else heading_step
-        levels = (
-            LEVELS
-            if window is None
-            else min(LEVELS, max(1, int(bounds[2:].max()).bit_length() - 2))
-        )
+        size = int(bounds[2:].max()).bit_length()
+        levels = LEVELS if window is None else min(LEVELS, max(1, size - 2))
         layout, offsets = self._scores.layout[:levels], self.offsets(points, headings)
-        results, number, boxes = self._kernels.search_lattice(
+        results, number, complete = self._kernels.search_lattice(
             self._scores.cells, layout, self._allowed.cells, offsets,
             *_precomputed(offsets, layout), bounds,
             max(1, ceil(limits.least * HIGHEST * points.shape[0])), limits.fraction,
@@ -144,7 +144,7 @@ class LatticeSearch:
             headings[found[:, 1]],
         ])  # fmt: skip
         scores = found[:, 0] / (HIGHEST * points.shape[0])
-        return LatticeMatches(poses, scores, boxes >= 0, abs(int(boxes)))
+        return LatticeMatches(poses, scores, bool(complete))
 
     def offsets(self, points: FloatArray, headings: FloatArray) -> NDArray[np.int32]:
         """Return (h, m, 2) rows and columns from the base's cell to the points' cells."""
@@ -201,3 +201,60 @@ def _largest(grid: NDArray[np.float32] | FloatArray | NDArray[np.bool_], factor:
         whole.shape[0] // factor, factor, whole.shape[1] // factor, factor
     ).max(axis=(1, 3))
     return blocks
+
+
+@dataclass(frozen=True, slots=True)
+class Pyramid:
+    """Upper bounds of a grid in boxes of 1, 2, 4, ... cells.
+
+    An entry of level h bounds the grid in every box of side 2**h that begins within its stride.
+    The stride is 2**(h - 2) cells, so the levels above the third need little memory.
+
+    Attributes:
+        cells: all levels, flat uint8.
+        layout: (levels, 5) int64; its columns are named in `kernels`.
+    """
+
+    cells: NDArray[np.uint8]
+    layout: NDArray[np.int64]
+
+
+def build_pyramid(grid: NDArray[np.uint8], levels: int = LEVELS) -> Pyramid:
+    """Return the pyramid of a grid (rows, columns); cells outside it are 0."""
+    margin = 1 << levels
+    largest = np.zeros((grid.shape[0] + margin, grid.shape[1] + margin), dtype=np.uint8)
+    largest[margin:, margin:] = grid
+    parts, layout, start = [], [], 0
+    for level in range(levels):
+        if level:
+            largest = _doubled(largest, 1 << (level - 1))
+        shift = max(0, level - _FINE)
+        stride = 1 << shift
+        pad = (1 << level) // stride + 1 if level else 0
+        first = margin - pad * stride
+        begin = largest[first::stride, first::stride]
+        part = begin.copy()
+        if stride > 1:
+            # A box may begin anywhere in the stride; boxes overlap, so both ends cover it.
+            end = largest[first + stride - 1 :: stride, :]
+            low = begin if end.shape[0] == 0 else begin.copy()
+            np.maximum(low[: end.shape[0]], end[:, first::stride], out=low[: end.shape[0]])
+            across = largest[first::stride, first + stride - 1 :: stride]
+            both = end[:, first + stride - 1 :: stride]
+            part = low
+            np.maximum(part[:, : across.shape[1]], across, out=part[:, : across.shape[1]])
+            corner = part[: both.shape[0], : both.shape[1]]
+            np.maximum(corner, both, out=corner)
+        layout.append((start, *part.shape, shift, pad))
+        parts.append(part.ravel())
+        start += part.size
+    return Pyramid(np.concatenate(parts), np.array(layout, dtype=np.int64))
+
+
+def _doubled(largest: NDArray[np.uint8], side: int) -> NDArray[np.uint8]:
+    """Return the maxima of boxes of twice the side, from those of boxes of `side` cells."""
+    wider = largest.copy()
+    np.maximum(wider[:-side], largest[side:], out=wider[:-side])
+    both = wider.copy()
+    np.maximum(both[:, :-side], wider[:, side:], out=both[:, :-side])
+    return both

@@ -1,7 +1,7 @@
-"""Rival poses: which candidates of a global search remain beside the best one.
+"""Rival poses: which matches of a global search remain beside the best one.
 
-A single scan of a corridor with equal rooms fits several places. The candidates with a share of the
-probability become modes of the particle filter, which follows and weighs them.
+A single scan of a corridor with equal rooms fits several places. The matches with a share of the
+probability become hypotheses of the particle filter, which follows and weighs them.
 
 Places are compared by the unmapped and missing objects that each of them needs. How well the beams
 end at the walls is no evidence for one place against another: a wall is anywhere within its cell,
@@ -11,7 +11,6 @@ so that of two equal rooms one fits every scan a little better, in all its beams
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import log
 
 from stack.errors import NavigationError
@@ -24,21 +23,6 @@ RIVAL_SHARE = 0.01
 """A place is a rival if its probability is at least this share of the best one's."""
 EVIDENCE_CAP = 15.0
 """Largest evidence of one view against a place: one view may be wrong as a whole."""
-
-
-@dataclass(frozen=True, slots=True)
-class Resolution:
-    """Result of a global search: where the robot probably is, and where else it may be.
-
-    Attributes:
-        best: the most probable pose.
-        rivals: the others, most probable first.
-        log_weights: of `best` and `rivals`, relative to the largest one.
-    """
-
-    best: GlobalMatch
-    rivals: tuple[GlobalMatch, ...]
-    log_weights: tuple[float, ...]
 
 
 def weighed(
@@ -59,19 +43,19 @@ def weighed(
 
 
 def resolve(
-    candidates: Sequence[GlobalMatch], least_fit: float, log_priors: Sequence[float] = ()
-) -> Resolution:
-    """Return the best candidate and its rivals.
+    matches: Sequence[GlobalMatch], least_fit: float, log_priors: Sequence[float] = ()
+) -> list[tuple[GlobalMatch, float]]:
+    """Return the best match and its rivals with their log-weights, most probable first.
 
     Args:
-        candidates: distinct poses.
+        matches: distinct poses.
         least_fit: smallest accepted fit of the best one.
-        log_priors: of each candidate, at most 0; empty: all are as probable.
+        log_priors: of each match, at most 0; empty: all are as probable.
 
     Raises:
-        NavigationError: LOST if no candidate fits.
+        NavigationError: LOST if no match fits.
     """
-    pairs = weighed(candidates, log_priors)
+    pairs = weighed(matches, log_priors)
     fit = pairs[0][0].fit if pairs else 0.0
     if not pairs or fit < least_fit:
         raise NavigationError(
@@ -80,6 +64,4 @@ def resolve(
             "drive to a place where more of the map is visible",
         )
     limit = log(RIVAL_SHARE)
-    kept = [pair for pair in pairs if pair[1] >= limit]
-    best, *rivals = (match for match, _ in kept)
-    return Resolution(best, tuple(rivals), tuple(weight for _, weight in kept))
+    return [pair for pair in pairs if pair[1] >= limit]

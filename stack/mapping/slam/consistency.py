@@ -32,20 +32,17 @@ class MapConsistency:
     """Comparison of scans with a map."""
 
     def __init__(self) -> None:
-        self._version = -1
         self._occupancy: Any = np.zeros((0, 0), np.uint8)
         self._near: Any = np.zeros((0, 0), np.bool_)
         self._grid: OccupancyGrid | None = None
 
-    def is_for(self, version: int) -> bool:
-        """Whether the map of a version is the one that scans are compared with."""
-        return version == self._version
-
-    def draw(self, grid: OccupancyGrid, version: int) -> None:
+    def use(self, grid: OccupancyGrid) -> None:
         """Compare with a map from now on."""
         import cv2
 
-        self._version, self._grid = version, grid
+        if grid is self._grid:
+            return
+        self._grid = grid
         self._occupancy = np.full(grid.cells.shape, 2, np.uint8)
         self._occupancy[grid.free], self._occupancy[grid.occupied] = 0, 1
         ring = np.ones((3, 3), np.uint8)
@@ -75,7 +72,7 @@ class MapConsistency:
         angles, ranges = scan.angles[beams], scan.ranges[beams].astype(np.float64)
         origin, resolution = self._grid.origin, self._grid.resolution
         walls = kernels.cast_rays(
-            self._occupancy, resolution, *origin,
+            self._occupancy, (resolution, *origin),
             np.array([sensor.x, sensor.y, sensor.heading]), angles, float(scan.range_max),
         )  # fmt: skip
         x = sensor.x + ranges * np.cos(sensor.heading + angles)

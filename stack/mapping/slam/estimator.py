@@ -13,15 +13,16 @@ from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.parameters import check_lidar
+from stack.localisation.planar import rotation
 from stack.localisation.search.matches import GlobalMatch, Views
-from stack.localisation.views.view_planner import CLEARANCE
+from stack.localisation.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
 from stack.mapping.slam.odometry_error import odometry_error
 from stack.mapping.slam.parameters import SlamParameters
 from stack.optional_packages import GTSAM
-from stack.parameters import suggestion
 from stack.types import (
     FloatArray,
     HealthThresholds,
@@ -31,6 +32,7 @@ from stack.types import (
     OccupancyGrid,
     Pose2D,
     PoseEstimate,
+    RivalPose,
     Scan,
     View,
 )
@@ -41,6 +43,9 @@ HEALTH_GAIN = 0.1
 """Share of a new scan in the health."""
 SEARCH_PERIOD = 5.0
 """Time between two searches of the whole map while the robot is lost on a saved map, s."""
+
+MAP_PERIOD = 1.0
+"""Time between two updates of the costmap's map, s."""
 
 SMALL_CORRECTION = 0.02
 """Metres: corrections by the optimiser below this are no jump."""
@@ -70,25 +75,21 @@ class SlamEstimator(Estimator):
     @staticmethod
     def kernels(parameters: SlamParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of scan matching, map rendering and global localisation."""
+        from stack.geometry.travel.kernels import TRAVEL
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search
-        from stack.localisation.views import kernels as views
         from stack.mapping.slam.matching import kernels as matching
         from stack.mapping.slam.rendering import kernels as rendering
 
         return (
             *matching.ENTRY_POINTS, *rendering.ENTRY_POINTS, *kernels.LOCALISATION,
-            *search.SEARCH, *views.VIEWS,
+            *search.SEARCH, *TRAVEL,
         )  # fmt: skip
 
     @staticmethod
     def check(parameters: SlamParameters, robot: RobotDescription) -> None:
         """Check that the robot has the lidar."""
-        wanted, lidars = parameters.lidar, robot.all_lidars
-        if wanted and wanted not in lidars:
-            raise InputError(
-                f"{robot.name} has no lidar {wanted!r}; {suggestion(wanted, list(lidars))}"
-            )
+        check_lidar(parameters.lidar, robot)
 
     @classmethod
     def check_map(cls, folder: Path | None) -> None:
@@ -116,11 +117,10 @@ class SlamEstimator(Estimator):
 
         super().__init__(parameters, robot, grid, seed)
         self.lidar = parameters.lidar or robot.main_lidar
-        self._drawn: tuple[object, OccupancyGrid] | None = None
         self._clearance, self._seed = robot.footprint.inscribed_radius + CLEARANCE, seed
         self.mapper = Mapper(parameters, immediate=False)
         self._wants_mapping = self.starts_mapping
-        self._places: tuple[int, GlobalLocalisation] | None = None
+        self._on_map: tuple[OccupancyGrid, GlobalLocalisation] | None = None
         self._is_located, self._search_due = True, 0.0
         self._worker = OptimiserWorker()
         self._map_from_odom, self._odometry = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
@@ -130,7 +130,7 @@ class SlamEstimator(Estimator):
         self._health, self._jumps = 1.0, 0
         self._time = self._corrected_at = self._scanned_at = 0.0
         self._is_started, self._is_real_time = False, False
-        self._map_version, self._map_due = 0, 0.0
+        self._taken, self._map_due = self.mapper.shown_grid, 0.0
         self._shows_map = grid is None
 
     def start(self, pose: Pose2D | None) -> None:
@@ -156,8 +156,7 @@ class SlamEstimator(Estimator):
         self.mapper = Mapper(self.parameters, graph, immediate=False)
         self._worker.close()
         self._worker = OptimiserWorker(waits=not self._is_real_time)
-        self._shows_map, self._map_version = True, self.mapper.map_version
-        self._drawn = self._places = None
+        self._shows_map, self._taken, self._on_map = True, self.mapper.shown_grid, None
         if pose is None:
             self._is_located, self._health, self._search_due = False, 0.0, 0.0
             self._apply_mode()
@@ -173,8 +172,11 @@ class SlamEstimator(Estimator):
     @property
     def is_mapping(self) -> bool:
         """Whether keyframes are added: not while the place in a map is unknown or ambiguous."""
-        ambiguous = self._places is not None and bool(self._places[1].rivals)
-        return self._wants_mapping and self._is_located and not ambiguous
+        return self._wants_mapping and self._is_located and not self._rivals
+
+    @property
+    def _rivals(self) -> tuple[RivalPose, ...]:
+        return self._on_map[1].rivals if self._on_map is not None else ()
 
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Match a new scan, apply a finished optimisation, draw a piece of the map."""
@@ -215,22 +217,17 @@ class SlamEstimator(Estimator):
         return markers_of(graph, self._worker.solve(problem))
 
     def take_map(self) -> OccupancyGrid | None:
-        """Return the map when it changed, at most every `map_period` seconds."""
-        version = self.mapper.map_version
-        if version == self._map_version or self._time < self._map_due - 1e-9:
+        """Return the map when it changed, at most every MAP_PERIOD seconds."""
+        grid, is_due = self.grid, self._time >= self._map_due - 1e-9
+        if grid is self._taken or not (is_due and self._shows_map):
             return None
-        if not self._shows_map:
-            return None
-        self._map_version, self._map_due = version, self._time + self.parameters.map_period
-        return self.mapper.shown_grid()
+        self._taken, self._map_due = grid, self._time + MAP_PERIOD
+        return grid
 
     @property
     def grid(self) -> OccupancyGrid:
         """The map that is drawn; a new object after each change."""
-        version = self.mapper.map_version
-        if self._drawn is None or self._drawn[0] != version:
-            self._drawn = version, self.mapper.shown_grid()
-        return self._drawn[1]
+        return self.mapper.shown_grid
 
     def map_files(self) -> dict[str, bytes]:
         """Return the pose graph, also as g2o, and the trajectory of the keyframes."""
@@ -254,21 +251,21 @@ class SlamEstimator(Estimator):
         Raises:
             NavigationError: LOST if no pose fits. The pose does not change then.
         """
-        found = self._global().search(scan, earlier)
-        self._covariance = found.best.covariance
-        self._restart_at(found.best.pose)
-        self._adopt([found.best, *found.rivals])
-        return found.best
+        found = self._localisation().search(scan, earlier)
+        self._covariance = found[0].covariance
+        self._restart_at(found[0].pose)
+        self._adopt(found)
+        return found[0]
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
         """Return the health in [0, 1] of a single scan at another pose."""
-        return self._global().fit_at(pose, scan) if self.mapper.graph.keyframes else 0.0
+        return self._localisation().fit_at(pose, scan) if self.mapper.graph.keyframes else 0.0
 
     def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
         """Return the view that best tells the estimate from its rivals; None without one."""
-        if self._places is None:
+        if self._on_map is None:
             return None
-        return self._places[1].best_view(scan, self._clearance, avoided)
+        return self._on_map[1].best_view(scan, self._clearance, avoided)
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -280,8 +277,7 @@ class SlamEstimator(Estimator):
         p = self.parameters
         return PoseEstimate(
             self._map_from_odom.compose(self._odometry), self._covariance, self._health,
-            self._map_from_odom, self._corrected_at, self._jumps,
-            self._places[1].rivals if self._places is not None else (),
+            self._map_from_odom, self._corrected_at, self._jumps, self._rivals,
             HealthThresholds(p.lost_health, p.good_health),
         )  # fmt: skip
 
@@ -307,7 +303,7 @@ class SlamEstimator(Estimator):
         self._worker.close()
 
     def _process(self, scan: Scan, odometry: Pose2D) -> None:
-        """Match a scan; on a map that stays as it is, compare it with all places."""
+        """Match a scan; on a map that stays as it is, compare it with all hypotheses."""
         if not self._is_located:
             self._search(scan)
             if not self._is_located:
@@ -315,13 +311,13 @@ class SlamEstimator(Estimator):
         self._match(scan, odometry)
         if self.mapper.is_mapping:
             return
-        places = self._global()
-        taken = places.add(self.mapper.pose, odometry, scan)
+        localisation = self._localisation()
+        taken = localisation.add(self.mapper.pose, odometry, scan)
         if taken is not None:
             self._covariance = np.diag([0.01, 0.01, 0.0025])
             self._restart_at(taken.compose(odometry.relative_to(self._odometry).inverse()))
-        self._health = places.health
-        if self._health < self.parameters.lost_health * (1.0 - sum(r.share for r in places.rivals)):
+        self._health = localisation.health
+        if self.estimate.is_lost:
             self._search(scan)
         else:
             self._search_due = scan.stamp + SEARCH_PERIOD
@@ -337,12 +333,12 @@ class SlamEstimator(Estimator):
         except NavigationError:
             return
 
-    def _adopt(self, places: Sequence[GlobalMatch]) -> None:
-        """Follow these places from now on, the first one as the estimate."""
+    def _adopt(self, matches: Sequence[GlobalMatch]) -> None:
+        """Follow these matches from now on, the first one as the estimate."""
         self._is_located = True
-        if self._places is not None or not self._wants_mapping or len(places) > 1:
-            self._global().restart(places, self._odometry)
-            self._health = self._global().health
+        if self._on_map is not None or not self._wants_mapping or len(matches) > 1:
+            self._localisation().restart(matches, self._odometry)
+            self._health = self._localisation().health
         self._apply_mode()
 
     def _restart_at(self, pose: Pose2D) -> None:
@@ -353,20 +349,19 @@ class SlamEstimator(Estimator):
         self._jumps, self._corrected_at = self._jumps + 1, self._time
 
     def _apply_mode(self) -> None:
-        """Map if that is wanted and possible; follow places on the map otherwise."""
+        """Map if that is wanted and possible; follow hypotheses on the map otherwise."""
         if self.is_mapping != self.mapper.is_mapping:
             self.mapper.set_mapping(self.is_mapping)
         if self.mapper.is_mapping:
-            self._places = None
+            self._on_map = None
 
-    def _global(self) -> GlobalLocalisation:
+    def _localisation(self) -> GlobalLocalisation:
         """Return the localisation on the map as it is drawn now."""
-        version = self.mapper.map_version
-        if self._places is None or (self._places[0] != version and not self._places[1].rivals):
-            places = GlobalLocalisation(self.grid, self._seed)
-            places.restart([GlobalMatch(self.estimate.pose, 1.0)], self._odometry)
-            self._places = version, places
-        return self._places[1]
+        if self._on_map is None or (self._on_map[0] is not self.grid and not self._rivals):
+            localisation = GlobalLocalisation(self.grid, self._seed)
+            localisation.restart([GlobalMatch(self.estimate.pose, 1.0)], self._odometry)
+            self._on_map = self.grid, localisation
+        return self._on_map[1]
 
     def _match(self, scan: Scan, odometry: Pose2D) -> None:
         pose = self.mapper.add(scan.stamp, odometry, scan)
@@ -385,15 +380,12 @@ class SlamEstimator(Estimator):
             return
         least = np.eye(3) / UNKNOWN_VARIANCE
         local = np.linalg.inv(match.information + least) + np.diag([1e-5, 1e-5, 1e-6])
-        c, s = np.cos(pose.heading), np.sin(pose.heading)
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turn = rotation(pose.heading)
         self._covariance = turn @ local @ turn.T
 
     def _weigh(self, pose: Pose2D, scan: Scan) -> None:
         """Take a scan into the health, unless it only shows what the map does not know yet."""
-        version = self.mapper.map_version
-        if not self._consistency.is_for(version):
-            self._consistency.draw(self.mapper.shown_grid(), version)
+        self._consistency.use(self.grid)
         fit = self._consistency.fit(pose, scan)
         if fit is not None:
             self._health += HEALTH_GAIN * (fit - self._health)

@@ -1,7 +1,7 @@
-"""Localisation on a drawn map: search of the whole map, rival places, calibrated health.
+"""Localisation on a drawn map: search of the whole map, rivals, calibrated health.
 
-The methods and thresholds are those of Monte-Carlo localisation (stack/localisation). Each place
-where the robot may be is one pose instead of a particle set; scan matching follows the estimate.
+The methods and thresholds are those of Monte-Carlo localisation (stack/localisation). Each
+hypothesis is one pose instead of a particle set; scan matching follows the estimate.
 """
 
 from __future__ import annotations
@@ -11,18 +11,17 @@ from math import hypot
 
 import numpy as np
 
-from stack.localisation.distance_field import as_row, surface_field
-from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health import RecentViews, ScanView
 from stack.localisation.health_model import HealthFeatures, health
+from stack.localisation.known_map import UNTESTED_HEALTH, KnownMap
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particle_filter.modes import Mode, ModeSet
+from stack.localisation.particle_filter.hypotheses import Hypotheses, Hypothesis
 from stack.localisation.particle_filter.particles import ParticleSet
-from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE, MatchEvaluator
-from stack.localisation.search.global_match import GlobalMatcher
-from stack.localisation.search.local_match import map_search
+from stack.localisation.planar import as_row
+from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
 from stack.localisation.search.matches import GlobalMatch, Views, scan_points
-from stack.localisation.search.rivals import Resolution, resolve
-from stack.localisation.views.view_planner import ViewPlanner
+from stack.localisation.search.rivals import resolve
+from stack.localisation.view_planner import ViewPlanner
 from stack.streams import stream
 from stack.types import FloatArray, OccupancyGrid, Pose2D, RivalPose, Scan, View
 
@@ -35,12 +34,9 @@ BEAMS = 60
 MATCH_DEVIATION = 0.03
 """Metres; standard deviation of a pose that scan matching follows."""
 
-UNTESTED_HEALTH = 0.8
-"""Health of a pose that was set and that no scan has tested."""
-
 
 class GlobalLocalisation:
-    """Places on one map where the robot may be; the first one is the estimate.
+    """Hypotheses on one map; the first one is the estimate.
 
     Args:
         grid: the map.
@@ -48,16 +44,14 @@ class GlobalLocalisation:
     """
 
     def __init__(self, grid: OccupancyGrid, seed: int) -> None:
-        self._field, self._seed = surface_field(grid), seed
-        self._evaluator = ScanEvaluator(self._field)
-        self._ranking = MatchEvaluator(self._field, self._evaluator)
-        self._matcher: GlobalMatcher | None = None
-        self._scale: FitScale | None = None
+        self._map = KnownMap(
+            grid, LocaliserParameters().health_obstacles, stream(seed, "slam health")
+        )
         self._views = RecentViews()
-        self._modes = ModeSet()
+        self._hypotheses = Hypotheses()
         self._odometry = Pose2D(0.0, 0.0)
 
-    def search(self, scan: Scan, earlier: Views = ()) -> Resolution:
+    def search(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return the best pose on the map that explains the scans, and its rivals.
 
         Args:
@@ -67,30 +61,23 @@ class GlobalLocalisation:
         Raises:
             NavigationError: LOST if no pose fits.
         """
-        found = self.candidates(scan, earlier)
-        return resolve(found, self._fit_scale(scan).low)
+        found = self._map.search.everywhere(scan, earlier)
+        return [match for match, _ in resolve(found, self._map.scale_for(scan).low)]
 
-    def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
-        """Return distinct poses on the whole map that explain the scans, best first."""
-        if self._matcher is None:
-            search = map_search(self._field)
-            self._matcher = GlobalMatcher(self._field, self._evaluator, search)
-        return self._matcher.candidates(scan, earlier)
-
-    def restart(self, places: Sequence[GlobalMatch], odometry: Pose2D) -> None:
-        """Follow these places from now on, the first one as the estimate.
+    def restart(self, matches: Sequence[GlobalMatch], odometry: Pose2D) -> None:
+        """Follow these matches from now on, the first one as the estimate.
 
         Args:
-            places: poses now, map frame; the most probable one first.
+            matches: poses now, map frame; the most probable one first.
             odometry: pose now, odom frame.
         """
-        best = places[0].evidence
-        self._modes.replace([_mode(place, place.evidence - best) for place in places])
+        best = matches[0].evidence
+        self._hypotheses.replace([_hypothesis(one, one.evidence - best) for one in matches])
         self._views.clear()
         self._odometry = odometry
 
     def add(self, pose: Pose2D, odometry: Pose2D, scan: Scan) -> Pose2D | None:
-        """Compare a scan with the map at all places.
+        """Compare a scan with the map at all hypotheses.
 
         Args:
             pose: of the estimate at the scan, map frame.
@@ -98,17 +85,17 @@ class GlobalLocalisation:
             scan: deskewed.
 
         Returns:
-            The pose of another place that is the estimate now; None if it did not change.
+            The pose of another one that is the estimate now; None if it did not change.
         """
         moved = odometry.relative_to(self._odometry)
         self._odometry = odometry
-        self._modes.best.pose = pose
-        view = self._evaluator.view(pose, scan)
-        taken = self._compare(view, moved, scan) if len(self._modes.modes) > 1 else None
+        self._hypotheses.best.follow(pose)
+        view = self._map.evaluator.view(pose, scan)
+        taken = self._compare(view, moved, scan) if len(self._hypotheses) > 1 else None
         if taken is not None:
             self._views.clear()
-            view = self._evaluator.view(taken, scan)
-        self._fit_scale(scan)
+            view = self._map.evaluator.view(taken, scan)
+        self._map.scale_for(scan)
         self._views.add(scan.stamp, view)
         return taken
 
@@ -116,56 +103,47 @@ class GlobalLocalisation:
     def health(self) -> float:
         """The calibrated probability in [0, 1] that the estimate is right."""
         now, median = self._views.newest, self._views.median
-        if now is None or median is None or self._scale is None:
+        if now is None or median is None or self._map.scale is None:
             return UNTESTED_HEALTH
-        share = float(self._modes.shares[0])
-        return health(HealthFeatures(now, median, self._scale, MATCH_DEVIATION, 1.0, share))
+        share = float(self._hypotheses.shares[0])
+        return health(HealthFeatures(now, median, self._map.scale, MATCH_DEVIATION, 1.0, share))
 
     @property
     def rivals(self) -> tuple[RivalPose, ...]:
-        """The other places at the newest scan, most probable first."""
-        return self._modes.rivals(Pose2D(0.0, 0.0))
+        """The other hypotheses at the newest scan, most probable first."""
+        return self._hypotheses.rivals(Pose2D(0.0, 0.0))
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
         """Return the health in [0, 1] of a single scan at another pose."""
-        view = self._evaluator.view(pose, scan)
-        return health(HealthFeatures(view, view, self._fit_scale(scan), MATCH_DEVIATION, 1.0))
+        return self._map.fit_at(pose, scan, MATCH_DEVIATION)
 
     def best_view(self, scan: Scan, clearance: float, avoided: Sequence[Pose2D]) -> View | None:
-        """Return the view that best tells the places apart; None with one place.
+        """Return the view that best tells the hypotheses apart; None with a single one.
 
         Args:
             scan: the newest scan.
             clearance: of the base from obstacles on the way, metres.
             avoided: places to which it may not lead, current base frame.
         """
-        if len(self._modes.modes) == 1:
+        if len(self._hypotheses) == 1:
             return None
-        planner = ViewPlanner(self._field, clearance)
-        poses = [mode.pose for mode in self._modes.modes]
-        return planner.best_view(poses, self._modes.shares.tolist(), scan, avoided)
+        planner = ViewPlanner(self._map.field, clearance)
+        poses = [one.pose for one in self._hypotheses]
+        return planner.best_view(poses, self._hypotheses.shares.tolist(), scan, avoided)
 
     def _compare(self, view: ScanView, moved: Pose2D, scan: Scan) -> Pose2D | None:
-        modes = self._modes
+        hypotheses = self._hypotheses
         driven = hypot(moved.x, moved.y)
-        modes.travel(driven / RIVAL_DISTANCE + abs(moved.heading) / RIVAL_ANGLE)
+        hypotheses.travel(driven / RIVAL_DISTANCE + abs(moved.heading) / RIVAL_ANGLE)
         points, costs = scan_points(scan, BEAMS), [view.cost]
-        for mode in modes.modes[1:]:
-            expected = mode.pose.compose(moved)
-            mode.pose = self._ranking.followed(expected, scan, points, REACH).pose
-            costs.append(self._evaluator.view(mode.pose, scan).cost)
-        modes.weigh(costs)
-        return modes.best.pose if modes.tidy() else None
-
-    def _fit_scale(self, scan: Scan) -> FitScale:
-        if self._scale is None:
-            self._scale = calibrate(
-                self._evaluator, self._field, scan, LocaliserParameters(),
-                stream(self._seed, "slam health"),
-            )  # fmt: skip
-        return self._scale
+        for hypothesis in hypotheses.others:
+            expected = hypothesis.pose.compose(moved)
+            hypothesis.follow(self._map.search.ranking.followed(expected, scan, points, REACH).pose)
+            costs.append(self._map.evaluator.view(hypothesis.pose, scan).cost)
+        hypotheses.weigh(costs)
+        return hypotheses.best.pose if hypotheses.tidy() else None
 
 
-def _mode(place: GlobalMatch, log_weight: float) -> Mode:
-    row: FloatArray = as_row(place.pose)[None]
-    return Mode(ParticleSet(row, np.ones(1)), place.pose, place.covariance, log_weight)
+def _hypothesis(match: GlobalMatch, log_weight: float) -> Hypothesis:
+    row: FloatArray = as_row(match.pose)[None]
+    return Hypothesis(ParticleSet(row, np.ones(1)), match.pose, match.covariance, log_weight)

@@ -9,13 +9,14 @@ landmarks of the graph.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from stack.errors import ParameterError
+from stack.localisation.planar import lever, rotation
 from stack.types import FloatArray, Pose2D, RelativePose, Scan
 
 EdgeKind = Literal["odometry", "match", "loop", "marker"]
@@ -160,11 +161,6 @@ class PoseGraph:
         """Edges that start or end at a keyframe, in the order of their creation."""
         return self._edges_of[keyframe]
 
-    def neighbours(self, keyframe: int) -> Iterator[int]:
-        """Ids of the keyframes with an edge to this one; one may occur twice."""
-        for edge in self._edges_of[keyframe]:
-            yield edge.target if edge.source == keyframe else edge.source
-
     def add_sighting(self, key: LandmarkKey, size: float, keyframe: int, seen: Sighting) -> bool:
         """Add a marker seen at a keyframe, if it is better than one of the same keyframe.
 
@@ -181,10 +177,24 @@ class PoseGraph:
         return True
 
     def set_poses(self, poses: Mapping[int, Pose2D]) -> None:
-        """Move keyframes; ids that are not in the graph are ignored."""
-        for number, pose in poses.items():
-            if number in self.keyframes:
-                self.keyframes[number] = replace(self.keyframes[number], pose=pose)
+        """Move keyframes; those that are newer than all of `poses` move with the newest of them.
+
+        Ids that are not in the graph are ignored.
+        """
+        known = [number for number in self.keyframes if number in poses]
+        if not known:
+            return
+        newest = known[-1]
+        correction = poses[newest].compose(self.keyframes[newest].pose.inverse())
+        for number, keyframe in self.keyframes.items():
+            if number in poses:
+                self.keyframes[number] = replace(keyframe, pose=poses[number])
+            elif number > newest:
+                self.keyframes[number] = replace(keyframe, pose=correction.compose(keyframe.pose))
+
+    def set_scan(self, keyframe: int, scan: Scan) -> None:
+        """Replace the scan of a keyframe, e.g. by one that has lost beams."""
+        self.keyframes[keyframe] = replace(self.keyframes[keyframe], scan=scan)
 
     def remove_keyframe(self, keyframe: int) -> None:
         """Remove a keyframe; its neighbours stay connected.
@@ -238,10 +248,8 @@ def carried(seen: RelativePose, motion: Pose2D, covariance: FloatArray) -> Relat
         covariance: (3, 3) of the motion, axes of the later pose.
     """
     pose = motion.compose(seen.pose)
-    lever = np.array([[1.0, 0.0, -seen.pose.y], [0.0, 1.0, seen.pose.x], [0.0, 0.0, 1.0]])
-    total = seen.covariance + lever @ covariance @ lever.T
-    c, s = float(np.cos(motion.heading)), float(np.sin(motion.heading))
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    change, turn = lever(0.0, seen.pose), rotation(motion.heading)
+    total = seen.covariance + change @ covariance @ change.T
     return RelativePose(pose, turn @ total @ turn.T, seen.share)
 
 

@@ -15,6 +15,7 @@ from math import atan2
 
 import numpy as np
 
+from stack.localisation.planar import rotation
 from stack.mapping.slam.graph import Edge, Landmark, PoseGraph, Sighting
 from stack.mapping.slam.optimiser import Optimum, optimise
 from stack.types import FloatArray, Marker, Pose2D, RelativePose, wrap_angle
@@ -65,6 +66,12 @@ def problem_of(graph: PoseGraph) -> Problem:
     poses = {number: keyframe.pose for number, keyframe in graph.keyframes.items()}
     landmarks = dict(enumerate(graph.landmarks.values(), FIRST_NODE))
     return Problem(poses, list(graph.edges), landmarks)
+
+
+def place_landmarks(graph: PoseGraph, poses: Mapping[int, Pose2D]) -> None:
+    """Place the landmarks of a graph at the optimised poses of their nodes."""
+    for node, landmark in enumerate(graph.landmarks.values(), FIRST_NODE):
+        landmark.pose = poses.get(node, landmark.pose)
 
 
 def solve(problem: Problem) -> Optimum:
@@ -184,7 +191,7 @@ def _is_alike(one: Pose2D, other: Pose2D) -> bool:
 
 def _placed(seen: RelativePose, keyframe: Pose2D) -> RelativePose:
     """Return a pose relative to a keyframe in the map frame, with its covariance."""
-    turn = _turn(keyframe.heading)
+    turn = rotation(keyframe.heading)
     pose = keyframe.compose(seen.pose)
     return RelativePose(pose, turn @ seen.covariance @ turn.T, seen.share)
 
@@ -221,11 +228,6 @@ def _joined(candidates: tuple[RelativePose, ...]) -> RelativePose:
 
 def _information(seen: RelativePose) -> FloatArray:
     """Return the information of a relative pose in the axes of that pose."""
-    turn = _turn(-seen.pose.heading)
+    turn = rotation(-seen.pose.heading)
     information: FloatArray = np.linalg.inv(turn @ seen.covariance @ turn.T).astype(np.float64)
     return 0.5 * (information + information.T)
-
-
-def _turn(angle: float) -> FloatArray:
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

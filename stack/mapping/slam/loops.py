@@ -61,7 +61,7 @@ LOOP_FLOOR = np.diag([0.02, 0.02, 0.005]) ** 2
 
 
 @dataclass(frozen=True, slots=True)
-class Hypothesis:
+class LoopMatch:
     """A match of a keyframe with an earlier place.
 
     Attributes:
@@ -92,10 +92,14 @@ class LoopClosure:
         neighbourhood: Neighbourhood,
         prepared: Callable[[int], PreparedScan],
     ) -> None:
-        self.parameters, self._graph = parameters, graph
+        self._parameters, self._graph = parameters, graph
         self._neighbourhood, self._prepared = neighbourhood, prepared
         self._travelled: dict[int, float] = {}
-        self._recent: deque[Hypothesis] = deque(maxlen=3 * LOOP_SCANS)
+        self._recent: deque[LoopMatch] = deque(maxlen=3 * LOOP_SCANS)
+
+    def configure(self, parameters: MapperParameters) -> None:
+        """Apply new parameters to the next keyframes."""
+        self._parameters = parameters
 
     def find(self, keyframe: int) -> bool:
         """Compare a new keyframe with earlier places; return whether a loop was closed."""
@@ -104,13 +108,13 @@ class LoopClosure:
             self._recent.popleft()
         closed = False
         for place in self._places(keyframe):
-            hypothesis = self._compare(keyframe, place)
-            if hypothesis is None:
+            loop = self._compare(keyframe, place)
+            if loop is None:
                 continue
-            agreeing = [h for h in self._recent if self._agree(h, hypothesis)]
-            self._recent.append(hypothesis)
-            if self._is_verified(hypothesis, agreeing):
-                for accepted in (*agreeing, hypothesis):
+            agreeing = [h for h in self._recent if self._agree(h, loop)]
+            self._recent.append(loop)
+            if self._is_verified(loop, agreeing):
+                for accepted in (*agreeing, loop):
                     self._add(accepted)
                     self._recent.remove(accepted)
                 closed = True
@@ -122,45 +126,44 @@ class LoopClosure:
         kept = [h for h in self._recent if keyframe not in (h.keyframe, h.place)]
         self._recent = deque(kept, maxlen=self._recent.maxlen)
 
-    def _is_verified(self, hypothesis: Hypothesis, agreeing: list[Hypothesis]) -> bool:
+    def _is_verified(self, loop: LoopMatch, agreeing: list[LoopMatch]) -> bool:
         """Return whether enough keyframes agree and the newest scans fit into the earlier map."""
-        keyframe = hypothesis.keyframe
+        keyframe = loop.keyframe
         if len({h.keyframe for h in agreeing} | {keyframe}) < LOOP_SCANS:
             return False
         first = min((h.keyframe for h in agreeing), default=keyframe)
         moved = self._travelled[keyframe] - self._travelled[first]
         if moved < LOOP_LENGTH and keyframe - first < 2 * LOOP_SCANS:
             return False
-        conflict, support = self._fit(hypothesis)
+        conflict, support = self._fit(loop)
         return conflict <= LOOP_CONFLICT and support >= LOOP_SUPPORT
 
-    def _fit(self, hypothesis: Hypothesis) -> tuple[float, float]:
+    def _fit(self, loop: LoopMatch) -> tuple[float, float]:
         """Return how the newest points fit into the earlier map.
 
         Returns:
             Share of those in known space that lie where it was seen free, and share of all that
             lie at walls.
         """
-        p, keyframes = self.parameters, self._graph.keyframes
-        centre, newest = keyframes[hypothesis.place].pose, keyframes[hypothesis.keyframe].pose
+        p, keyframes = self._parameters, self._graph.keyframes
+        centre, newest = keyframes[loop.place].pose, keyframes[loop.keyframe].pose
         drawing = Drawing(p)
         near = self._neighbourhood.around(
-            hypothesis.place, centre, 2 * REFERENCE_KEYFRAMES, REFERENCE_DISTANCE
+            loop.place, centre, 2 * REFERENCE_KEYFRAMES, REFERENCE_DISTANCE
         )
         for number in near:
             pose = keyframes[number].pose.relative_to(centre)
             drawing.draw(replace(keyframes[number], pose=pose))
-        recent = range(hypothesis.keyframe - RECENT, hypothesis.keyframe + 1)
+        recent = range(loop.keyframe - RECENT, loop.keyframe + 1)
         points = np.concatenate([
-            hypothesis.relative.compose(keyframes[n].pose.relative_to(newest)).transform(
+            loop.relative.compose(keyframes[n].pose.relative_to(newest)).transform(
                 self._prepared(n).points
             )
             for n in recent
             if n in keyframes
         ])  # fmt: skip
-        occupied, free = drawing.classify(points)
-        against, for_it = int(np.count_nonzero(free)), int(np.count_nonzero(occupied))
-        return against / max(1, against + for_it), for_it / max(1, len(points))
+        walls, conflict = drawing.fit(points)
+        return conflict, walls / max(1, len(points))
 
     def _measure(self, keyframe: int) -> None:
         before = self._travelled.get(keyframe - 1, 0.0)
@@ -194,9 +197,9 @@ class LoopClosure:
             joined |= self._neighbourhood.within_path(number, NEAR_PATH)
         return list(dict.fromkeys((places[0], min(places)))) if places else []
 
-    def _compare(self, keyframe: int, place: int) -> Hypothesis | None:
+    def _compare(self, keyframe: int, place: int) -> LoopMatch | None:
         """Match a keyframe with the surroundings of an earlier one."""
-        p, keyframes = self.parameters, self._graph.keyframes
+        p, keyframes = self._parameters, self._graph.keyframes
         centre = keyframes[place].pose
         near = self._neighbourhood.around(place, centre, REFERENCE_KEYFRAMES, REFERENCE_DISTANCE)
         scans = [(keyframes[n].pose.relative_to(centre), self._prepared(n)) for n in near]
@@ -208,15 +211,15 @@ class LoopClosure:
         found = local.search(scan, start, window, deviations=likely, least=LOOP_SCORE)
         if found is None:
             return None
-        match = local.align(scan, found[0])
-        if match.overlap < LOOP_OVERLAP or match.pose.distance_to(found[0]) > 0.3:
+        match = local.align(scan, found)
+        if match.overlap < LOOP_OVERLAP or match.pose.distance_to(found) > 0.3:
             return None
         weakest = float(np.linalg.eigvalsh(match.information[:2, :2])[0])
         if weakest < LEAST_POINTS / RESIDUAL_DEVIATION**2:
             return None
-        return Hypothesis(keyframe, place, match.pose, match)
+        return LoopMatch(keyframe, place, match.pose, match)
 
-    def _agree(self, one: Hypothesis, other: Hypothesis) -> bool:
+    def _agree(self, one: LoopMatch, other: LoopMatch) -> bool:
         """Return whether two matches imply the same motion between the two keyframes."""
         keyframes = self._graph.keyframes
         if one.keyframe == other.keyframe:
@@ -228,17 +231,15 @@ class LoopClosure:
         turned = abs(wrap_angle(implied.heading - moved.heading))
         return implied.distance_to(moved) <= AGREE_DISTANCE and turned <= AGREE_ANGLE
 
-    def _add(self, hypothesis: Hypothesis) -> None:
+    def _add(self, loop: LoopMatch) -> None:
         """Add the edge of a verified match."""
         pair = align_pair(
-            self._prepared(hypothesis.place), self._prepared(hypothesis.keyframe),
-            hypothesis.relative,
+            self._prepared(loop.place), self._prepared(loop.keyframe),
+            loop.relative,
         )  # fmt: skip
-        match = hypothesis.match
-        if pair.overlap >= EDGE_OVERLAP and pair.pose.distance_to(hypothesis.relative) < 0.1:
+        match = loop.match
+        if pair.overlap >= EDGE_OVERLAP and pair.pose.distance_to(loop.relative) < 0.1:
             match = pair
         information = match.information @ np.linalg.inv(np.eye(3) + LOOP_FLOOR @ match.information)
         information = 0.5 * (information + information.T)
-        self._graph.add_edge(
-            Edge(hypothesis.place, hypothesis.keyframe, match.pose, information, "loop")
-        )
+        self._graph.add_edge(Edge(loop.place, loop.keyframe, match.pose, information, "loop"))

@@ -23,9 +23,9 @@ from stack.mapping.slam.graph import (
     carried,
 )
 from stack.mapping.slam.landmarks import (
-    FIRST_NODE,
     LEAST_RETURN,
     Problem,
+    place_landmarks,
     problem_of,
     returns_of,
     solve,
@@ -52,6 +52,9 @@ from stack.types import (
     Scan,
     wrap_angle,
 )
+
+KEYFRAME_DISTANCE, KEYFRAME_ANGLE = 0.25, 0.25
+"""Metres driven or radians turned from keyframe to keyframe."""
 
 NEIGHBOUR_EDGES = 6
 """Edges from a new keyframe to its neighbours, at most."""
@@ -103,7 +106,7 @@ class Mapper:
         self._immediate = immediate
         self._scans: dict[int, PreparedScan] = {}
         self._loops = LoopClosure(self.parameters, self.graph, self.neighbourhood, self.prepared)
-        self._upkeep = MapUpkeep(self.parameters, self.graph, self.neighbourhood)
+        self._upkeep = MapUpkeep(self.graph, self.neighbourhood)
         self._renderer = MapRenderer(self.parameters)
         self._local: LocalMap | None = None
         self._last: Keyframe | None = None
@@ -118,7 +121,8 @@ class Mapper:
 
     def configure(self, parameters: MapperParameters) -> None:
         """Apply new parameters to the next scans; the map keeps its resolution."""
-        self.parameters = self._loops.parameters = self._upkeep.parameters = parameters
+        self.parameters = parameters
+        self._loops.configure(parameters)
 
     def start(self, pose: Pose2D) -> None:
         """Set the pose of the first scan, map frame."""
@@ -234,20 +238,8 @@ class Mapper:
 
     def apply(self, optimum: Optimum) -> None:
         """Move keyframes to optimised poses; those added since move with the newest of them."""
-        poses = optimum.poses
-        for node, landmark in enumerate(self.graph.landmarks.values(), FIRST_NODE):
-            landmark.pose = poses.get(node, landmark.pose)
-        known = [number for number in self.graph.keyframes if number in poses]
-        if known:
-            newest = known[-1]
-            correction = poses[newest].compose(self.graph.keyframes[newest].pose.inverse())
-            later = {
-                number: correction.compose(keyframe.pose)
-                for number, keyframe in self.graph.keyframes.items()
-                if number > newest
-            }
-            poses = {**poses, **later}
-        self.graph.set_poses(poses)
+        place_landmarks(self.graph, optimum.poses)
+        self.graph.set_poses(optimum.poses)
         if self._last is not None:
             before, self._last = self._last, self.graph.keyframes[self._last.id]
             correction = self._last.pose.compose(before.pose.inverse())
@@ -265,12 +257,11 @@ class Mapper:
         self._renderer.step(self.graph, keyframes)
 
     @property
-    def map_version(self) -> int:
-        """Number of changes of `shown_grid`."""
-        return self._renderer.version
-
     def shown_grid(self) -> OccupancyGrid:
-        """Return the map as far as it is drawn; after an optimisation, the last complete one."""
+        """The map as far as it is drawn; a new object after each change.
+
+        After an optimisation it is the last complete one until all keyframes are drawn again.
+        """
         return self._renderer.shown
 
     def trajectory(self) -> list[tuple[float, Pose2D]]:
@@ -309,8 +300,7 @@ class Mapper:
     def _is_moved(self, since: Pose2D) -> bool:
         distance = self._pose.distance_to(since)
         turned = abs(wrap_angle(self._pose.heading - since.heading))
-        p = self.parameters
-        return distance >= p.keyframe_distance or turned >= p.keyframe_angle
+        return distance >= KEYFRAME_DISTANCE or turned >= KEYFRAME_ANGLE
 
     def _update(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
         """Add a keyframe if it shows something new; remove what is out of date or redundant."""
@@ -318,7 +308,9 @@ class Mapper:
             self._insert(stamp, odometry, scan, prepared)
             return
         assert self._last is not None
-        found = self._upkeep.compare(self._last.id, self._pose, scan)
+        found = self._upkeep.compare(
+            self._last.id, self._pose, scan, self.parameters.place_keyframes
+        )
         for number in found.changed:
             self._scans.pop(number, None)
         if found.is_wanted:

@@ -15,7 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stack.errors import InputError
-from stack.mapping.slam.global_localisation import GlobalLocalisation
+from stack.localisation.distance_field import SignedDistanceField, surface_field
+from stack.localisation.health import ScanEvaluator
+from stack.localisation.search.map_search import MapSearch
 from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.mapping.slam.loops import LOOP_CONFLICT
 from stack.mapping.slam.mapper import Mapper
@@ -122,7 +124,7 @@ def merge(first: PoseGraph, second: PoseGraph) -> Merged:
 
 def _placement(first: PoseGraph, second: PoseGraph) -> Placement:
     """Return the verified placement of the second map."""
-    candidates = _votes(second, GlobalLocalisation(_drawn(first).grid(), 0))
+    candidates = _votes(second, surface_field(_drawn(first).grid()))
     ranked = sorted(
         (Placement(pose, _support(pose, at, candidates)) for at, pose in _flat(candidates)),
         key=lambda placement: -placement.parts,
@@ -160,8 +162,9 @@ Candidates = list[tuple[Pose2D, list[Pose2D]]]
 """Of each part: its middle in the second map, and the placements that its matches imply."""
 
 
-def _votes(second: PoseGraph, places: GlobalLocalisation) -> Candidates:
+def _votes(second: PoseGraph, field: SignedDistanceField) -> Candidates:
     """Search the parts of the second map on the first one."""
+    search = MapSearch(field, ScanEvaluator(field))
     mapper = Mapper(graph=second, keep_trajectory=True)
     middles: list[int] = []
     for number, keyframe in second.keyframes.items():
@@ -178,7 +181,7 @@ def _votes(second: PoseGraph, places: GlobalLocalisation) -> Candidates:
             (second.keyframes[n].pose.relative_to(here.pose), second.keyframes[n].scan)
             for n in spread[:PART_SCANS]
         ]
-        matches = places.candidates(here.scan, views)[:PART_MATCHES]
+        matches = search.everywhere(here.scan, views)[:PART_MATCHES]
         found.append((here.pose, [m.pose.compose(here.pose.inverse()) for m in matches]))
     return found
 
@@ -227,9 +230,7 @@ def _fit(drawing: Drawing, graph: PoseGraph, poses: dict[int, Pose2D]) -> tuple[
         poses[number].transform(keyframe.scan.points())
         for number, keyframe in graph.keyframes.items()
     ])  # fmt: skip
-    occupied, free = drawing.classify(points)
-    walls, against = int(np.count_nonzero(occupied)), int(np.count_nonzero(free))
-    return walls, against / max(1, walls + against)
+    return drawing.fit(points)
 
 
 def _joined(first: PoseGraph, second: PoseGraph, placement: Pose2D) -> tuple[PoseGraph, list[int]]:

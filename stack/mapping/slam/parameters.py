@@ -18,12 +18,6 @@ class MapperParameters:
     match_range: float = parameter(
         30.0, "m", above=1.0, public=True, help="longer ranges are neither matched nor drawn"
     )
-    keyframe_distance: float = parameter(
-        0.25, "m", above=0.0, at_most=5.0, help="distance driven from keyframe to keyframe"
-    )
-    keyframe_angle: float = parameter(
-        0.25, "rad", above=0.0, at_most=3.0, help="angle turned from keyframe to keyframe"
-    )
     place_keyframes: int = parameter(
         3, at_least=0, at_most=100,
         help="keyframes that are kept of one place; a scan that shows nothing new is not added. "
@@ -42,9 +36,6 @@ class SlamParameters(MapperParameters):
         1.0, "s", at_least=0.0, at_most=60.0,
         help="time from a loop closure to the corrected map; the optimisation runs meanwhile",
     )  # fmt: skip
-    map_period: float = parameter(
-        1.0, "s", at_least=0.0, help="time between two updates of the costmap's map"
-    )
     lost_health: float = parameter(
         0.3, at_least=0.0, at_most=1.0, not_above="good_health", public=True,
         help="health below which the robot counts as lost",

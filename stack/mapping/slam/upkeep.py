@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from stack.mapping.slam.graph import Keyframe, PoseGraph
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, Neighbourhood
-from stack.mapping.slam.parameters import MapperParameters
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 PLACE_DISTANCE = 0.5
@@ -61,43 +60,40 @@ class MapUpkeep:
     """Compares scans with the keyframes around them.
 
     Args:
-        parameters: of the mapper.
         graph: whose keyframes lose outdated beams.
         neighbourhood: of the same graph.
     """
 
-    def __init__(
-        self, parameters: MapperParameters, graph: PoseGraph, neighbourhood: Neighbourhood
-    ) -> None:
-        self.parameters, self._graph, self._neighbourhood = parameters, graph, neighbourhood
+    def __init__(self, graph: PoseGraph, neighbourhood: Neighbourhood) -> None:
+        self._graph, self._neighbourhood = graph, neighbourhood
         self._votes: dict[int, NDArray[np.int8]] = {}
-        self._prepared: dict[int, _Beams] = {}
+        self._prepared: dict[int, ScanBeams] = {}
 
-    def compare(self, start: int, pose: Pose2D, scan: Scan) -> Findings:
+    def compare(self, start: int, pose: Pose2D, scan: Scan, keyframes: int) -> Findings:
         """Compare a scan with the keyframes around it; remove beams from them.
 
         Args:
             start: id of the keyframe that the scan was matched with.
             pose: of the base at the scan, map frame.
             scan: deskewed.
+            keyframes: number that is kept of one place; 0: all.
         """
-        p = self.parameters
-        if not p.place_keyframes:
+        if not keyframes:
             return Findings(is_wanted=True)
         near = self._neighbourhood.around(start, pose, COMPARED, REFERENCE_DISTANCE)
         place = {number for number in near if self._is_same_place(pose, scan, number)}
         newest = self._graph.next_id - RECENT
-        new, changed, beams = 0, [], _Beams.of(scan)
+        new, changed, beams = 0, [], ScanBeams.of(scan)
         for number in near:
             keyframe = self._graph.keyframes[number]
-            against = _against(self._beams(keyframe), keyframe.pose, beams, pose)
+            against = contradicted(self._beams(keyframe), keyframe.pose, beams, pose)
             if number in place:
                 new = max(new, int(np.count_nonzero(against)))
             if number < newest and self._remove_beams(keyframe, against):
                 changed.append(number)
-        is_full = len(place) >= p.place_keyframes
+        is_full = len(place) >= keyframes
         is_wanted = not is_full or new >= CHANGE_BEAMS
-        spare = len(place) + is_wanted - p.place_keyframes
+        spare = len(place) + is_wanted - keyframes
         removable = [number for number in place if number < newest and number != start]
         removable.sort(key=lambda number: (self._valid(number), -number))
         surplus = tuple(removable[: max(0, spare)])
@@ -108,11 +104,11 @@ class MapUpkeep:
         self._votes.pop(keyframe, None)
         self._prepared.pop(keyframe, None)
 
-    def _beams(self, keyframe: Keyframe) -> _Beams:
+    def _beams(self, keyframe: Keyframe) -> ScanBeams:
         """Return the scan of a keyframe, prepared once until it loses beams."""
         prepared = self._prepared.get(keyframe.id)
         if prepared is None or prepared.scan is not keyframe.scan:
-            prepared = self._prepared[keyframe.id] = _Beams.of(keyframe.scan)
+            prepared = self._prepared[keyframe.id] = ScanBeams.of(keyframe.scan)
         return prepared
 
     def _is_same_place(self, pose: Pose2D, scan: Scan, number: int) -> bool:
@@ -138,21 +134,12 @@ class MapUpkeep:
             return False
         votes[gone] = 0
         ranges = np.where(gone, np.float32(np.nan), keyframe.scan.ranges)
-        changed = replace(keyframe, scan=replace(keyframe.scan, ranges=ranges))
-        self._graph.keyframes[keyframe.id] = changed
+        self._graph.set_scan(keyframe.id, replace(keyframe.scan, ranges=ranges))
         return True
 
 
-def contradicted(keyframe: Keyframe, pose: Pose2D, scan: Scan) -> NDArray[np.bool_]:
-    """Return (n,) the beams of a keyframe that a later scan contradicts.
-
-    The scan sees beyond the point at which the beam ended, or sees a point on the way to it.
-    """
-    return _against(_Beams.of(keyframe.scan), keyframe.pose, _Beams.of(scan), pose)
-
-
 @dataclass(frozen=True, slots=True)
-class _Beams:
+class ScanBeams:
     """A scan prepared for comparisons with others.
 
     Attributes:
@@ -169,14 +156,14 @@ class _Beams:
     least: FloatArray
 
     @staticmethod
-    def of(scan: Scan) -> _Beams:
+    def of(scan: Scan) -> ScanBeams:
         """Prepare a scan."""
         ended = np.flatnonzero(np.isfinite(scan.ranges))
         angles, away = scan.angles[ended], scan.ranges[ended].astype(np.float64)
         ranges = np.where(np.isnan(scan.ranges), 0.0, np.minimum(scan.ranges, scan.range_max))
         least = np.minimum(ranges, np.minimum(np.roll(ranges, 1), np.roll(ranges, -1)))
         points = np.column_stack([away * np.cos(angles), away * np.sin(angles)])
-        return _Beams(scan, ended, points, least)
+        return ScanBeams(scan, ended, points, least)
 
     def passed(self, points: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
         """Return the beam that points at each point (m, 2), sensor frame, and if it passes it.
@@ -196,8 +183,11 @@ class _Beams:
         return beams, inside & passed
 
 
-def _against(old: _Beams, base: Pose2D, new: _Beams, pose: Pose2D) -> NDArray[np.bool_]:
-    """Return (n,) the beams of an old scan at a base pose that a new one at a pose contradicts."""
+def contradicted(old: ScanBeams, base: Pose2D, new: ScanBeams, pose: Pose2D) -> NDArray[np.bool_]:
+    """Return (n,) the beams of an old scan at a base pose that a new one at a pose contradicts.
+
+    The new scan sees beyond the point at which a beam ended, or sees a point on the way to it.
+    """
     then, now = base.compose(old.scan.mount), pose.compose(new.scan.mount)
     against = np.zeros(old.scan.ranges.size, np.bool_)
     _, passed = new.passed(now.inverse().transform(then.transform(old.points)))

@@ -52,7 +52,7 @@ class Place:
         angles = -pi + 2 * pi / 360 * np.arange(360)
         sensor = pose.compose(MOUNT)
         row = np.array([sensor.x, sensor.y, sensor.heading])
-        ranges = cast_rays(self.solid, FINE, 0.0, 0.0, row, angles, 12.0)
+        ranges = cast_rays(self.solid, (FINE, 0.0, 0.0), row, angles, 12.0)
         for x, y, radius in self.people:
             to = np.array([x - sensor.x, y - sensor.y])
             along = to[0] * np.cos(angles + sensor.heading) + to[1] * np.sin(

@@ -5,15 +5,19 @@ from math import log, pi
 import numpy as np
 import pytest
 
-from stack.localisation.marker_mixture import Component, Mixture
-from stack.types import Pose2D
+from stack.localisation.marker_mixture import Mixture, carried
+from stack.types import Pose2D, PoseCandidate
 
 VOLUME = 100.0
 PRIOR = np.diag([0.04, 0.01, 0.0025])
 
 
+def candidate(pose, covariance, share):
+    return PoseCandidate(pose, 0.0, covariance, share)
+
+
 def single(pose, variances, outliers=1e-9):
-    return Mixture([Component(pose, np.diag(variances), 1.0)], VOLUME, outliers)
+    return Mixture([candidate(pose, np.diag(variances), 1.0)], VOLUME, outliers)
 
 
 def test_one_candidate_is_a_kalman_filter():
@@ -43,8 +47,8 @@ def test_a_false_measurement_changes_nothing():
 
 
 def test_the_prior_chooses_between_mirrored_candidates():
-    near = Component(Pose2D(0.1, 0.0), np.diag([0.01, 0.01, 0.001]), 0.4)
-    mirrored = Component(Pose2D(0.9, 0.5), np.diag([0.01, 0.01, 0.001]), 0.6)
+    near = candidate(Pose2D(0.1, 0.0), np.diag([0.01, 0.01, 0.001]), 0.4)
+    mirrored = candidate(Pose2D(0.9, 0.5), np.diag([0.01, 0.01, 0.001]), 0.6)
     mixture = Mixture([mirrored, near], VOLUME)
     _, shares = mixture.evidence(Pose2D(0.0, 0.0), PRIOR)
     assert shares[1] > 0.99
@@ -54,8 +58,8 @@ def test_the_prior_chooses_between_mirrored_candidates():
 
 def test_a_displacement_carries_the_error_of_the_heading():
     """1 m ahead, 0.1 rad of heading are 0.1 m to the side; the noise of the motion is added."""
-    start = Component(Pose2D(0.0, 0.0, pi / 2), np.diag([0.0, 0.0, 0.01]), 1.0)
-    moved = start.carried(Pose2D(1.0, 0.0), np.diag([0.04, 0.0, 0.0]))
+    start = candidate(Pose2D(0.0, 0.0, pi / 2), np.diag([0.0, 0.0, 0.01]), 1.0)
+    moved = carried(start, Pose2D(1.0, 0.0), np.diag([0.04, 0.0, 0.0]))
     assert (moved.pose.x, moved.pose.y) == pytest.approx((0.0, 1.0))
     assert moved.covariance[0, 0] == pytest.approx(0.01)
     assert moved.covariance[1, 1] == pytest.approx(0.04)  # forward is y
@@ -74,7 +78,7 @@ def test_likelihoods_of_particles_are_the_mixture_density():
 def test_two_candidates_far_apart_inform_little():
     sharp = single(Pose2D(0.0, 0.0), [0.01, 0.01, 0.01]).information(np.array([1.0, 0.0]))
     assert np.diag(sharp) == pytest.approx([100.0] * 3)
-    both = [Component(Pose2D(x, 0.0), np.diag([0.01] * 3), 0.5) for x in (-1.0, 1.0)]
+    both = [candidate(Pose2D(x, 0.0), np.diag([0.01] * 3), 0.5) for x in (-1.0, 1.0)]
     wide = Mixture(both, VOLUME).information(np.array([0.5, 0.5, 0.0]))
     assert wide[0, 0] == pytest.approx(1.0 / 1.01)
     assert wide[1, 1] == pytest.approx(100.0)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from stack.drivetrain.description import ImuDescription
 from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
-from stack.localisation.parameters import LocaliserParameters, OdometryFusionParameters
+from stack.localisation.parameters import OdometryFusionParameters
+from stack.localisation.particle_filter import motion_models
 from stack.localisation.particle_filter.motion_models import (
     CarMotionNoise,
     MotionNoise,
@@ -23,7 +24,6 @@ from tests.observed import observed
 from tests.stack.navigation.toy_world import moving
 from tests.stack.sim.sim_rover import ROVER
 
-ALPHAS = 0.01, 0.01, 0.02, 0.001
 START = np.tile([1.0, 2.0, 0.5], (20_000, 1))
 
 
@@ -39,20 +39,21 @@ def spread(noise, moved):
     )
 
 
-def test_a_step_sideways_does_not_blur_the_heading():
+def test_a_step_sideways_does_not_blur_the_heading(monkeypatch):
+    monkeypatch.setattr(motion_models, "ALPHA_5", 0.03)
     sideways = Pose2D(0.0, 0.1)
-    x, y, heading = spread(OmniMotionNoise(*ALPHAS, 0.03), sideways)
+    x, y, heading = spread(OmniMotionNoise(), sideways)
     assert y == pytest.approx(0.02**0.5 * 0.1, rel=0.03)  # along the motion
     assert x == pytest.approx(0.03**0.5 * 0.1, rel=0.03)  # across it
     assert heading == pytest.approx(0.01**0.5 * 0.1, rel=0.03)
     # Turn, go, turn: two quarter turns of deviation 0.1 * pi / 2 each.
-    assert spread(MotionNoise(*ALPHAS), sideways)[2] > 0.2
+    assert spread(MotionNoise(), sideways)[2] > 0.2
 
 
 def test_a_step_ahead_and_a_turn_in_place_are_as_for_differential_robots():
     for moved in (Pose2D(0.1, 0.0), Pose2D(0.0, 0.0, pi / 6)):
-        x, _, heading = spread(OmniMotionNoise(*ALPHAS, 0.02), moved)
-        usual_x, _, usual = spread(MotionNoise(*ALPHAS), moved)
+        x, _, heading = spread(OmniMotionNoise(), moved)
+        usual_x, _, usual = spread(MotionNoise(), moved)
         assert x == pytest.approx(usual_x, rel=0.05, abs=1e-9)
         assert heading <= usual * 1.03
 
@@ -60,16 +61,16 @@ def test_a_step_ahead_and_a_turn_in_place_are_as_for_differential_robots():
 def test_turning_blurs_skid_steered_robots_more():
     """A factor of 4 of the variances doubles the deviation of the heading."""
     turn = Pose2D(0.0, 0.0, 0.5)
-    usual, skid = (spread(MotionNoise(*ALPHAS, factor), turn) for factor in (1.0, 4.0))
+    usual, skid = (spread(MotionNoise(factor), turn) for factor in (1.0, 4.0))
     assert skid[2] == pytest.approx(2.0 * usual[2], rel=0.05)
     ahead = Pose2D(0.5, 0.0)
-    assert spread(MotionNoise(*ALPHAS, 4.0), ahead)[2] == pytest.approx(
-        spread(MotionNoise(*ALPHAS), ahead)[2], rel=0.05
+    assert spread(MotionNoise(4.0), ahead)[2] == pytest.approx(
+        spread(MotionNoise(), ahead)[2], rel=0.05
     )
 
 
 def test_a_car_does_not_turn_without_driving():
-    noise = CarMotionNoise(0.01, 0.01, 0.02)
+    noise = CarMotionNoise()
     assert spread(noise, Pose2D(0.0, 0.0, 0.3)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
     x, y, heading = spread(noise, Pose2D(0.2, 0.0))
     assert x == pytest.approx(0.02**0.5 * 0.2, rel=0.03)
@@ -83,7 +84,7 @@ def test_a_car_does_not_turn_without_driving():
     [("diff", MotionNoise), ("omni", OmniMotionNoise), ("ackermann", CarMotionNoise)],
 )
 def test_each_drive_has_its_motion_model(kind, model):
-    assert isinstance(motion_model(moving(kind).drivetrain, LocaliserParameters()), model)
+    assert isinstance(motion_model(moving(kind).drivetrain), model)
 
 
 @settings(deadline=None, max_examples=30)
@@ -103,7 +104,7 @@ def test_a_stated_error_spreads_the_particles_by_its_covariance(x, y, heading, a
 
 def test_the_mean_of_the_particles_follows_odometry():
     moved = Pose2D(0.05, -0.08, 0.1)
-    after = OmniMotionNoise(*ALPHAS, 0.02).sample(START, moved, np.random.default_rng(2))
+    after = OmniMotionNoise().sample(START, moved, np.random.default_rng(2))
     assert after.mean(axis=0) == pytest.approx(move(START[:1], moved)[0], abs=1e-3)
 
 

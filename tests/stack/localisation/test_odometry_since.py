@@ -24,7 +24,7 @@ def test_the_error_of_two_motions_includes_the_lever_of_the_first_heading_error(
 def test_a_view_from_one_place_counts_once_and_twice_while_uncertain(settled, due):
     since = OdometrySince()
     since.add(Pose2D(1.0, 2.0, 0.5))
-    assert [since.is_update_due(0.1, 0.1, settled=settled) for _ in due] == due
+    assert [since.is_update_due(settled=settled) for _ in due] == due
 
 
 @pytest.mark.parametrize("moved", [Pose2D(0.1, 0.0), Pose2D(0.0, 0.0, -0.1)])
@@ -32,12 +32,12 @@ def test_an_update_is_due_after_the_distance_or_the_angle(moved):
     since, start = OdometrySince(), Pose2D(1.0, 2.0, pi / 2)
     since.add(start)
     since.add_scan(0.0, None, disturbed=False)
-    assert since.is_update_due(0.09, 0.09, settled=True)
-    assert not since.is_update_due(0.09, 0.09, settled=True)
+    assert since.is_update_due(settled=True)
+    assert not since.is_update_due(settled=True)
     since.add(start.compose(moved))
     travelled = abs(moved.x), abs(moved.heading)
     assert since.add_scan(0.1, None, disturbed=True) == pytest.approx(travelled, abs=1e-12)
-    assert since.is_update_due(0.09, 0.09, settled=True)
+    assert since.is_update_due(settled=True)
     motion = since.take()
     assert motion.disturbed and motion.moved.distance_to(moved) < 1e-12
     assert since.moved.distance_to(Pose2D(0.0, 0.0)) < 1e-12 and not since.stated.disturbed

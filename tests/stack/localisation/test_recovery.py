@@ -102,12 +102,8 @@ def test_a_stated_push_spreads_the_particles():
     assert np.std(localiser.particles[:, 0]) == pytest.approx(np.hypot(before, 0.3), rel=0.1)
 
 
-def schedule(**changed) -> RecoverySchedule:
-    return RecoverySchedule(LocaliserParameters(**changed))
-
-
 def test_the_windows_widen_to_the_whole_map():
-    plan, found = schedule(), []
+    plan, found = RecoverySchedule(), []
     for step in range(60):
         search = plan.next(0.1 * step, BAD, 0.5)
         if search is not None:
@@ -117,12 +113,12 @@ def test_the_windows_widen_to_the_whole_map():
 
 
 def test_well_fitting_scans_cause_no_search():
-    plan = schedule()
+    plan = RecoverySchedule()
     assert all(plan.next(0.1 * step, GOOD, 0.5) is None for step in range(600))
 
 
 def test_a_stated_push_searches_at_the_first_bad_scan_in_a_wider_window():
-    plan = schedule()
+    plan = RecoverySchedule()
     plan.next(0.0, GOOD, 0.5)
     plan.disturb(0.1)
     search = plan.next(0.1, BAD, 0.5)
@@ -131,7 +127,7 @@ def test_a_stated_push_searches_at_the_first_bad_scan_in_a_wider_window():
 
 
 def test_a_found_place_is_verified_on_the_whole_map():
-    plan = schedule()
+    plan = RecoverySchedule()
     plan.verify(0.0)
     found = [step for step in range(20) if plan.next(0.1 * step, GOOD, 0.5) is not None]
     assert found == [5], "after 0.5 s, once"

@@ -7,7 +7,7 @@ import pytest
 
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.mcl import localiser, trusted_pose
+from stack.localisation.mcl import touch, trusted_pose
 from stack.localisation.mcl.touch import TouchSense
 from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.types import Pose2D
@@ -154,5 +154,5 @@ def pushed_slowly() -> float:
 def test_the_pose_follows_a_slow_push_while_the_wheels_stand(monkeypatch):
     """Two deviations of the pose at standstill, and the way of 0.3 s."""
     assert pushed_slowly() < 0.05
-    monkeypatch.setattr(localiser, "TOUCH_SPEED", 0.0)
+    monkeypatch.setattr(touch, "TOUCH_SPEED", 0.0)
     assert pushed_slowly() > 0.1

@@ -65,7 +65,7 @@ def align_step(
             continue
         searched = local.search(scan, centre, window, deviations=likely)
         if searched is not None:
-            other = local.align(scan, searched[0])
+            other = local.align(scan, searched)
             if other.overlap > found.overlap + 0.05:
                 found = other
     turned = abs(wrap_angle(found.pose.heading - expected.heading))

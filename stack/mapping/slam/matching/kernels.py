@@ -76,15 +76,9 @@ def transform(pose: FloatArray, points: FloatArray, turn_only: bool) -> FloatArr
 
 @njit(cache=True, nogil=True)
 def rasterise(
-    points: FloatArray,
-    normals: FloatArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    rows: int,
-    columns: int,
+    points: FloatArray, normals: FloatArray, placement: FloatArray, rows: int, columns: int
 ) -> tuple[Any, FloatArray]:
-    """Average the points and normals of each cell.
+    """Average the points and normals of each cell of a grid; see `align_to_surfels`.
 
     Returns:
         (rows, columns) int32 row of the surfels, -1 in empty cells; (n, 4) surfels: mean position
@@ -95,8 +89,8 @@ def rasterise(
     counts = np.zeros(points.shape[0])
     used = 0
     for i in range(points.shape[0]):
-        column = floor((points[i, 0] - origin_x) / resolution)
-        row = floor((points[i, 1] - origin_y) / resolution)
+        column = floor((points[i, 0] - placement[0]) / placement[2])
+        row = floor((points[i, 1] - placement[1]) / placement[2])
         if row < 0 or column < 0 or row >= rows or column >= columns:
             continue
         k = index[row, column]
@@ -137,20 +131,46 @@ def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)
-def align_to_surfels(
-    labels: Any,
-    surfels: FloatArray,
-    placement: FloatArray,
-    points: FloatArray,
-    normals: FloatArray,
-    start: FloatArray,
-    expected: FloatArray,
-    prior: FloatArray,
-    reach: float,
+def _add_residual(
+    h: FloatArray, g: FloatArray, ux: float, uy: float, rx: float, ry: float, residual: float,
     deviation: float,
-    iterations: int,
-) -> tuple[FloatArray, FloatArray, float]:
-    """Align a scan to surfels with point-to-line residuals (A. Censi, ICRA 2008).
+) -> float:  # fmt: skip
+    """Add a point-to-line residual, metres, to h x = g; return its Geman-McClure weight.
+
+    A. Censi, "An ICP variant using a point-to-line metric", ICRA 2008. (ux, uy) is the normal of
+    the line, (rx, ry) the point seen from the base; both in the axes of the reference.
+    """
+    w = 1.0 / (1.0 + (residual / (3.0 * deviation)) ** 2)
+    w = w * w
+    j2 = -ux * ry + uy * rx
+    h[0, 0] += w * ux * ux
+    h[0, 1] += w * ux * uy
+    h[0, 2] += w * ux * j2
+    h[1, 1] += w * uy * uy
+    h[1, 2] += w * uy * j2
+    h[2, 2] += w * j2 * j2
+    g[0] -= w * ux * residual
+    g[1] -= w * uy * residual
+    g[2] -= w * j2 * residual
+    return w
+
+
+@njit(cache=True, nogil=True)
+def _move(pose: FloatArray, h: FloatArray, g: FloatArray) -> bool:
+    """Move a pose by the solution of the normal equations; return whether it hardly moves."""
+    by = _solve(h, g)
+    for i in range(3):
+        pose[i] += by[i]
+    return abs(by[0]) + abs(by[1]) < 1e-4 and abs(by[2]) < 1e-4
+
+
+@njit(cache=True, nogil=True)
+def align_to_surfels(
+    labels: Any, surfels: FloatArray, placement: FloatArray, points: FloatArray,
+    normals: FloatArray, start: FloatArray, expected: FloatArray, prior: FloatArray, reach: float,
+    deviation: float, iterations: int,
+) -> tuple[FloatArray, FloatArray, float]:  # fmt: skip
+    """Align a scan to surfels with point-to-line residuals.
 
     Args:
         labels: (rows, columns) int32, the nearest surfel of each cell.
@@ -162,7 +182,7 @@ def align_to_surfels(
         expected: pose by odometry.
         prior: (3, 3) information of `expected`, in units of 1 / deviation².
         reach: largest distance of corresponding points; at first 4 times that.
-        deviation: metres, of residuals; larger ones have less weight (Geman-McClure).
+        deviation: metres, of residuals.
         iterations: at most.
 
     Returns:
@@ -170,14 +190,11 @@ def align_to_surfels(
         normals that have a correspondence.
     """
     rows, columns = labels.shape
-    x, y, heading = start[0], start[1], start[2]
-    hessian = np.zeros((3, 3))
-    share = 0.0
+    pose, h, g, share = start.copy(), np.zeros((3, 3)), np.zeros(3), 0.0
     for step in range(iterations):
         limit = reach * max(1.0, 4.0 - step)
-        c, s = cos(heading), sin(heading)
-        h = np.zeros((3, 3))
-        g = np.zeros(3)
+        c, s = cos(pose[2]), sin(pose[2])
+        h[:], g[:] = 0.0, 0.0
         matched, total = 0.0, 0
         for i in range(points.shape[0]):
             nx = c * normals[i, 0] - s * normals[i, 1]
@@ -186,7 +203,7 @@ def align_to_surfels(
                 continue
             total += 1
             rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
-            px, py = x + rx, y + ry
+            px, py = pose[0] + rx, pose[1] + ry
             column = floor((px - placement[0]) / placement[2])
             row = floor((py - placement[1]) / placement[2])
             if row < 0 or column < 0 or row >= rows or column >= columns:
@@ -200,32 +217,16 @@ def align_to_surfels(
             dx, dy = px - surfels[k, 0], py - surfels[k, 1]
             if dx * dx + dy * dy > limit * limit:
                 continue
-            residual = ux * dx + uy * dy
-            w = 1.0 / (1.0 + (residual / (3.0 * deviation)) ** 2)
-            w = w * w
-            matched += w
-            j2 = -ux * ry + uy * rx
-            h[0, 0] += w * ux * ux
-            h[0, 1] += w * ux * uy
-            h[0, 2] += w * ux * j2
-            h[1, 1] += w * uy * uy
-            h[1, 2] += w * uy * j2
-            h[2, 2] += w * j2 * j2
-            g[0] -= w * ux * residual
-            g[1] -= w * uy * residual
-            g[2] -= w * j2 * residual
+            matched += _add_residual(h, g, ux, uy, rx, ry, ux * dx + uy * dy, deviation)
         h[1, 0], h[2, 0], h[2, 1] = h[0, 1], h[0, 2], h[1, 2]
-        hessian = h.copy()
         share = matched / max(1, total)
-        ex, ey = x - expected[0], y - expected[1]
-        eh = (heading - expected[2] + pi) % (2.0 * pi) - pi
+        ex, ey = pose[0] - expected[0], pose[1] - expected[1]
+        eh = (pose[2] - expected[2] + pi) % (2.0 * pi) - pi
         for k in range(3):
             g[k] -= prior[k, 0] * ex + prior[k, 1] * ey + prior[k, 2] * eh
-        step_by = _solve(h + prior + 1e-9 * np.eye(3), g)
-        x, y, heading = x + step_by[0], y + step_by[1], heading + step_by[2]
-        if step > 3 and abs(step_by[0]) + abs(step_by[1]) < 1e-4 and abs(step_by[2]) < 1e-4:
+        if _move(pose, h + prior + 1e-9 * np.eye(3), g) and step > 3:
             break
-    return np.array([x, y, heading]), _in_base(hessian, heading) / deviation**2, share
+    return pose, _in_base(h, pose[2]) / deviation**2, share
 
 
 @njit(cache=True, nogil=True)
@@ -246,17 +247,10 @@ def _in_base(hessian: FloatArray, heading: float) -> FloatArray:
 
 @njit(cache=True, nogil=True)
 def align_pair(
-    fixed: FloatArray,
-    fixed_normals: FloatArray,
-    bearings: FloatArray,
-    sensor: FloatArray,
-    points: FloatArray,
-    normals: FloatArray,
-    start: FloatArray,
-    reach: float,
-    deviation: float,
+    fixed: FloatArray, fixed_normals: FloatArray, bearings: FloatArray, sensor: FloatArray,
+    points: FloatArray, normals: FloatArray, start: FloatArray, reach: float, deviation: float,
     iterations: int,
-) -> tuple[FloatArray, FloatArray, float]:
+) -> tuple[FloatArray, FloatArray, float]:  # fmt: skip
     """Align a scan to another one: as `align_to_surfels` with exact nearest neighbours, no prior.
 
     Args:
@@ -271,24 +265,20 @@ def align_pair(
         deviation: likewise.
         iterations: likewise.
     """
-    count, others = points.shape[0], fixed.shape[0]
-    x, y, heading = start[0], start[1], start[2]
-    hessian = np.zeros((3, 3))
-    share = 0.0
+    pose, h, g, share = start.copy(), np.zeros((3, 3)), np.zeros(3), 0.0
     for step in range(iterations):
         limit = reach * max(1.0, 3.0 - step)
-        c, s = cos(heading), sin(heading)
-        h = np.zeros((3, 3))
-        g = np.zeros(3)
+        c, s = cos(pose[2]), sin(pose[2])
+        h[:], g[:] = 0.0, 0.0
         matched, total = 0.0, 0
-        for i in range(count):
+        for i in range(points.shape[0]):
             nx = c * normals[i, 0] - s * normals[i, 1]
             ny = s * normals[i, 0] + c * normals[i, 1]
             if nx == 0.0 and ny == 0.0:
                 continue
             total += 1
             rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
-            px, py = x + rx, y + ry
+            px, py = pose[0] + rx, pose[1] + ry
             best, k = limit * limit, -1
             vx, vy = px - sensor[0], py - sensor[1]
             away = sqrt(vx * vx + vy * vy)
@@ -297,7 +287,7 @@ def align_pair(
             bearing = atan2(vy, vx)
             for turn in (-2.0 * pi, 0.0, 2.0 * pi):
                 first = np.searchsorted(bearings, bearing + turn - width)
-                for j in range(first, others):
+                for j in range(first, fixed.shape[0]):
                     if bearings[j] > bearing + turn + width:
                         break
                     d = (px - fixed[j, 0]) ** 2 + (py - fixed[j, 1]) ** 2
@@ -309,42 +299,40 @@ def align_pair(
             length = sqrt(ux * ux + uy * uy)
             ux, uy = ux / length, uy / length
             residual = ux * (px - fixed[k, 0]) + uy * (py - fixed[k, 1])
-            w = 1.0 / (1.0 + (residual / (3.0 * deviation)) ** 2)
-            w = w * w
-            matched += w
-            j2 = -ux * ry + uy * rx
-            h[0, 0] += w * ux * ux
-            h[0, 1] += w * ux * uy
-            h[0, 2] += w * ux * j2
-            h[1, 1] += w * uy * uy
-            h[1, 2] += w * uy * j2
-            h[2, 2] += w * j2 * j2
-            g[0] -= w * ux * residual
-            g[1] -= w * uy * residual
-            g[2] -= w * j2 * residual
+            matched += _add_residual(h, g, ux, uy, rx, ry, residual, deviation)
         h[1, 0], h[2, 0], h[2, 1] = h[0, 1], h[0, 2], h[1, 2]
-        hessian = h.copy()
         share = matched / max(1, total)
         # A direction that the scans do not determine keeps its start value.
-        step_by = _solve(h + 1e-2 * np.eye(3), g)
-        x, y, heading = x + step_by[0], y + step_by[1], heading + step_by[2]
-        if step > 3 and abs(step_by[0]) + abs(step_by[1]) < 1e-4 and abs(step_by[2]) < 1e-4:
+        if _move(pose, h + 1e-2 * np.eye(3), g) and step > 3:
             break
-    return np.array([x, y, heading]), _in_base(hessian, heading) / deviation**2, share
+    return pose, _in_base(h, pose[2]) / deviation**2, share
+
+
+@njit(cache=True, nogil=True)
+def _bound(scores: Any, cells: Any, dy: int, dx: int, side: int) -> int:
+    """Sum of the scores (rows, columns) at cells (n, 2) moved by dy, dx.
+
+    A score is the largest of the block of `side` cells that begins there. Blocks that begin before
+    the grid may reach into it.
+    """
+    rows, columns = scores.shape
+    total = 0
+    for i in range(cells.shape[0]):
+        row, column = cells[i, 0] + dy, cells[i, 1] + dx
+        if row < 0:
+            row = 0 if row > -side else -1
+        if column < 0:
+            column = 0 if column > -side else -1
+        if row >= 0 and column >= 0 and row < rows and column < columns:
+            total += scores[row, column]
+    return total
 
 
 @njit(cache=True, nogil=True)
 def search(
-    pyramid: Any,
-    points: FloatArray,
-    placement: FloatArray,
-    centre: FloatArray,
-    window: FloatArray,
-    angle_step: float,
-    penalties: FloatArray,
-    least: float,
-    most_nodes: int,
-) -> tuple[FloatArray, float, int]:
+    pyramid: Any, points: FloatArray, placement: FloatArray, centre: FloatArray,
+    window: FloatArray, angle_step: float, penalties: FloatArray, least: float, most_nodes: int,
+) -> tuple[FloatArray, float]:  # fmt: skip
     """Find the pose with the best mean score by branch and bound.
 
     W. Hess et al., "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016.
@@ -355,19 +343,19 @@ def search(
         points: base frame.
         placement: origin x, origin y, resolution.
         centre: pose in the middle of the window.
-        window: half width in x and y (metres) and in heading (radians).
+        window: half width in x and y (metres), and in heading (radians).
         angle_step: radians.
         penalties: score lost per squared metre and per squared radian from the centre.
         least: scores below this, in [0, 1], are not sought.
         most_nodes: evaluations of a node at most.
 
     Returns:
-        The best pose, its score (-1 if there is none), nodes evaluated.
+        The best pose, and its score (-1 if there is none).
     """
-    levels, rows, columns = pyramid.shape
+    levels = pyramid.shape[0]
     resolution, top = placement[2], levels - 1
     reach = ceil(window[0] / resolution)
-    turns = ceil(window[2] / angle_step)
+    turns = ceil(window[1] / angle_step)
     count = points.shape[0]
     best, best_pose = least, np.array([centre[0], centre[1], centre[2]])
     found, nodes = False, 0
@@ -388,17 +376,7 @@ def search(
         for p in range(side):
             for q in range(side):
                 dy, dx = -reach + p * stride, -reach + q * stride
-                total = 0
-                for i in range(count):
-                    row, column = cells[a, i, 0] + dy, cells[a, i, 1] + dx
-                    # Blocks that begin before the grid may reach into it.
-                    if row < 0:
-                        row = 0 if row > -stride else -1
-                    if column < 0:
-                        column = 0 if column > -stride else -1
-                    if row >= 0 and column >= 0 and row < rows and column < columns:
-                        total += pyramid[top, row, column]
-                bounds[base] = total * scale
+                bounds[base] = _bound(pyramid[top], cells[a], dy, dx, stride) * scale
                 entries[base, 0], entries[base, 1], entries[base, 2] = a, dy, dx
                 base += 1
     order = np.argsort(-bounds[:base])
@@ -430,44 +408,34 @@ def search(
                 continue
             half = 1 << (level - 1)
             kept = 0
-            for p in range(2):
-                for q in range(2):
-                    ny, nx = dy + p * half, dx + q * half
-                    if ny > reach or nx > reach:
-                        continue
-                    total = 0
-                    for i in range(count):
-                        row, column = cells[a, i, 0] + ny, cells[a, i, 1] + nx
-                        if row < 0:
-                            row = 0 if row > -half else -1
-                        if column < 0:
-                            column = 0 if column > -half else -1
-                        if row >= 0 and column >= 0 and row < rows and column < columns:
-                            total += pyramid[level - 1, row, column]
-                    nodes += 1
-                    value = total * scale
-                    if value <= best:
-                        continue
-                    at = kept  # ascending: the best child is taken from the stack first
-                    while at > 0 and scores[at - 1] > value:
-                        scores[at] = scores[at - 1]
-                        children[at] = children[at - 1]
-                        at -= 1
-                    scores[at] = value
-                    children[at, 0], children[at, 1], children[at, 2] = a, ny, nx
-                    children[at, 3] = level - 1
-                    kept += 1
+            for child in range(4):
+                ny, nx = dy + half * (child >> 1), dx + half * (child & 1)
+                if ny > reach or nx > reach:
+                    continue
+                nodes += 1
+                value = _bound(pyramid[level - 1], cells[a], ny, nx, half) * scale
+                if value <= best:
+                    continue
+                at = kept  # ascending: the best child is taken from the stack first
+                while at > 0 and scores[at - 1] > value:
+                    scores[at] = scores[at - 1]
+                    children[at] = children[at - 1]
+                    at -= 1
+                scores[at] = value
+                children[at, 0], children[at, 1], children[at, 2] = a, ny, nx
+                children[at, 3] = level - 1
+                kept += 1
             for k in range(kept):
                 stack[depth], values[depth] = children[k], scores[k]
                 depth += 1
-    return best_pose, (best if found else -1.0), nodes
+    return best_pose, (best if found else -1.0)
 
 
 _floats, _plane = f8[::1], f8[:, ::1]
 ENTRY_POINTS = (
     (scan_normals, (_plane, f8, f8, f8, f8)),
     (transform, (_floats, _plane, boolean)),
-    (rasterise, (_plane, _plane, f8, f8, f8, i8, i8)),
+    (rasterise, (_plane, _plane, _floats, i8, i8)),
     (
         align_to_surfels,
         (i4[:, ::1], _plane, _floats, _plane, _plane, _floats, _floats, _plane, f8, f8, i8),

@@ -10,8 +10,9 @@ from typing import Any
 import cv2
 import numpy as np
 
+from stack.localisation.planar import as_pose, as_row
 from stack.mapping.slam.matching import kernels
-from stack.mapping.slam.matching.scans import PreparedScan, as_pose, as_row
+from stack.mapping.slam.matching.scans import PreparedScan
 from stack.types import FloatArray, Pose2D
 
 SURFEL_REACH, PAIR_REACH = 0.1, 0.15
@@ -45,13 +46,11 @@ class ScanMatch:
         pose: of the base, in the frame of the reference.
         information: (3, 3) inverse covariance in the base frame: x, y, heading.
         overlap: share of the points with normals that correspond to a surface, in [0, 1].
-        score: mean score of the points, in [0, 1].
     """
 
     pose: Pose2D
     information: FloatArray
     overlap: float
-    score: float = 0.0
 
 
 class LocalMap:
@@ -74,9 +73,7 @@ class LocalMap:
             int(n) for n in np.ceil((high + MARGIN - origin) / resolution).astype(int) + 1
         )
         self.placement = np.array([origin[0], origin[1], resolution])
-        index, self.surfels = kernels.rasterise(
-            points, normals, origin[0], origin[1], resolution, height, columns
-        )
+        index, self.surfels = kernels.rasterise(points, normals, self.placement, height, columns)
         empty = (index < 0).astype(np.uint8)
         self._distances, nearest = cv2.distanceTransformWithLabels(
             empty, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
@@ -94,12 +91,10 @@ class LocalMap:
         levels = [scores]
         for level in range(LEVELS - 1):
             step = 1 << level
-            below = levels[-1]
-            pooled = below.copy()
-            pooled[:-step] = np.maximum(pooled[:-step], below[step:])
-            right = pooled.copy()
-            right[:, :-step] = np.maximum(right[:, :-step], pooled[:, step:])
-            levels.append(right)
+            pooled = levels[-1].copy()
+            pooled[:-step] = np.maximum(pooled[:-step], pooled[step:])
+            pooled[:, :-step] = np.maximum(pooled[:, :-step], pooled[:, step:])
+            levels.append(pooled)
         return np.ascontiguousarray(np.stack(levels))
 
     def search(
@@ -110,8 +105,8 @@ class LocalMap:
         *,
         deviations: tuple[float, float] | None = None,
         least: float = 0.1,
-    ) -> tuple[Pose2D, float] | None:
-        """Return the pose with the best score around `centre`, and the score; None below `least`.
+    ) -> Pose2D | None:
+        """Return the pose with the best score around `centre`; None below `least`.
 
         Args:
             scan: to match.
@@ -131,11 +126,11 @@ class LocalMap:
         lost = np.zeros(2)
         if deviations is not None:
             lost = 0.02 / np.square(np.maximum(deviations, 1e-3))
-        row, score, _ = kernels.search(
-            self.pyramid, points, self.placement, as_row(centre),
-            np.array([window[0], window[0], window[1]]), angle_step, lost, least, MOST_NODES,
+        row, score = kernels.search(
+            self.pyramid, points, self.placement, as_row(centre), np.array(window), angle_step,
+            lost, least, MOST_NODES,
         )  # fmt: skip
-        return (as_pose(row), float(score)) if score >= 0.0 else None
+        return as_pose(row) if score >= 0.0 else None
 
     def align(
         self,
@@ -166,15 +161,7 @@ def align_pair(fixed: PreparedScan, scan: PreparedScan, start: Pose2D) -> ScanMa
     if not (fixed.points.size and scan.points.size):
         return ScanMatch(start, np.zeros((3, 3)), 0.0)
     row, information, overlap = kernels.align_pair(
-        fixed.points,
-        fixed.normals,
-        fixed.bearings,
-        fixed.sensor,
-        scan.points,
-        scan.normals,
-        as_row(start),
-        PAIR_REACH,
-        RESIDUAL_DEVIATION,
-        30,
-    )
+        fixed.points, fixed.normals, fixed.bearings, fixed.sensor, scan.points, scan.normals,
+        as_row(start), PAIR_REACH, RESIDUAL_DEVIATION, 30,
+    )  # fmt: skip
     return ScanMatch(as_pose(row), information, float(overlap))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stack.mapping.slam.matching import kernels
-from stack.types import FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Scan
 
 NORMAL_REACH, NORMAL_SPREAD = 0.08, 0.05
 """Neighbours of a point that define its normal: within 8 cm + 5 % of the range."""
@@ -46,13 +46,3 @@ def prepare(scan: Scan, longest: float) -> PreparedScan:
         bearings = bearings - 2.0 * np.pi * np.round(bearings.mean() / (2.0 * np.pi))
     sensor = np.array([scan.mount.x, scan.mount.y])
     return PreparedScan(points, normals, np.ascontiguousarray(bearings), sensor)
-
-
-def as_row(pose: Pose2D) -> FloatArray:
-    """Return (3,) x, y, heading."""
-    return np.array([pose.x, pose.y, pose.heading])
-
-
-def as_pose(row: FloatArray) -> Pose2D:
-    """Return the pose of (3,) x, y, heading; the heading is wrapped."""
-    return Pose2D(0.0, 0.0).compose(Pose2D(float(row[0]), float(row[1]), float(row[2])))

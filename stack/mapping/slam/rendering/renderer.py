@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stack.localisation.planar import as_row
 from stack.mapping.slam.graph import Keyframe, PoseGraph
-from stack.mapping.slam.matching.scans import as_row
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering import kernels
 from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
@@ -53,8 +52,11 @@ class Drawing:
         cells[self.odds > 0] = OCCUPIED
         return OccupancyGrid(cells, self._parameters.resolution, self.origin)
 
-    def classify(self, points: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which points are next to an occupied cell, and which in free space elsewhere."""
+    def fit(self, points: FloatArray) -> tuple[int, float]:
+        """Return the number of points at walls, and the share in space that was seen free.
+
+        The share is that of the points in known space.
+        """
         import cv2
 
         cells = np.floor((points - self.origin) / self._parameters.resolution).astype(np.int64)
@@ -62,10 +64,10 @@ class Drawing:
         inside = ((cells >= 0) & (cells < (columns, rows))).all(axis=1)
         column, row = cells[inside].T
         near = cv2.dilate((self.odds > 0).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-        occupied, free = np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
-        occupied[inside] = near[row, column]
-        free[inside] = (self.odds[row, column] < 0) & ~near[row, column]
-        return occupied, free
+        at_walls = near[row, column]
+        walls = int(np.count_nonzero(at_walls))
+        free = int(np.count_nonzero((self.odds[row, column] < 0) & ~at_walls))
+        return walls, free / max(1, walls + free)
 
     def _cover(self, x: float, y: float, reach: float) -> None:
         """Grow the grid so that it covers a square around (x, y)."""
@@ -97,12 +99,12 @@ class MapRenderer:
         self._next: Drawing | None = None
         self._waiting: list[int] = []
         self._is_outdated = False
-        self.version = 0
+        self._grid: OccupancyGrid | None = None
 
     def add(self, keyframe: Keyframe) -> None:
         """Draw a new keyframe."""
         self._shown.draw(keyframe)
-        self.version += 1
+        self._grid = None
         if self._next is not None:
             self._next.draw(keyframe)
 
@@ -127,8 +129,7 @@ class MapRenderer:
         del self._waiting[:count]
         if self._waiting:
             return False
-        self._shown, self._next = self._next, None
-        self.version += 1
+        self._shown, self._next, self._grid = self._next, None, None
         if self._is_outdated:
             self._is_outdated = False
             self.moved(graph)
@@ -138,9 +139,11 @@ class MapRenderer:
         """Return the map with all keyframes at their newest poses."""
         while self._next is not None:
             self.step(graph, len(self._waiting))
-        return self._shown.grid()
+        return self.shown
 
     @property
     def shown(self) -> OccupancyGrid:
-        """The map as far as it is drawn."""
-        return self._shown.grid()
+        """The map as far as it is drawn; a new object after each change."""
+        if self._grid is None:
+            self._grid = self._shown.grid()
+        return self._grid

@@ -7,8 +7,7 @@ import pytest
 
 from stack.drivetrain.description import OdometryNoise
 from stack.drivetrain.differential import Wheels
-from stack.localisation.fusion.wheel_slip import WheelSlip
-from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
+from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry, WheelSlip
 from stack.sim.sensors.odometry import Odometry as SimulatedOdometry
 from stack.types import Imu, Odometry, Pose2D, Twist
 from tests.observed import observed

@@ -8,7 +8,7 @@ import pytest
 from stack.localisation.distance_field import surface_field
 from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.views.view_planner import CELL, ViewPlanner
+from stack.localisation.view_planner import CELL, ViewPlanner
 from stack.types import Pose2D
 from tests.stack.localisation.drawn_office import Drifting, Place, drawn, mapped
 from tests.stack.navigation.toy_world import robot
@@ -46,13 +46,13 @@ def hotel(seed: int) -> tuple[Place, Pose2D]:
 
 
 def way(reach: np.ndarray, motion: Pose2D) -> list[Pose2D]:
-    """Cells from the robot to a motion down the costs of `common_reach`, base frame."""
+    """Cells from the robot to a motion down the ways of `ViewPlanner.reach`, base frame."""
     half = reach.shape[0] // 2
     at = (half + round(motion.y / CELL), half + round(motion.x / CELL))
     cells = [at]
     while reach[at] > 0:
         around = [(at[0] + r, at[1] + c) for r in (-1, 0, 1) for c in (-1, 0, 1)]
-        at = min((cell for cell in around if reach[cell] >= 0), key=lambda cell: reach[cell])
+        at = min(around, key=lambda cell: reach[cell])
         cells.append(at)
     return [Pose2D((c - half) * CELL, (r - half) * CELL) for r, c in reversed(cells)]
 
@@ -101,6 +101,6 @@ def test_several_scans_from_one_pose_are_one_view():
     localiser = Localiser(LocaliserParameters(), robot(), place.grid, 2)
     scan = place.scan(truth, 0.0, generator)
     earlier = [(Pose2D(0.0, 0.0), place.scan(truth, 0.0, generator)) for _ in range(2)]
-    once, thrice = (localiser.match_globally(scan, views)[0] for views in ((), earlier))
+    once, thrice = (localiser.map.search.everywhere(scan, views)[0] for views in ((), earlier))
     assert thrice.evidence == pytest.approx(once.evidence, abs=0.2)
     assert thrice.cost == once.cost

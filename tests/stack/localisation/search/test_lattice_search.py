@@ -12,8 +12,8 @@ from stack.localisation.search.lattice_search import (
     LatticeSearch,
     SearchLimits,
     SearchWindow,
+    build_pyramid,
 )
-from stack.localisation.search.pyramid import build_pyramid
 from stack.types import Pose2D
 
 RESOLUTION = 0.1

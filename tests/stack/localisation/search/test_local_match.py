@@ -6,15 +6,14 @@ import numpy as np
 
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import ScanEvaluator
-from stack.localisation.search.local_match import LocalMatcher, map_search
+from stack.localisation.search.map_search import MapSearch
 from stack.types import Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import Place, drawn, mapped, office
 
 
 def matcher(grid):
     field = surface_field(grid)
-    search = map_search(field)
-    return LocalMatcher(field, ScanEvaluator(field), search)
+    return MapSearch(field, ScanEvaluator(field))
 
 
 def test_a_pose_within_the_window_is_found():
@@ -24,7 +23,7 @@ def test_a_pose_within_the_window_is_found():
         pose = place.free_pose(generator)
         shift = generator.uniform([-0.9, -0.9, -0.5], [0.9, 0.9, 0.5])
         guess = Pose2D(pose.x + shift[0], pose.y + shift[1], wrap_angle(pose.heading + shift[2]))
-        best = local.match(guess, place.scan(pose, 0.0, generator), 1.0, radians(30.0))[0]
+        best = local.near(guess, place.scan(pose, 0.0, generator), 1.0, radians(30.0))[0]
         assert best.pose.distance_to(pose) < 0.06
         assert abs(wrap_angle(best.pose.heading - pose.heading)) < 0.03
         assert best.fit > 0.9
@@ -36,7 +35,7 @@ def test_a_pose_outside_the_window_is_not():
     for _ in range(10):
         pose = place.free_pose(generator)
         guess = pose.compose(Pose2D(0.0, 0.0, pi / 2))
-        found = local.match(guess, place.scan(pose, 0.0, generator), 1.0, radians(30.0))
+        found = local.near(guess, place.scan(pose, 0.0, generator), 1.0, radians(30.0))
         assert not found or found[0].fit < 0.75
 
 
@@ -44,7 +43,7 @@ def test_the_covariance_is_long_in_a_corridor():
     walls = drawn([(0.0, 0.9, 30.0, 1.0), (0.0, 2.6, 30.0, 2.7)], 30.0, 3.5)
     place, pose = Place(walls, mapped(walls)), Pose2D(15.0, 1.8, 0.02)
     scan = place.scan(pose, 0.0, np.random.default_rng(4))
-    found = matcher(place.grid).match(pose, scan, 1.0, radians(30.0))
+    found = matcher(place.grid).near(pose, scan, 1.0, radians(30.0))
     along, across = np.sqrt(np.diag(found[0].covariance))[:2]
     assert along > 0.3 > 0.02 > across
     # The corridor looks alike everywhere; every half metre is another place.

@@ -98,8 +98,8 @@ def test_a_trusted_pose_in_the_wrong_room_is_found_out():
 def test_places_that_a_search_has_just_found_do_not_lower_the_health():
     place, generator = twin_rooms(), np.random.default_rng(6)
     localiser = started(place, Pose2D(2.2, 1.2, 1.57), Pose2D(0.0, 0.0), generator)
-    modes = localiser._filter.modes
-    assert modes.share_among_rivals == pytest.approx(0.5, abs=0.1)
-    modes.modes[1].weighed = 0.0
-    assert modes.share_among_rivals == 1.0
+    hypotheses = localiser._filter.hypotheses
+    assert hypotheses.share_among_rivals == pytest.approx(0.5, abs=0.1)
+    hypotheses.others[0].weighed = 0.0
+    assert hypotheses.share_among_rivals == 1.0
     assert localiser.estimate.covariance[0, 0] < 0.05**2

@@ -15,12 +15,12 @@ HERE = Pose2D(4.0, 1.2, 0.4)
 @pytest.fixture(scope="module")
 def grid() -> OccupancyGrid:
     mapper: Mapper = mapped(ROOM, line((1.0, 1.2), (7.0, 1.2), (7.0, 3.0), (4.0, 3.0), (4.0, 5.0)))
-    return mapper.shown_grid()
+    return mapper.shown_grid
 
 
 def compared(grid: OccupancyGrid) -> MapConsistency:
     consistency = MapConsistency()
-    consistency.draw(grid, 1)
+    consistency.use(grid)
     return consistency
 
 

@@ -47,7 +47,7 @@ def test_a_removed_keyframe_leaves_its_neighbours_connected_with_the_sum_of_both
     graph.remove_keyframe(1)
     assert sorted(graph.keyframes) == [0, 2] and len(graph.edges) == 1
     (edge,) = graph.edges
-    assert {edge.source, edge.target} == {0, 2} and list(graph.neighbours(0)) == [2]
+    assert {edge.source, edge.target} == {0, 2} and graph.edges_of(0) == [edge]
     forward = edge if edge.source == 0 else reversed_edge(edge)
     assert forward.relative.distance_to(Pose2D(2.0, 0.0)) < 1e-12
     # By hand: x variances add (1/400 each); y gets the lever of 1 m times the heading's 1/2500.

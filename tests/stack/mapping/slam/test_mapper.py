@@ -81,13 +81,13 @@ def test_drawing_in_pieces_gives_the_same_map_as_at_once(mapped):
     mapper = mapped[0]
     at_once = mapper.grid()
     mapper.apply(Optimum({n: k.pose for n, k in mapper.graph.keyframes.items()}))
-    before, pieces = mapper.map_version, 0
-    while mapper.map_version == before:
-        assert (mapper.shown_grid().cells == at_once.cells).all()  # the old map is shown until then
+    before, pieces = mapper.shown_grid, 0
+    while mapper.shown_grid is before:
+        assert (mapper.shown_grid.cells == at_once.cells).all()  # the old map is shown until then
         mapper.draw(7)
         pieces += 1
     assert pieces == -(-len(mapper.graph.keyframes) // 7)
-    assert (mapper.shown_grid().cells == at_once.cells).all()
+    assert (mapper.shown_grid.cells == at_once.cells).all()
 
 
 def test_the_same_scans_give_the_same_graph():

@@ -36,7 +36,7 @@ def test_search_and_alignment_find_a_pose_within_the_window(dx, dy, turn):
     expected = Pose2D(pose.x + dx, pose.y + dy, pose.heading + turn)
     found = local.search(prepared(pose, noise=0.01), expected, (1.0, 0.5))
     assert found is not None
-    match = local.align(prepared(pose, noise=0.01), found[0])
+    match = local.align(prepared(pose, noise=0.01), found)
     assert match.pose.distance_to(pose) < 0.02
     assert abs(match.pose.heading - pose.heading) < 0.01
 

@@ -6,7 +6,7 @@ import pytest
 from stack.mapping.graph_files import read_graph
 from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import SlamParameters
-from stack.mapping.slam.upkeep import contradicted
+from stack.mapping.slam.upkeep import ScanBeams, contradicted
 from stack.types import OccupancyGrid, Pose2D, Scan
 from tests.stack.mapping.slam.drives import line, mapped, saved
 from tests.stack.mapping.slam.rooms import box, scan_at
@@ -66,7 +66,7 @@ def test_the_graph_stays_connected(patrol):
         number = queue.pop()
         if number not in seen:
             seen.add(number)
-            queue += graph.neighbours(number)
+            queue += [edge.source + edge.target - number for edge in graph.edges_of(number)]
     assert seen == set(graph.keyframes)
 
 
@@ -83,14 +83,15 @@ def test_beams_that_end_early_or_pass_are_contradicted():
     def scan(ranges):
         return Scan(0.0, np.array(ranges, np.float32), -0.2, 0.1, 0.05, 10.0)
 
-    from stack.mapping.slam.graph import Keyframe
+    here, old = Pose2D(1.0, 2.0, 0.3), ScanBeams.of(scan([4, 4, 4, 4, 4]))
 
-    here = Pose2D(1.0, 2.0, 0.3)
-    old = Keyframe(0, 0.0, here, here, scan([4, 4, 4, 4, 4]))
+    def beams_against(ranges):
+        return contradicted(old, here, ScanBeams.of(scan(ranges)), here)
+
     # a thing behind which the wall is now seen; the outermost beams have no neighbour
-    assert contradicted(old, here, scan([9, 9, 9, 9, 9])).tolist() == [0, 1, 1, 1, 0]
+    assert beams_against([9, 9, 9, 9, 9]).tolist() == [0, 1, 1, 1, 0]
     # a thing in front of the old wall
-    assert contradicted(old, here, scan([2, 2, 2, 2, 2])).tolist() == [0, 1, 1, 1, 0]
+    assert beams_against([2, 2, 2, 2, 2]).tolist() == [0, 1, 1, 1, 0]
     # 20 cm and 3 % are no contradiction; an invalid beam says nothing
-    assert not contradicted(old, here, scan([4.3, 4.3, 4.3, 4.3, 4.3])).any()
-    assert not contradicted(old, here, scan([np.nan] * 5)).any()
+    assert not beams_against([4.3, 4.3, 4.3, 4.3, 4.3]).any()
+    assert not beams_against([np.nan] * 5).any()

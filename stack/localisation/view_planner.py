@@ -13,7 +13,8 @@ from math import atan2, log, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.localisation.distance_field import SignedDistanceField, as_row
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.planar import as_row
 from stack.localisation.search.evaluation import EVIDENCE_TRUST, LONG_PENALTY, SHORT_PENALTY
 from stack.localisation.search.rivals import RIVAL_SHARE
 from stack.types import FloatArray, Pose2D, Scan, View
@@ -56,10 +57,9 @@ class ViewPlanner:
     """
 
     def __init__(self, field: SignedDistanceField, clearance: float) -> None:
-        from stack.localisation.views import kernels
+        from stack.localisation import kernels
 
         self._kernels, self._field, self._clearance = kernels, field, clearance
-        self._placement = np.array(field.placement)
 
     def best_view(
         self,
@@ -88,18 +88,32 @@ class ViewPlanner:
                 return view
         return None
 
-    def reach(self, poses: Sequence[Pose2D]) -> NDArray[np.int64]:
-        """Return the costs of the ways that are free at all poses; see `kernels.common_reach`."""
-        cost: NDArray[np.int64] = self._kernels.common_reach(
-            self._field.occupancy, self._field.distances, self._placement,
-            np.array([as_row(pose) for pose in poses]), self._clearance, 2.0 * self._clearance,
-            CELL, round(self._limit / CELL),
-        )  # fmt: skip
-        return cost
+    def reach(self, poses: Sequence[Pose2D]) -> NDArray[np.int32]:
+        """Return the ways to cells around the robot that are free at all poses.
+
+        Near the robot free space needs no clearance.
+
+        Returns:
+            (2 n + 1, 2 n + 1) lengths in tenths of a cell, row 0 at the smallest y of the base
+            frame; UNREACHED where there is no way.
+        """
+        from stack.geometry.travel.kernels import travel_distances
+
+        half = round(VIEW_DISTANCE / CELL)
+        steps = np.arange(-half, half + 1) * CELL
+        x, y = (axis.ravel() for axis in np.meshgrid(steps, steps))
+        near = x * x + y * y < (2.0 * self._clearance) ** 2
+        needed = np.where(near, 0.0, self._clearance)
+        free = np.ones(x.size, np.bool_)
+        for pose in poses:
+            free &= self._field.are_clear(pose.transform(np.column_stack([x, y])), needed)
+        passable = free.astype(np.uint8).reshape(steps.size, steps.size)
+        ways: NDArray[np.int32] = travel_distances(passable, half, half)
+        return ways
 
     def _best_within(
         self,
-        cost: NDArray[np.int64],
+        ways: NDArray[np.int32],
         rivals: Sequence[Pose2D],
         weights: FloatArray,
         scan: Scan,
@@ -108,7 +122,7 @@ class ViewPlanner:
         """Return the view with the largest gain per metre in the reachable space."""
         best: View | None = None
         score = 0.0
-        for motion, distance in self._places(cost, avoided):
+        for motion, distance in self._places(ways, avoided):
             if best is not None and 1.0 / (distance + _APPROACH) <= score:
                 break  # no gain exceeds 1
             gain, heading = self._gain(rivals, weights, motion, scan)
@@ -118,14 +132,14 @@ class ViewPlanner:
         return best
 
     def _places(
-        self, cost: NDArray[np.int64], avoided: Sequence[Pose2D]
+        self, ways: NDArray[np.int32], avoided: Sequence[Pose2D]
     ) -> list[tuple[Pose2D, float]]:
         """Return the reachable places on a lattice with their distances, nearest first."""
-        half = cost.shape[0] // 2
-        lattice = np.arange(half % SPACING, cost.shape[0], SPACING)
-        chosen = cost[np.ix_(lattice, lattice)]
-        rows, columns = np.nonzero((chosen >= 0) & (chosen <= 5.0 * self._limit / CELL))
-        distances = chosen[rows, columns] * CELL / 5.0
+        half = ways.shape[0] // 2
+        lattice = np.arange(half % SPACING, ways.shape[0], SPACING)
+        distances = ways[np.ix_(lattice, lattice)] * CELL / 10.0
+        rows, columns = np.nonzero(distances <= VIEW_DISTANCE)
+        distances = distances[rows, columns]
         x, y = (lattice[columns] - half) * CELL, (lattice[rows] - half) * CELL
         places = []
         for k in np.lexsort((columns, rows, distances)):
@@ -133,10 +147,6 @@ class ViewPlanner:
             if distances[k] >= _NEARBY and all(here.distance_to(other) > 1.0 for other in avoided):
                 places.append((here, float(distances[k])))
         return places
-
-    @property
-    def _limit(self) -> float:
-        return VIEW_DISTANCE
 
     def _gain(
         self, rivals: Sequence[Pose2D], weights: FloatArray, motion: Pose2D, scan: Scan
@@ -147,7 +157,7 @@ class ViewPlanner:
         mount = Pose2D(scan.mount.x, scan.mount.y, 0.0)
         sensors = np.array([as_row(one.compose(here).compose(mount)) for one in rivals])
         ranges = self._kernels.expected_ranges(
-            self._field.occupancy, self._placement, sensors, beams, scan.range_max
+            self._field.occupancy, self._field.placement, sensors, beams, scan.range_max
         )
         evidence = self._evidence(ranges, scan.range_max)
         view = scan.angle_increment * scan.ranges.size

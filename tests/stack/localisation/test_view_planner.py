@@ -5,10 +5,10 @@ from math import pi
 import numpy as np
 import pytest
 
+from stack.localisation import view_planner
 from stack.localisation.distance_field import surface_field
 from stack.localisation.kernels import cast_rays
-from stack.localisation.views import view_planner
-from stack.localisation.views.view_planner import ViewPlanner
+from stack.localisation.view_planner import ViewPlanner
 from stack.types import Pose2D, Scan
 from tests.stack.localisation.drawn_office import drawn, mapped
 
@@ -82,7 +82,7 @@ def test_a_lidar_that_looks_ahead_is_turned_to_the_difference(shares):
     place = ROBOT.compose(view.motion)
     twin = TWIN.compose(view.motion)
     ranges = [
-        cast_rays(field.occupancy, *field.placement, np.array([p.x, p.y, p.heading]),
+        cast_rays(field.occupancy, field.placement, np.array([p.x, p.y, p.heading]),
                   ahead.angles, 8.0)
         for p in (place, twin)
     ]  # fmt: skip

@@ -1,0 +1,1 @@
+"""Shortest ways over the cells of a grid."""

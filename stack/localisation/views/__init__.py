@@ -1,1 +1,0 @@
-"""Where to drive so that a scan tells rival poses apart."""
