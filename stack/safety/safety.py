@@ -29,8 +29,7 @@ from stack.safety.smoother import (
     within_limits,
 )
 from stack.safety.unseen import UnseenGroundLimit
-from stack.safety.zone_monitor import ZoneMonitor
-from stack.safety.zones import SafetyZone
+from stack.safety.zones import SafetyZone, ZoneMonitor
 from stack.types import (
     NOTHING_MOVES,
     STANDSTILL,
