@@ -159,6 +159,14 @@ class Canvas:
     ground: Costs
     box: Box
 
+    def within(self, box: Box) -> tuple[Box, Costs]:
+        """Return the part of a box on the canvas, and the cells there."""
+        inside, (row, _, column, _) = common(box, self.box), self.box
+        if not is_some(inside):
+            return NO_BOX, self.cells[:0, :0]
+        top, bottom, left, right = inside
+        return inside, self.cells[top - row : bottom - row, left - column : right - column]
+
 
 @dataclass(frozen=True)
 class NoParameters:
@@ -277,6 +285,14 @@ def joined(boxes: Iterable[Box]) -> Box:
         (top, bottom, left, right), (low, high, first, last) = whole, box
         whole = min(top, low), max(bottom, high), min(left, first), max(right, last)
     return whole
+
+
+def common(one: Box, other: Box) -> Box:
+    """The cells of both boxes."""
+    box = (
+        max(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), min(one[3], other[3])
+    )  # fmt: skip
+    return box if is_some(box) else NO_BOX
 
 
 def moved(box: Box, shape: tuple[int, int], shift: tuple[int, int]) -> Box:
