@@ -12,9 +12,8 @@ from stack.components import ControlState, GoalTolerance, StopCriterion
 from stack.control.final_approach import DISTANCE, FinalApproach
 from stack.control.parameters import FollowingParameters
 from stack.control.ramps import Ramp
-from stack.control.rotation_shim import RotationShim
 from stack.control.swept import SweptFootprint
-from stack.control.turning import TurnInPlace, TurnStyle
+from stack.control.turning import RotationShim, TurnInPlace, TurnStyle
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter

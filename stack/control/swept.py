@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import ceil, hypot
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,12 +42,12 @@ class SweptFootprint:
         from stack.safety.kernels import time_to_contact
 
         self.seen: FloatArray | None = None
-        self._kernels, self._time_to_contact = kernels, time_to_contact
+        self._kernels: Any = kernels
+        self._time_to_contact = time_to_contact
         self._footprint, self.padding, self._exact = footprint, padding, exact
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
         self._radius = footprint.circumscribed_radius
-        self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
-        self._grown: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
+        self.body, self._reach = cache(self._filled), cache(self._grown)
         self._near: tuple[CostGrid | None, NDArray[np.uint8]] = (None, np.empty((0, 0), np.uint8))
 
     def arc(self, costs: CostGrid, pose: Pose2D, twist: Twist, horizon: float) -> tuple[float, int]:
@@ -64,8 +66,7 @@ class SweptFootprint:
         speed = hypot(twist.linear, twist.lateral)
         step = costs.resolution / (speed + abs(twist.angular) * self._radius)
         free, cost = self._kernels.sweep(
-            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            self._reach(costs.resolution), pose.x, pose.y, pose.heading,
+            self._ground(costs), pose.x, pose.y, pose.heading,
             twist.linear, twist.lateral, twist.angular, horizon, step,
         )  # fmt: skip
         if self.seen is None:
@@ -91,8 +92,7 @@ class SweptFootprint:
             (k, n) seconds; inf: clear over the whole horizon.
         """
         free: FloatArray = self._kernels.free_times(
-            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            self._reach(costs.resolution), np.ascontiguousarray(poses), twists, horizons,
+            self._ground(costs), np.ascontiguousarray(poses), twists, horizons,
             NOTHING_SEEN if self.seen is None else np.ascontiguousarray(self.seen),
             self._corners, self._radius, self.padding, SLACK,
         )  # fmt: skip
@@ -110,9 +110,8 @@ class SweptFootprint:
             (n,) in 0..k.
         """
         counts: NDArray[np.int64] = self._kernels.clear_poses(
-            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            self._reach(costs.resolution), pose.x, pose.y, pose.heading,
-            np.ascontiguousarray(poses), self._near_lethal(costs),
+            self._ground(costs), pose.x, pose.y, pose.heading, np.ascontiguousarray(poses),
+            self._near_lethal(costs),
         )  # fmt: skip
         return counts
 
@@ -131,18 +130,21 @@ class SweptFootprint:
         self._near = costs, np.asarray(cv2.dilate(lethal, disc), np.uint8)
         return self._near[1]
 
-    def _reach(self, resolution: float) -> FloatArray:
+    def _ground(self, costs: CostGrid) -> Any:
+        """Return costmap and footprint as the kernels take them."""
+        side = costs.resolution
+        return self._kernels.Ground(
+            costs.cells, side, *costs.origin, self.body(side), self._reach(side)
+        )
+
+    def _grown(self, resolution: float) -> FloatArray:
         """(n, 2) corners of the polygon in which the centre of a lethal cell is a collision."""
         if self._exact:
             return self._corners
         # The whole cell counts: its centre lies within half a diagonal of the footprint.
-        if self._grown[0] != resolution:
-            away = np.linalg.norm(self._corners, axis=1, keepdims=True)
-            self._grown = (resolution, self._corners * (1.0 + 2.0 * resolution / away))
-        return self._grown[1]
+        away = np.linalg.norm(self._corners, axis=1, keepdims=True)
+        return self._corners * (1.0 + 2.0 * resolution / away)
 
-    def body(self, resolution: float) -> FloatArray:
+    def _filled(self, resolution: float) -> FloatArray:
         """(m, 2) points that fill the footprint, at most 0.7 cells apart, base frame."""
-        if self._body[0] != resolution:
-            self._body = (resolution, fill_polygon(self._footprint.points, 0.7 * resolution))
-        return self._body[1]
+        return fill_polygon(self._footprint.points, 0.7 * resolution)

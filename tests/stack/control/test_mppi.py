@@ -14,8 +14,7 @@ from stack.control.mppi import kernels
 from stack.control.mppi.critics import critics
 from stack.control.mppi.critics import kernels as critic_kernels
 from stack.control.mppi.critics.critics import CriticData, aim
-from stack.control.mppi.noise import NoiseTable
-from stack.control.mppi.optimiser import bounds, savitzky_golay
+from stack.control.mppi.optimiser import NoiseTable, bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
 from stack.drivetrain.limits import limit_speed
