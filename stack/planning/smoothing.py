@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -27,6 +28,54 @@ _STIFFNESS = 1500.0  # step cost x cells²; higher values bend less and cut corn
 _ROUNDING_ERROR = 1e-6  # step cost; a path equal to the unchanged one is no dearer
 
 
+@dataclass(frozen=True)
+class PathCosts:
+    """Costs of polylines on a costmap; points (n, 2) are in cells.
+
+    Attributes:
+        costs: map frame.
+        traverse: (256,) int64, cost of a straight step by cell cost, 0 if impassable.
+    """
+
+    costs: CostGrid
+    traverse: NDArray[np.int64]
+
+    def in_cells(self, points: FloatArray) -> FloatArray:
+        """Return points in metres, map frame, in cells."""
+        return (points - np.array(self.costs.origin)) / self.costs.resolution
+
+    def in_metres(self, points: FloatArray) -> FloatArray:
+        """Return points in metres, map frame."""
+        return points * self.costs.resolution + np.array(self.costs.origin)
+
+    def of(self, points: FloatArray) -> float:
+        """Return the integral of interpolated step costs along points."""
+        from stack.planning.geodesic import kernels
+
+        cost: Any = kernels.path_cost
+        return float(cost(self.costs.cells, self.traverse, points))
+
+    def blocked_steps(self, points: FloatArray) -> int:
+        """Count the steps between points that cross an impassable cell."""
+        from stack.planning import kernels
+
+        count: Any = kernels.blocked_steps
+        return int(count(self.costs.cells, self.traverse, points))
+
+    def rounded(self, points: FloatArray, length: float) -> FloatArray:
+        """Return points, rounded over `length` metres on both sides of a corner."""
+        from stack.planning import kernels
+
+        pull: Any = kernels.round_corners
+        # A kink decays over sqrt(smoothness / data) points; `length` is that many spacings.
+        weight_data = _SMOOTHNESS * (SPACING / length) ** 2
+        easy = self.traverse[_EASY]
+        moved: FloatArray = pull(
+            self.costs.cells, self.traverse, points, weight_data, _SMOOTHNESS, easy, _ITERATIONS
+        )
+        return moved
+
+
 class Smoother:
     """Straighten a path where this adds no cost, round its corners and check the result.
 
@@ -35,11 +84,6 @@ class Smoother:
     """
 
     def __init__(self, traverse: NDArray[np.int64]) -> None:
-        from stack.planning import kernels
-        from stack.planning.geodesic import kernels as geodesic
-
-        self._kernels: Any = kernels
-        self._geodesic: Any = geodesic
         self._traverse = traverse
 
     def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
@@ -59,50 +103,36 @@ class Smoother:
         Returns:
             Poses SPACING apart; their headings follow the path.
         """
-        kernels, traverse, cells = self._kernels, self._traverse, costs.cells
-        scale, origin = costs.resolution, np.array(costs.origin)
-        raw = (points - origin) / scale
-        window = max(1, round(_WINDOW / scale / _STRIDE))
-        kept = kernels.straighten(cells, traverse, raw, _STRIDE, window)
-        straight = resampled(raw[kept], SPACING / scale)
-        rounded = self._rounded(cells, straight, scale, _ROUNDING)
-        settled = self._settled(cells, rounded, scale)
-        faired = (self._rounded(cells, settled, scale, length) for length in _FAIRINGS)
-        allowed = kernels.blocked_steps(cells, traverse, raw)
-        dearest = self._cost(cells, resampled(raw, SPACING / scale)) + _ROUNDING_ERROR
-        if kernels.blocked_steps(cells, traverse, settled) <= allowed:
-            dearest = min(dearest, (1.0 + _SURCHARGE) * self._cost(cells, settled))
+        from stack.planning import kernels
+
+        straighten: Any = kernels.straighten
+        on, spacing = PathCosts(costs, self._traverse), SPACING / costs.resolution
+        raw = on.in_cells(points)
+        window = max(1, round(_WINDOW / costs.resolution / _STRIDE))
+        kept = straighten(costs.cells, self._traverse, raw, _STRIDE, window)
+        straight = resampled(raw[kept], spacing)
+        rounded = resampled(on.rounded(straight, _ROUNDING), spacing)
+        settled = self._settled(costs, rounded)
+        faired = (resampled(on.rounded(settled, length), spacing) for length in _FAIRINGS)
+        allowed = on.blocked_steps(raw)
+        dearest = on.of(resampled(raw, spacing)) + _ROUNDING_ERROR
+        if on.blocked_steps(settled) <= allowed:
+            dearest = min(dearest, (1.0 + _SURCHARGE) * on.of(settled))
         for candidate in chain(faired, (settled, rounded, straight)):
-            if (
-                kernels.blocked_steps(cells, traverse, candidate) <= allowed
-                and self._cost(cells, candidate) <= dearest
-            ):
-                return with_headings(candidate * scale + origin, heading)
+            if on.blocked_steps(candidate) <= allowed and on.of(candidate) <= dearest:
+                return with_headings(on.in_metres(candidate), heading)
         return unsmoothed(points, heading)
 
-    def _settled(self, cells: NDArray[np.uint8], points: FloatArray, scale: float) -> FloatArray:
+    def _settled(self, costs: CostGrid, points: FloatArray) -> FloatArray:
         """Return points in cells after the descent of cost and bends, level by level."""
-        settled = points
+        from stack.planning.geodesic import kernels
+
+        descend: Any = kernels.descend
+        settled, scale = points, costs.resolution
         for spacing, passes in _LEVELS:
             settled = resampled(settled, spacing / scale)
-            settled = self._geodesic.descend(cells, self._traverse, settled, _STIFFNESS, passes)
+            settled = descend(costs.cells, self._traverse, settled, _STIFFNESS, passes)
         return resampled(settled, SPACING / scale)
-
-    def _cost(self, cells: NDArray[np.uint8], points: FloatArray) -> float:
-        """Return the integral of interpolated step costs along points in cells."""
-        return float(self._geodesic.path_cost(cells, self._traverse, points))
-
-    def _rounded(
-        self, cells: NDArray[np.uint8], points: FloatArray, scale: float, length: float
-    ) -> FloatArray:
-        """Return points in cells, rounded over `length` metres on both sides of a corner."""
-        # A kink decays over sqrt(smoothness / data) points; `length` is that many spacings.
-        weight_data = _SMOOTHNESS * (SPACING / length) ** 2
-        rounded = self._kernels.round_corners(
-            cells, self._traverse, points, weight_data, _SMOOTHNESS, self._traverse[_EASY],
-            _ITERATIONS,
-        )  # fmt: skip
-        return resampled(rounded, SPACING / scale)
 
 
 def unsmoothed(points: FloatArray, heading: float) -> Path:

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
 from stack.planning.smoothers.shapes import Descent, savitzky_golay
-from stack.planning.smoothing import SPACING, Smoother, resampled, unsmoothed, with_headings
+from stack.planning.smoothing import (
+    SPACING,
+    PathCosts,
+    Smoother,
+    resampled,
+    unsmoothed,
+    with_headings,
+)
 from stack.types import CostGrid, FloatArray, Path
 
 SMOOTHERS = ("simple", "savitzky_golay", "constrained", "none")
@@ -29,15 +36,7 @@ _SWITCH = 0.1
 _GENTLE = 0.5  # m; target radius of the constrained smoother for robots that can turn in place
 
 
-class PointSmoother(Protocol):
-    """Smoother that turns a polyline into a path."""
-
-    def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
-        """Return a path with the ends of points (n, 2), in metres, and this last heading."""
-        ...
-
-
-def point_smoother(name: str, traverse: NDArray[np.int64]) -> PointSmoother:
+def point_smoother(name: str, traverse: NDArray[np.int64]) -> Smoother | _Shaping:
     """Return the smoother called `name`, for planners of points.
 
     Args:
@@ -73,17 +72,16 @@ class _Shaping:
         first that costs no more than the unsmoothed path, by interpolated cell costs, and has no
         more steps over impassable cells.
         """
-        raw = resampled(points, SPACING)
         if self.name == "none":
             return unsmoothed(points, heading)
-        shaped = shape(self.name, costs, raw, _GENTLE, pinned=1)
-        scale, origin = costs.resolution, np.array(costs.origin)
-        before = (raw - origin) / scale
-        allowed, dearest = self._blocked(costs, before), self._cost(costs, before)
-        for candidate in self._candidates(costs, before, (shaped - origin) / scale):
-            even = resampled(candidate, SPACING / scale)
-            if self._blocked(costs, even) <= allowed and self._cost(costs, even) <= dearest:
-                return with_headings(even * scale + origin, heading)
+        raw, on = resampled(points, SPACING), PathCosts(costs, self.traverse)
+        before = on.in_cells(raw)
+        after = on.in_cells(shape(self.name, costs, raw, _GENTLE, pinned=1))
+        allowed, dearest = on.blocked_steps(before), on.of(before)
+        for candidate in self._candidates(costs, before, after):
+            even = resampled(candidate, SPACING / costs.resolution)
+            if on.blocked_steps(even) <= allowed and on.of(even) <= dearest:
+                return with_headings(on.in_metres(even), heading)
         return unsmoothed(points, heading)
 
     def _candidates(
@@ -97,18 +95,6 @@ class _Shaping:
         step = float(self.traverse[0]) * SPACING / costs.resolution
         for surcharge in _SURCHARGES:
             yield blend(costs.cells, self.traverse, before, after, surcharge * step, _SWITCH * step)
-
-    def _cost(self, costs: CostGrid, points: FloatArray) -> float:
-        from stack.planning.geodesic import kernels
-
-        cost: Any = kernels.path_cost
-        return float(cost(costs.cells, self.traverse, points))
-
-    def _blocked(self, costs: CostGrid, points: FloatArray) -> int:
-        from stack.planning import kernels
-
-        count: Any = kernels.blocked_steps
-        return int(count(costs.cells, self.traverse, points))
 
 
 def shape(name: str, costs: CostGrid, points: FloatArray, radius: float, pinned: int) -> FloatArray:
