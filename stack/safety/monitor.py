@@ -9,6 +9,7 @@ from math import atan2, cos, hypot, inf, pi, sin
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
+from stack.safety.parameters import SLACK
 from stack.types import NOTHING_MOVES, FloatArray, Pose2D, TrackedObject, Twist
 
 
@@ -44,8 +45,6 @@ class CollisionMonitor:
     touches no point.
     """
 
-    SLACK = 0.005
-
     def __init__(self, robot: RobotDescription) -> None:
         from stack.safety import kernels
 
@@ -71,14 +70,14 @@ class CollisionMonitor:
         found = NOTHING_NEAR
         if twist.linear or twist.lateral or not self._is_round:
             time, which = self._kernels.time_to_contact(
-                points, self._corners, self._radius, padding, self.SLACK,
+                points, self._corners, self._radius, padding, SLACK,
                 twist.linear, twist.lateral, twist.angular, horizon,
             )  # fmt: skip
             found = Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
         if not len(moving):
             return found
         time, which = self._kernels.time_to_meeting(
-            moving, self._corners, self._radius, padding, self.SLACK,
+            moving, self._corners, self._radius, padding, SLACK,
             twist.linear, twist.lateral, twist.angular, horizon, moving_padding,
         )  # fmt: skip
         return Contact(time, *moving[which, :2]) if time < found.time else found

@@ -13,6 +13,7 @@ from stack.drivetrain.kinematics import moved, scaled
 from stack.errors import ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter
+from stack.safety.parameters import SLACK
 from stack.types import STANDSTILL, FloatArray, Footprint, Twist
 
 ACTIONS = ("stop", "slow_down", "limit", "approach")
@@ -98,7 +99,6 @@ class ZoneMonitor:
     """Seconds over which the motion away from points in a zone is checked."""
     GAIN = 0.25
     """Required increase of the distance, as a share of the distance that the rim travels."""
-    SLACK = 0.005
 
     def __init__(self, zones: Sequence[SafetyZone], footprint: Footprint) -> None:
         from stack.safety import kernels
@@ -156,7 +156,7 @@ class ZoneMonitor:
     ) -> float:
         radius = float(np.linalg.norm(outline, axis=1).max())
         time, _ = self._kernels.time_to_contact(
-            points, outline, radius, 0.0, self.SLACK,
+            points, outline, radius, 0.0, SLACK,
             twist.linear, twist.lateral, twist.angular, zone.time,
         )  # fmt: skip
         return float(time)
