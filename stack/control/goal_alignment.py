@@ -97,12 +97,17 @@ class GoalAlignment:
     def set_tolerance(self, parameters: GoalAlignmentParameters, tolerance: GoalTolerance) -> None:
         """Stop within a tolerance of the goal, if the parameters do not stop nearer to it."""
         p = self.parameters = parameters.within(tolerance)
-        self._turn.style, self._is_exact = _style(p), p.stop_distance < parameters.stop_distance
+        self._turn.adopt(_style(p))
+        self._is_exact = p.stop_distance < parameters.stop_distance
 
     def set_segment(self, segment: PathSegment) -> None:
         """Set the segment to drive along, map frame."""
         p = self.parameters
         self.segment, self._shim = segment, RotationShim(p.rotate_lookahead, p.rotate_until)
+
+    def commanded(self, twist: Twist) -> None:
+        """Note the command of this step."""
+        self.last = twist
 
     def begin(self, state: ControlState) -> None:
         """Compare the last command with the measured velocity."""

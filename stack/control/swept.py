@@ -21,34 +21,38 @@ BoolArray = NDArray[np.bool_]
 
 
 class SweptFootprint:
-    """Checks motions of one robot against lethal cells and, if set, scan points.
+    """Checks motions of one robot against lethal cells and, if seen, scan points.
 
     Cells that the footprint covers already do not count, so that the robot can always leave them.
 
     Args:
         footprint: outline of the robot.
-        padding: distance in metres that `arc` keeps to the points of `seen`.
+        padding: distance in metres that is kept to the points that are seen.
         exact: check only the centre of a lethal cell: the error is at most half a cell and zero on
             average. Otherwise the whole cell is an obstacle, which closes passages less than a cell
-            wider than the robot. Use it together with `seen`.
-
-    Attributes:
-        padding: metres.
-        seen: (m, 2) points of the newest scan, map frame; None: check the costs only.
+            wider than the robot. Use it together with `see`.
     """
 
     def __init__(self, footprint: Footprint, *, padding: float = 0.0, exact: bool = False) -> None:
         from stack.control import kernels
         from stack.safety.kernels import time_to_contact
 
-        self.seen: FloatArray | None = None
+        self._seen: FloatArray | None = None
         self._kernels: Any = kernels
         self._time_to_contact = time_to_contact
-        self._footprint, self.padding, self._exact = footprint, padding, exact
+        self._footprint, self._padding, self._exact = footprint, padding, exact
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
         self._radius = footprint.circumscribed_radius
         self.body, self._reach = cache(self._filled), cache(self._grown)
         self._near: tuple[CostGrid | None, NDArray[np.uint8]] = (None, np.empty((0, 0), np.uint8))
+
+    def keep(self, padding: float) -> None:
+        """Keep another distance to the points that are seen, metres."""
+        self._padding = padding
+
+    def see(self, points: FloatArray | None) -> None:
+        """Check the points (m, 2) of the newest scan, map frame; None: check the costs only."""
+        self._seen = points
 
     def arc(self, costs: CostGrid, pose: Pose2D, twist: Twist, horizon: float) -> tuple[float, int]:
         """Time for which a constant twist stays clear.
@@ -69,10 +73,10 @@ class SweptFootprint:
             self._ground(costs), pose.x, pose.y, pose.heading,
             twist.linear, twist.lateral, twist.angular, horizon, step,
         )  # fmt: skip
-        if self.seen is None:
+        if self._seen is None:
             return free, cost
         time, _ = self._time_to_contact(
-            pose.inverse().transform(self.seen), self._corners, self._radius, self.padding, SLACK,
+            pose.inverse().transform(self._seen), self._corners, self._radius, self._padding, SLACK,
             twist.linear, twist.lateral, twist.angular, min(free, horizon),
         )  # fmt: skip
         return min(free, float(time)), cost
@@ -93,8 +97,8 @@ class SweptFootprint:
         """
         free: FloatArray = self._kernels.free_times(
             self._ground(costs), np.ascontiguousarray(poses), twists, horizons,
-            NOTHING_SEEN if self.seen is None else np.ascontiguousarray(self.seen),
-            self._corners, self._radius, self.padding, SLACK,
+            NOTHING_SEEN if self._seen is None else np.ascontiguousarray(self._seen),
+            self._corners, self._radius, self._padding, SLACK,
         )  # fmt: skip
         return free
 

@@ -40,11 +40,15 @@ class TurnInPlace:
     """Turns by an angle, in the opposite direction if only that is clear.
 
     Attributes:
-        style: of the turns from now on.
+        style: of the turns.
     """
 
     def __init__(self, swept: SweptFootprint, ramp: Ramp, style: TurnStyle) -> None:
         self._swept, self._ramp, self.style = swept, ramp, style
+
+    def adopt(self, style: TurnStyle) -> None:
+        """Turn in another style from now on."""
+        self.style = style
 
     def twist(self, state: ControlState, last: Twist, angle: float) -> Twist | None:
         """Return the next command of a turn, None when both directions are blocked.

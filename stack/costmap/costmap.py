@@ -255,7 +255,7 @@ class Costmap:
             self._layers[name].configure(values)
         self._parameters = parameters
         self._inflation.configure(self._inflation_parameters())
-        self._painting.marking = self._marking_layers()
+        self._painting.mark_with(self._marking_layers())
         self._recompute()
 
     def _inflation_parameters(self) -> InflationParameters:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import ceil, floor
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from stack.types import (
 )
 
 Costs = NDArray[np.uint8]
+M = TypeVar("M")
 Box = tuple[int, int, int, int]
 """First row, last row + 1, first column, last column + 1; empty if a pair does not increase."""
 NO_BOX: Box = (0, 0, 0, 0)
@@ -89,28 +90,10 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True)
-class PosedScan:
-    """A scan, and the pose of the base at its stamp.
+class Posed(Generic[M]):
+    """A measurement, and the pose of the base at its stamp, map frame."""
 
-    Attributes:
-        scan: of one lidar.
-        pose: of the base when the scan was taken, map frame.
-    """
-
-    scan: Scan
-    pose: Pose2D
-
-
-@dataclass(frozen=True, slots=True)
-class PosedReading:
-    """A range reading, and the pose of the base at its stamp.
-
-    Attributes:
-        reading: of one sonar.
-        pose: of the base when the reading was taken, map frame.
-    """
-
-    reading: RangeReading
+    measurement: M
     pose: Pose2D
 
 
@@ -130,8 +113,8 @@ class LayerUpdate:
 
     pose: Pose2D
     time: float
-    scans: Mapping[str, PosedScan] = field(default_factory=dict)
-    readings: tuple[PosedReading, ...] = ()
+    scans: Mapping[str, Posed[Scan]] = field(default_factory=dict)
+    readings: tuple[Posed[RangeReading], ...] = ()
     tracks: tuple[TrackedObject, ...] | None = None
     depth: FloatArray | None = None
     detections: tuple[Detection, ...] | None = None

@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
-from stack.planning.cell_planner import CellPlanner, CellQuery
+from stack.planning.cell_planner import CellPlanner, CellPlannerParameters, CellQuery
 from stack.planning.endpoints import Cell, cell_index
-from stack.planning.parameters import PlannerParameters
 from stack.planning.search import StepCosts, Workspace
-from stack.planning.smoothers.choice import SMOOTHERS
 
 
 @dataclass(frozen=True)
-class AstarParameters(PlannerParameters):
+class AstarParameters(CellPlannerParameters):
     """Parameters of the A* planner."""
 
     cost_weight: float = parameter(
@@ -30,9 +28,6 @@ class AstarParameters(PlannerParameters):
         126.0, at_least=0.0, at_most=252.0,
         help="cell cost assumed for unknown cells; lower values lead through them more often",
     )  # fmt: skip
-    smoother: str = parameter(
-        "simple", one_of=SMOOTHERS, public=True, help="smoother for the path of cells"
-    )
 
 
 class Astar(CellPlanner):

@@ -12,11 +12,23 @@ from numpy.typing import NDArray
 from stack.compilation import KernelTypes
 from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
+from stack.parameters import parameter
 from stack.planning.endpoints import Cell, Endpoints, cell_on_map
 from stack.planning.outline_check import fallback_kernels
+from stack.planning.parameters import PlannerParameters
 from stack.planning.search import SearchLimits, StepCosts
-from stack.planning.smoothers.choice import point_smoother, point_smoother_kernels
+from stack.planning.smoothers.choice import SMOOTHERS, point_smoother_kernels, smooth
+from stack.planning.smoothing import PathCosts
 from stack.types import CostGrid, FailureCode, Path, Pose2D
+
+
+@dataclass(frozen=True)
+class CellPlannerParameters(PlannerParameters):
+    """Parameters of a search over cells."""
+
+    smoother: str = parameter(
+        "simple", one_of=SMOOTHERS, public=True, help="smoother for the path of cells"
+    )
 
 
 @dataclass(frozen=True)
@@ -59,7 +71,6 @@ class CellPlanner(Planner):
         super().__init__(parameters, robot)
         self._tables = tables
         self._endpoints = Endpoints.of(parameters, robot.footprint, tables.traverse)
-        self._smoother = point_smoother(parameters.smoother, tables.traverse)
 
     @abstractmethod
     def _search(self, query: CellQuery) -> tuple[Cell, NDArray[np.int64]]:
@@ -100,7 +111,9 @@ class CellPlanner(Planner):
             return ends.mark_partial(_straight_path(start, end), goal)
         middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
         points = np.vstack([(start.x, start.y), middles, (end.x, end.y)])
-        return ends.mark_partial(self._smoother.smooth(costs, points, end.heading), goal)
+        on = PathCosts(costs, self._tables.traverse)
+        path = smooth(self.parameters.smoother, on, points, end.heading)
+        return ends.mark_partial(path, goal)
 
 
 def _straight_path(start: Pose2D, goal: Pose2D) -> Path:

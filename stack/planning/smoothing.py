@@ -76,63 +76,53 @@ class PathCosts:
         return moved
 
 
-class Smoother:
-    """Straighten a path where this adds no cost, round its corners and check the result.
+def smoothed(on: PathCosts, points: FloatArray, heading: float) -> Path:
+    """Straighten a path, round its corners: the smoothest collision-free one with its ends.
+
+    The candidates in order: settled (descent of cost and bends from the rounded one) and faired
+    over each of _FAIRINGS, settled, rounded, straightened, unchanged. The result is the first
+    that costs no more than the unchanged path, resampled, nor than settled with _SURCHARGE, by
+    interpolated cell costs, and has no more steps over impassable cells than the unchanged
+    path (which has none, unless its start is occupied).
 
     Args:
-        traverse: (256,) int64, cost of a straight step by cell cost, 0 if impassable.
+        on: costmap.
+        points: (n, 2) metres, map frame: start, cell centres, end.
+        heading: heading of the last pose, radians.
+
+    Returns:
+        Poses SPACING apart; their headings follow the path.
     """
+    from stack.planning import kernels
 
-    def __init__(self, traverse: NDArray[np.int64]) -> None:
-        self._traverse = traverse
+    straighten: Any = kernels.straighten
+    scale, raw = on.costs.resolution, on.in_cells(points)
+    spacing, window = SPACING / scale, max(1, round(_WINDOW / scale / _STRIDE))
+    kept = straighten(on.costs.cells, on.traverse, raw, _STRIDE, window)
+    straight = resampled(raw[kept], spacing)
+    rounded = resampled(on.rounded(straight, _ROUNDING), spacing)
+    settled = _settled(on, rounded)
+    faired = (resampled(on.rounded(settled, length), spacing) for length in _FAIRINGS)
+    allowed = on.blocked_steps(raw)
+    dearest = on.of(resampled(raw, spacing)) + _ROUNDING_ERROR
+    if on.blocked_steps(settled) <= allowed:
+        dearest = min(dearest, (1.0 + _SURCHARGE) * on.of(settled))
+    for candidate in chain(faired, (settled, rounded, straight)):
+        if on.blocked_steps(candidate) <= allowed and on.of(candidate) <= dearest:
+            return with_headings(on.in_metres(candidate), heading)
+    return unsmoothed(points, heading)
 
-    def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
-        """Return the smoothest collision-free path with the ends of `points`.
 
-        The candidates in order: settled (descent of cost and bends from the rounded one) and faired
-        over each of _FAIRINGS, settled, rounded, straightened, unchanged. The result is the first
-        that costs no more than the unchanged path, resampled, nor than settled with _SURCHARGE, by
-        interpolated cell costs, and has no more steps over impassable cells than the unchanged
-        path (which has none, unless its start is occupied).
+def _settled(on: PathCosts, points: FloatArray) -> FloatArray:
+    """Return points in cells after the descent of cost and bends, level by level."""
+    from stack.planning.geodesic import kernels
 
-        Args:
-            costs: map frame.
-            points: (n, 2) metres, map frame: start, cell centres, end.
-            heading: heading of the last pose, radians.
-
-        Returns:
-            Poses SPACING apart; their headings follow the path.
-        """
-        from stack.planning import kernels
-
-        straighten: Any = kernels.straighten
-        on, spacing = PathCosts(costs, self._traverse), SPACING / costs.resolution
-        raw = on.in_cells(points)
-        window = max(1, round(_WINDOW / costs.resolution / _STRIDE))
-        kept = straighten(costs.cells, self._traverse, raw, _STRIDE, window)
-        straight = resampled(raw[kept], spacing)
-        rounded = resampled(on.rounded(straight, _ROUNDING), spacing)
-        settled = self._settled(costs, rounded)
-        faired = (resampled(on.rounded(settled, length), spacing) for length in _FAIRINGS)
-        allowed = on.blocked_steps(raw)
-        dearest = on.of(resampled(raw, spacing)) + _ROUNDING_ERROR
-        if on.blocked_steps(settled) <= allowed:
-            dearest = min(dearest, (1.0 + _SURCHARGE) * on.of(settled))
-        for candidate in chain(faired, (settled, rounded, straight)):
-            if on.blocked_steps(candidate) <= allowed and on.of(candidate) <= dearest:
-                return with_headings(on.in_metres(candidate), heading)
-        return unsmoothed(points, heading)
-
-    def _settled(self, costs: CostGrid, points: FloatArray) -> FloatArray:
-        """Return points in cells after the descent of cost and bends, level by level."""
-        from stack.planning.geodesic import kernels
-
-        descend: Any = kernels.descend
-        settled, scale = points, costs.resolution
-        for spacing, passes in _LEVELS:
-            settled = resampled(settled, spacing / scale)
-            settled = descend(costs.cells, self._traverse, settled, _STIFFNESS, passes)
-        return resampled(settled, SPACING / scale)
+    descend: Any = kernels.descend
+    settled, scale = points, on.costs.resolution
+    for spacing, passes in _LEVELS:
+        settled = resampled(settled, spacing / scale)
+        settled = descend(on.costs.cells, on.traverse, settled, _STIFFNESS, passes)
+    return resampled(settled, SPACING / scale)
 
 
 def unsmoothed(points: FloatArray, heading: float) -> Path:

@@ -11,6 +11,7 @@ from stack.control.mppi.critics.critics import CRITICS, CriticData, evaluate_obs
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
 from stack.drivetrain.description import RobotDescription
+from stack.geometry.savitzky_golay import savitzky_golay_weights
 from stack.streams import stream
 from stack.types import FloatArray, Pose2D, Twist
 
@@ -40,17 +41,6 @@ near people."""
 DODGE_SHARES = np.array([share for share, _ in DODGES], np.float32)
 
 
-def savitzky_golay(half: int, order: int) -> FloatArray:
-    """Return the (2 half + 1,) weights of a Savitzky-Golay filter at the centre of its window.
-
-    A. Savitzky, M. J. E. Golay, "Smoothing and Differentiation of Data by Simplified Least Squares
-    Procedures", Analytical Chemistry 36, 1964.
-    """
-    places = np.arange(-half, half + 1, dtype=float)
-    weights: FloatArray = np.linalg.pinv(np.vander(places, order + 1, increasing=True))[0]
-    return weights
-
-
 class Optimiser:
     """Holds a plan, a sequence of controls, and improves it in each control step.
 
@@ -77,7 +67,7 @@ class Optimiser:
         self._pursuits = np.array([(share * self.top_speed, ahead) for share, ahead in PURSUITS])
         self._dodging_turns = dodging_turns(p, float(self._bounds[2]))
         self._places, self._shift = np.arange(p.steps), period / p.time_step
-        self._filter = savitzky_golay(HISTORY, 2)
+        self._filter = savitzky_golay_weights(HISTORY, 2)
         self._past = np.zeros((self._axes, HISTORY))
         self.plan: Array32 = np.zeros((self._axes, p.steps), np.float32)
 
@@ -119,9 +109,7 @@ class Optimiser:
                 self._dodge(rollouts.controls)
             self._drive(rollouts, heading, twist)
             evaluate_obstacles(kernels, p, rollouts, obstacles, body)
-            furthest = kernels.furthest_reached(
-                rollouts.poses, rollouts.hits, path.points, rollouts.nearest
-            )
+            furthest = kernels.furthest_reached(rollouts.poses, rollouts.hits, path.points)
             critic_data = CriticData(
                 kernels, p, path, self.plan, self._noise.pull(self.plan), heading, int(furthest),
                 self._drivetrain.aligns_in_place, moving=len(obstacles.moving) > 0,

@@ -246,9 +246,6 @@ class Rollouts:
         self.controls = np.zeros((axes, steps, batch), np.float32)
         self.velocities = np.zeros((axes, steps, batch), np.float32)
         self.poses = np.zeros((5, steps, batch), np.float32)
-        self.excess, self.obstacle_cost, self.repulsion, self.costs, self.term = np.zeros(
-            (5, batch), np.float32
-        )
-        self.closeness = np.zeros(batch, np.float32)
+        self.excess, self.obstacle_cost, self.repulsion = np.zeros((3, batch), np.float32)
+        self.closeness, self.costs, self.term = np.zeros((3, batch), np.float32)
         self.hits = np.zeros(batch, np.int64)
-        self.nearest = np.zeros(batch, np.int64)

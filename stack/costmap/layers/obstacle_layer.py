@@ -62,7 +62,7 @@ class ObstacleLayer(SensedLayer):
 
     def _measure(self, update: LayerUpdate) -> list[Box]:
         posed = update.scans.get(self.parameters.source)
-        return [] if posed is None else [self._sense(posed.pose, posed.scan, update.time)]
+        return [] if posed is None else [self._sense(posed.pose, posed.measurement, update.time)]
 
     def paint(self, canvas: Canvas) -> None:
         """Paint marks as lethal; cells seen free become free where they are unknown."""

@@ -76,7 +76,7 @@ class RangeLayer(SensedLayer):
         return marked
 
     def _measure(self, update: LayerUpdate) -> list[Box]:
-        return [self._hear(item.pose, item.reading, update.time) for item in update.readings]
+        return [self._hear(item.pose, item.measurement, update.time) for item in update.readings]
 
     def paint(self, canvas: Canvas) -> None:
         """Paint probable cells as lethal; improbable ones become free where they are unknown."""

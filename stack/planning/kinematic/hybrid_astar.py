@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError
 from stack.parameters import parameter
 from stack.planning.kinematic.moves import HEADINGS, Penalties, pack_moves, steering_moves
-from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse, radius_for
+from stack.planning.kinematic.parameters import PosePlannerParameters
 from stack.planning.kinematic.planning import PosePlanner
 from stack.planning.kinematic.search import Method
 from stack.planning.kinematic.shortcuts import CurveShortcut
@@ -70,7 +71,7 @@ class HybridAstar(PosePlanner):
     @staticmethod
     def check(parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         """Raise InputError if `turning_radius` is below the robot's turning radius."""
-        radius_for(robot, parameters.turning_radius, _RADIUS)
+        _radius_for(robot, parameters.turning_radius)
 
     @staticmethod
     def kernels(parameters: HybridAstarParameters, robot: RobotDescription) -> KernelTypes:
@@ -82,8 +83,8 @@ class HybridAstar(PosePlanner):
     def __init__(self, parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         p = parameters
         penalties = Penalties(p.reverse_penalty, p.non_straight_penalty, p.change_penalty)
-        super().__init__(p, robot, radius_for(robot, p.turning_radius, _RADIUS), penalties)
-        self._both_ways = p.motion == "reeds_shepp" and may_reverse(robot)
+        super().__init__(p, robot, _radius_for(robot, p.turning_radius), penalties)
+        self._both_ways = p.motion == "reeds_shepp" and robot.limits.reverse_speed > 0.0
 
     def _new_method(self, resolution: float) -> Method:
         p, radius, both_ways = self.parameters, self._radius, self._both_ways
@@ -99,6 +100,27 @@ class HybridAstar(PosePlanner):
             max_expansions=p.max_expansions,
             penalties=self._penalties,
         )
+
+
+def _radius_for(robot: RobotDescription, requested: float | None) -> float:
+    """Return the minimum turning radius of a path, metres.
+
+    Args:
+        robot: the robot that follows the path.
+        requested: the parameter `turning_radius`; None for the robot's own.
+
+    Raises:
+        InputError: `requested` is below the robot's turning radius.
+    """
+    least = robot.turning_radius
+    if requested is None:
+        return least or _RADIUS
+    if requested < least - 1e-9:
+        raise InputError(
+            f"turning_radius: {requested:g} m is below the turning radius of {robot.name}, "
+            f"{least:.3g} m; leave the parameter out to use the robot's own"
+        )
+    return requested
 
 
 @lru_cache(maxsize=2)

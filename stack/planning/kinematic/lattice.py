@@ -17,7 +17,7 @@ from stack.planning.kinematic.moves import (
     pack_moves,
     turned,
 )
-from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse
+from stack.planning.kinematic.parameters import PosePlannerParameters
 from stack.planning.kinematic.planning import PosePlanner
 from stack.planning.kinematic.search import CollisionChecker, Drive, Method
 from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn
@@ -85,7 +85,7 @@ class Lattice(PosePlanner):
             p.reverse_penalty, p.non_straight_penalty, p.change_penalty, p.rotation_penalty
         )
         super().__init__(p, robot, radius, penalties)
-        self._reverse = p.allow_reverse and may_reverse(robot)
+        self._reverse = p.allow_reverse and robot.limits.reverse_speed > 0.0
 
     def _new_method(self, resolution: float) -> Method:
         p, penalties = self.parameters, self._penalties

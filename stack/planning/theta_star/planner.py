@@ -11,16 +11,14 @@ from numpy.typing import NDArray
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
-from stack.planning.cell_planner import CellPlanner, CellQuery
+from stack.planning.cell_planner import CellPlanner, CellPlannerParameters, CellQuery
 from stack.planning.endpoints import Cell, cell_index, enclosed_start
-from stack.planning.parameters import PlannerParameters
 from stack.planning.search import StepCosts, Workspace, nearest_marked
-from stack.planning.smoothers.choice import SMOOTHERS
 from stack.types import FloatArray, Pose2D
 
 
 @dataclass(frozen=True)
-class ThetaStarParameters(PlannerParameters):
+class ThetaStarParameters(CellPlannerParameters):
     """Parameters of the Theta* planner."""
 
     euclidean_weight: float = parameter(
@@ -30,9 +28,6 @@ class ThetaStarParameters(PlannerParameters):
         3.0, at_least=0.0, at_most=50.0,
         help="extra cost of a metre at the highest passable cell cost (252)",
     )  # fmt: skip
-    smoother: str = parameter(
-        "simple", one_of=SMOOTHERS, public=True, help="smoother for the straight lines"
-    )
 
 
 class ThetaStar(CellPlanner):
