@@ -6,7 +6,6 @@ context-sensitive navigation", IROS 2014).
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from stack.compilation import KernelTypes
 from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.closing_zones import zones_between
-from stack.costmap.grid_copies import REMEMBERED, GridCopies, GridCopy
+from stack.costmap.grid_copies import GridCopies, GridCopy
 from stack.costmap.inflation import Inflation
 from stack.costmap.layer import (
     Box,
@@ -82,10 +81,8 @@ class Costmap:
         self._painting = LayerCompositor(self._marking_layers(), self._inflation, adding)
         self._adding = adding
         self._radius = footprint.inscribed_radius
-        self._version = 0
         self._grid: CostGrid | None = None
         self._copies = GridCopies()
-        self._changes: deque[tuple[int, Box]] = deque(maxlen=REMEMBERED)
         self._shown: tuple[int, GridCopy] | None = None
         self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
         self._frame = self._lattice.frame
@@ -99,7 +96,7 @@ class Costmap:
     @property
     def version(self) -> int:
         """Increases with each change of the cells or of the window's position."""
-        return self._version
+        return self._copies.version
 
     @property
     def grid(self) -> CostGrid:
@@ -129,16 +126,16 @@ class Costmap:
         Only what changed is copied, in place where possible: on a large map `grid` takes
         milliseconds.
         """
-        if self._shown is None or self._shown[0] != self._version:
+        if self._shown is None or self._shown[0] != self.version:
             if self._shown is not None:
                 self._shown[1].release()
-            self._shown = self._version, self.copied()
+            self._shown = self.version, self.copied()
         return self._shown[1].grid
 
     @property
     def changes(self) -> tuple[tuple[int, Box], ...]:
         """The last changes, oldest first: version after the change, and the changed cells."""
-        return tuple(self._changes)
+        return tuple(self._copies.changes)
 
     @property
     def view(self) -> CostGrid:
@@ -297,17 +294,13 @@ class Costmap:
     def _recompute(self) -> None:
         self._painting.repaint_all()
         self._copies.renew()
-        self._changes.clear()
         self._grid = None
-        self._version += 1
 
     def _repaint(self, marked: Box, added: Box) -> None:
         changed = self._painting.repaint(marked, added)
         if is_some(changed):
             self._copies.note(changed)
             self._grid = None
-            self._version += 1
-            self._changes.append((self._version, changed))
 
 
 def _corner(window: float | None) -> tuple[float, float]:

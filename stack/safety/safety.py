@@ -19,7 +19,7 @@ from typing import NamedTuple
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import scaled
-from stack.safety.monitor import NOTHING_NEAR, CollisionMonitor, Contact
+from stack.safety.monitor import NOTHING_NEAR, CollisionMonitor, Contact, UnseenGroundLimit
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
     VelocitySmoother,
@@ -28,7 +28,6 @@ from stack.safety.smoother import (
     beyond_dead_band,
     within_limits,
 )
-from stack.safety.unseen import UnseenGroundLimit
 from stack.safety.zones import SafetyZone, ZoneMonitor
 from stack.types import (
     NOTHING_MOVES,
