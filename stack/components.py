@@ -20,22 +20,22 @@ from importlib.metadata import entry_points
 from typing import Any
 
 from stack.compilation import KernelTypes
-from stack.component_bases import (
-    DEFAULT_PLAN_OPTIONS,
-    CancelToken,
-    Component,
+from stack.component_bases.component import Component
+from stack.component_bases.driving import (
     Controller,
     ControlState,
     DriveState,
-    Estimator,
     GoalChecker,
     GoalTolerance,
-    Match,
-    OdometryFusion,
-    Planner,
-    PlanOptions,
     ProgressChecker,
     StopCriterion,
+)
+from stack.component_bases.localisation import Estimator, Match, OdometryFusion
+from stack.component_bases.planning import (
+    DEFAULT_PLAN_OPTIONS,
+    CancelToken,
+    Planner,
+    PlanOptions,
 )
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.needs import needs_problem

@@ -25,6 +25,9 @@ class Component:
     needs: ClassVar[tuple[str, ...]] = ()
     parameters: Any
 
+    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
+        self.parameters = parameters
+
     @staticmethod
     def check(parameters: Any, robot: RobotDescription) -> None:
         """Check the parameters against the robot, before anything moves.

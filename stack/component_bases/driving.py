@@ -89,7 +89,7 @@ class Controller(Component, Lifecycle, ABC):
     needs_tracks: ClassVar[bool] = False
 
     def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None:
-        self.parameters = parameters
+        super().__init__(parameters, robot)
 
     @property
     def stop_criterion(self) -> StopCriterion:
@@ -166,9 +166,6 @@ class GoalChecker(Component, Lifecycle, ABC):
     control step, `stop` at the end, `pause` and `resume` as for controllers.
     """
 
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
-        self.parameters = parameters
-
     @abstractmethod
     def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
         """Set the end of a new path, map frame, and the position tolerance of the task (m).
@@ -200,9 +197,6 @@ class ProgressChecker(Component, Lifecycle, ABC):
     Lifecycle: `start` at the beginning of a drive, `stuck` in each control step in which the robot
     follows its path, `stop` at the end, `pause` and `resume` as for controllers.
     """
-
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
-        self.parameters = parameters
 
     @abstractmethod
     def stuck(self, state: DriveState) -> str:

@@ -35,9 +35,6 @@ class OdometryFusion(Component, ABC):
     The pose drifts and never jumps without a motion of the robot.
     """
 
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
-        self.parameters = parameters
-
     @abstractmethod
     def update(self, observation: Observation) -> Odometry:
         """Process the measurements of a step; return pose, twist and error at its time.

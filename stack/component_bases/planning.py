@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from stack.component_bases.component import Component
-from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.types import CostGrid, FailureCode, Path, Pose2D
 
@@ -68,9 +67,6 @@ class Planner(Component, ABC):
 
     has_route_graph: ClassVar[bool] = False
     ignores_outline: ClassVar[bool] = False
-
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
-        self.parameters = parameters
 
     @abstractmethod
     def plan(

@@ -1,17 +1,44 @@
-"""Compiled loops of path following: swept footprint."""
+"""Compiled loops of path following: swept footprint.
+
+Lethal cells that the footprint covers at the start (late marks, pose errors) do not count, so that
+the robot can always leave them.
+"""
 
 from __future__ import annotations
 
 from math import cos, floor, hypot, inf, sin
+from typing import NamedTuple
 
 import numpy as np
-from numba import f8, njit, u1
+from numba import f8, njit, types, u1
+from numpy.typing import NDArray
 
 from stack.safety.kernels import time_to_contact
 from stack.types import FloatArray
 
 LETHAL = 254
 HIGHEST_PASSABLE = 252
+
+
+class Ground(NamedTuple):
+    """Costmap and footprint.
+
+    Attributes:
+        cells: (rows, columns) uint8 costs, Nav2's values; off the grid is free.
+        resolution: side of a cell, metres.
+        left: x of the outer corner of cell (0, 0), map frame, metres.
+        low: y of the same corner, metres.
+        body: (m, 2) points that fill the footprint, base frame, metres; at most 0.7 cells apart,
+            because a coarser grid of points can miss a cell.
+        corners: (n, 2) polygon, base frame; a lethal cell with its centre inside is a collision.
+    """
+
+    cells: NDArray[np.uint8]
+    resolution: float
+    left: float
+    low: float
+    body: FloatArray
+    corners: FloatArray
 
 
 @njit(cache=True, nogil=True)
@@ -28,25 +55,24 @@ def _holds(corners: FloatArray, x: float, y: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def _first_lethal(
-    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float,
-    body: FloatArray, corners: FloatArray, x: float, y: float, heading: float, known: np.ndarray,
-    count: int, first: int,
-) -> tuple[int, int]:  # fmt: skip
+    ground: Ground, x: float, y: float, heading: float, known: np.ndarray, count: int, first: int
+) -> tuple[int, int]:
     """Find the first footprint point, from index `first` on, over a lethal cell not in `known`.
 
     Returns:
         Index of the point (-1: none), and the number of the cell, row * columns + column.
     """
+    cells, resolution, left, low, body, corners = ground
     c, s = cos(heading), sin(heading)
     rows, columns = cells.shape
     for i in range(first, body.shape[0]):
         px = x + c * body[i, 0] - s * body[i, 1]
         py = y + s * body[i, 0] + c * body[i, 1]
-        row = floor((py - origin_y) / resolution)
-        column = floor((px - origin_x) / resolution)
+        row = floor((py - low) / resolution)
+        column = floor((px - left) / resolution)
         if 0 <= row < rows and 0 <= column < columns and cells[row, column] == LETHAL:
-            cx = origin_x + (column + 0.5) * resolution - x
-            cy = origin_y + (row + 0.5) * resolution - y
+            cx = left + (column + 0.5) * resolution - x
+            cy = low + (row + 0.5) * resolution - y
             if not _holds(corners, c * cx + s * cy, c * cy - s * cx):
                 continue
             number = row * columns + column
@@ -61,55 +87,27 @@ def _first_lethal(
 
 
 @njit(cache=True, nogil=True)
-def _covered(
-    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float,
-    body: FloatArray, corners: FloatArray, x: float, y: float, heading: float,
-) -> tuple[np.ndarray, int]:  # fmt: skip
+def _covered(ground: Ground, x: float, y: float, heading: float) -> tuple[np.ndarray, int]:
     """Return the numbers of the lethal cells under the footprint, and their count."""
-    known = np.empty(body.shape[0], np.int64)
+    known = np.empty(ground.body.shape[0], np.int64)
     count = 0
-    place, cell = _first_lethal(
-        cells, resolution, origin_x, origin_y, body, corners, x, y, heading, known, count, 0
-    )
+    place, cell = _first_lethal(ground, x, y, heading, known, count, 0)
     while place >= 0:
         known[count] = cell
         count += 1
-        place, cell = _first_lethal(
-            cells,
-            resolution,
-            origin_x,
-            origin_y,
-            body,
-            corners,
-            x,
-            y,
-            heading,
-            known,
-            count,
-            place + 1,
-        )
+        place, cell = _first_lethal(ground, x, y, heading, known, count, place + 1)
     return known, count
 
 
 @njit(cache=True, nogil=True)
 def sweep(
-    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
-    corners: FloatArray, x: float, y: float, heading: float,
+    ground: Ground, x: float, y: float, heading: float,
     linear: float, lateral: float, angular: float, horizon: float, step: float,
 ) -> tuple[float, int]:  # fmt: skip
     """Time for which a constant twist can be driven before the footprint covers lethal cells.
 
-    Cells that it covers at the start (late marks, pose errors) do not count, so that the robot can
-    always leave them.
-
     Args:
-        cells: (rows, columns) uint8 costs, Nav2's values; off the grid is free.
-        resolution: side of a cell, metres.
-        origin_x: outer corner of cell (0, 0), map frame, metres.
-        origin_y: of the same corner, metres.
-        body: (m, 2) points that fill the footprint, base frame, metres; at most 0.7 cells apart,
-            because a coarser grid of points can miss a cell.
-        corners: (n, 2) polygon, base frame; a lethal cell with its centre inside is a collision.
+        ground: costmap and footprint.
         x: of the base, map frame, metres.
         y: of the base, map frame, metres.
         heading: of the base, map frame, radians.
@@ -123,13 +121,14 @@ def sweep(
         Seconds up to the last pose before the collision (inf: none within the horizon), and the
         highest passable cost under the base up to there.
     """
+    cells, resolution = ground.cells, ground.resolution
     rows, columns = cells.shape
-    known, count = _covered(cells, resolution, origin_x, origin_y, body, corners, x, y, heading)
+    known, count = _covered(ground, x, y, heading)
     worst = 0
     time = 0.0
     while True:
-        row = floor((y - origin_y) / resolution)
-        column = floor((x - origin_x) / resolution)
+        row = floor((y - ground.low) / resolution)
+        column = floor((x - ground.left) / resolution)
         if 0 <= row < rows and 0 <= column < columns:
             cost = int(cells[row, column])
             if cost <= LETHAL:
@@ -142,9 +141,7 @@ def sweep(
         x += span * linear * c - span * lateral * s
         y += span * linear * s + span * lateral * c
         heading += span * angular
-        place, _ = _first_lethal(
-            cells, resolution, origin_x, origin_y, body, corners, x, y, heading, known, count, 0
-        )
+        place, _ = _first_lethal(ground, x, y, heading, known, count, 0)
         if place >= 0:
             return time, worst
         time += span
@@ -154,20 +151,12 @@ def sweep(
 
 @njit(cache=True, nogil=True)
 def clear_poses(
-    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
-    corners: FloatArray, x: float, y: float, heading: float, poses: FloatArray, near: np.ndarray,
-) -> np.ndarray:  # fmt: skip
+    ground: Ground, x: float, y: float, heading: float, poses: FloatArray, near: np.ndarray
+) -> np.ndarray:
     """Count the poses of each motion before the footprint covers lethal cells.
 
-    Cells that it covers now do not count, as in `sweep`.
-
     Args:
-        cells: (rows, columns) uint8 costs, Nav2's values; off the grid is free.
-        resolution: side of a cell, metres.
-        origin_x: outer corner of cell (0, 0), map frame, metres.
-        origin_y: of the same corner, metres.
-        body: (m, 2) points that fill the footprint, base frame, metres.
-        corners: (n, 2) polygon, base frame; a lethal cell with its centre inside is a collision.
+        ground: costmap and footprint.
         x: of the base now, map frame, metres.
         y: of the base now, map frame, metres.
         heading: of the base now, map frame, radians.
@@ -177,19 +166,17 @@ def clear_poses(
     Returns:
         (n,) int64 in 0..k.
     """
-    rows, columns = cells.shape
-    known, count = _covered(cells, resolution, origin_x, origin_y, body, corners, x, y, heading)
+    rows, columns = ground.cells.shape
+    known, count = _covered(ground, x, y, heading)
     clear = np.full(poses.shape[0], poses.shape[1], np.int64)
     for i in range(poses.shape[0]):
         for j in range(poses.shape[1]):
-            row = floor((poses[i, j, 1] - origin_y) / resolution)
-            column = floor((poses[i, j, 0] - origin_x) / resolution)
+            px, py, turned = poses[i, j]
+            row = floor((py - ground.low) / ground.resolution)
+            column = floor((px - ground.left) / ground.resolution)
             if 0 <= row < rows and 0 <= column < columns and near[row, column] == 0:
                 continue
-            place, _ = _first_lethal(
-                cells, resolution, origin_x, origin_y, body, corners,
-                poses[i, j, 0], poses[i, j, 1], poses[i, j, 2], known, count, 0,
-            )  # fmt: skip
+            place, _ = _first_lethal(ground, px, py, turned, known, count, 0)
             if place >= 0:
                 clear[i] = j
                 break
@@ -198,19 +185,13 @@ def clear_poses(
 
 @njit(cache=True, nogil=True)
 def free_times(
-    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
-    corners: FloatArray, poses: FloatArray, twists: FloatArray, horizons: FloatArray,
+    ground: Ground, poses: FloatArray, twists: FloatArray, horizons: FloatArray,
     seen: FloatArray, outline: FloatArray, radius: float, padding: float, slack: float,
 ) -> FloatArray:  # fmt: skip
     """Time for which each of n twists can be driven from each of k poses.
 
     Args:
-        cells: as in `sweep`, like the next five.
-        resolution: side of a cell, metres.
-        origin_x: outer corner of cell (0, 0), map frame, metres.
-        origin_y: of the same corner, metres.
-        body: (m, 2) points that fill the footprint, base frame, metres.
-        corners: (c, 2) polygon, base frame; a lethal cell with its centre inside is a collision.
+        ground: costmap and footprint.
         poses: (k, 3) x, y, heading, map frame.
         twists: (n, 3) m/s forward, m/s to the left, rad/s.
         horizons: (n,) seconds to look ahead.
@@ -231,7 +212,7 @@ def free_times(
         farthest = max(farthest, speeds[j] * horizons[j])
     near = np.empty_like(seen)
     for i in range(poses.shape[0]):
-        x, y, heading = poses[i, 0], poses[i, 1], poses[i, 2]
+        x, y, heading = poses[i]
         c, s = cos(heading), sin(heading)
         count = 0
         for p in range(seen.shape[0]):
@@ -240,10 +221,10 @@ def free_times(
                 near[count, 0], near[count, 1] = c * dx + s * dy, c * dy - s * dx
                 count += 1
         for j in range(twists.shape[0]):
-            linear, lateral, angular = twists[j, 0], twists[j, 1], twists[j, 2]
+            linear, lateral, angular = twists[j]
             time, _ = sweep(
-                cells, resolution, origin_x, origin_y, body, corners, x, y, heading,
-                linear, lateral, angular, horizons[j], resolution / speeds[j],
+                ground, x, y, heading, linear, lateral, angular, horizons[j],
+                ground.resolution / speeds[j],
             )  # fmt: skip
             contact, _ = time_to_contact(
                 near[:count], outline, radius, padding, slack,
@@ -253,20 +234,9 @@ def free_times(
     return free
 
 
-SWEEP = ((sweep, (u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], *8 * (f8,))),)
+_PLANE = f8[:, ::1]
+_GROUND = types.NamedTuple((u1[:, ::1], f8, f8, f8, _PLANE, _PLANE), Ground)
+SWEEP = ((sweep, (_GROUND, *8 * (f8,))),)
 """Entry points, with the types that `SweptFootprint` calls them with."""
-CLEAR_POSES = (
-    (
-        clear_poses,
-        (u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8, f8, f8, f8[:, :, ::1], u1[:, ::1]),
-    ),
-)
-FREE_TIMES = (
-    (
-        free_times,
-        (
-            u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[::1],
-            f8[:, ::1], f8[:, ::1], f8, f8, f8,
-        ),
-    ),
-)  # fmt: skip
+CLEAR_POSES = ((clear_poses, (_GROUND, f8, f8, f8, f8[:, :, ::1], u1[:, ::1])),)
+FREE_TIMES = ((free_times, (_GROUND, _PLANE, _PLANE, f8[::1], _PLANE, _PLANE, f8, f8, f8)),)

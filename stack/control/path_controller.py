@@ -104,7 +104,7 @@ class PathController(Controller, Generic[P]):
 
     def _commanded(self, twist: Twist) -> None:
         """Note the command of this step."""
-        self._alignment.last = twist
+        self._alignment.commanded(twist)
 
     @property
     def local_plan(self) -> Path | None:

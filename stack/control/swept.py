@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import ceil, hypot
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,34 +21,38 @@ BoolArray = NDArray[np.bool_]
 
 
 class SweptFootprint:
-    """Checks motions of one robot against lethal cells and, if set, scan points.
+    """Checks motions of one robot against lethal cells and, if seen, scan points.
 
     Cells that the footprint covers already do not count, so that the robot can always leave them.
 
     Args:
         footprint: outline of the robot.
-        padding: distance in metres that `arc` keeps to the points of `seen`.
+        padding: distance in metres that is kept to the points that are seen.
         exact: check only the centre of a lethal cell: the error is at most half a cell and zero on
             average. Otherwise the whole cell is an obstacle, which closes passages less than a cell
-            wider than the robot. Use it together with `seen`.
-
-    Attributes:
-        padding: metres.
-        seen: (m, 2) points of the newest scan, map frame; None: check the costs only.
+            wider than the robot. Use it together with `see`.
     """
 
     def __init__(self, footprint: Footprint, *, padding: float = 0.0, exact: bool = False) -> None:
         from stack.control import kernels
         from stack.safety.kernels import time_to_contact
 
-        self.seen: FloatArray | None = None
-        self._kernels, self._time_to_contact = kernels, time_to_contact
-        self._footprint, self.padding, self._exact = footprint, padding, exact
+        self._seen: FloatArray | None = None
+        self._kernels: Any = kernels
+        self._time_to_contact = time_to_contact
+        self._footprint, self._padding, self._exact = footprint, padding, exact
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
         self._radius = footprint.circumscribed_radius
-        self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
-        self._grown: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
+        self.body, self._reach = cache(self._filled), cache(self._grown)
         self._near: tuple[CostGrid | None, NDArray[np.uint8]] = (None, np.empty((0, 0), np.uint8))
+
+    def keep(self, padding: float) -> None:
+        """Keep another distance to the points that are seen, metres."""
+        self._padding = padding
+
+    def see(self, points: FloatArray | None) -> None:
+        """Check the points (m, 2) of the newest scan, map frame; None: check the costs only."""
+        self._seen = points
 
     def arc(self, costs: CostGrid, pose: Pose2D, twist: Twist, horizon: float) -> tuple[float, int]:
         """Time for which a constant twist stays clear.
@@ -64,14 +70,13 @@ class SweptFootprint:
         speed = hypot(twist.linear, twist.lateral)
         step = costs.resolution / (speed + abs(twist.angular) * self._radius)
         free, cost = self._kernels.sweep(
-            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            self._reach(costs.resolution), pose.x, pose.y, pose.heading,
+            self._ground(costs), pose.x, pose.y, pose.heading,
             twist.linear, twist.lateral, twist.angular, horizon, step,
         )  # fmt: skip
-        if self.seen is None:
+        if self._seen is None:
             return free, cost
         time, _ = self._time_to_contact(
-            pose.inverse().transform(self.seen), self._corners, self._radius, self.padding, SLACK,
+            pose.inverse().transform(self._seen), self._corners, self._radius, self._padding, SLACK,
             twist.linear, twist.lateral, twist.angular, min(free, horizon),
         )  # fmt: skip
         return min(free, float(time)), cost
@@ -91,10 +96,9 @@ class SweptFootprint:
             (k, n) seconds; inf: clear over the whole horizon.
         """
         free: FloatArray = self._kernels.free_times(
-            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            self._reach(costs.resolution), np.ascontiguousarray(poses), twists, horizons,
-            NOTHING_SEEN if self.seen is None else np.ascontiguousarray(self.seen),
-            self._corners, self._radius, self.padding, SLACK,
+            self._ground(costs), np.ascontiguousarray(poses), twists, horizons,
+            NOTHING_SEEN if self._seen is None else np.ascontiguousarray(self._seen),
+            self._corners, self._radius, self._padding, SLACK,
         )  # fmt: skip
         return free
 
@@ -110,9 +114,8 @@ class SweptFootprint:
             (n,) in 0..k.
         """
         counts: NDArray[np.int64] = self._kernels.clear_poses(
-            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            self._reach(costs.resolution), pose.x, pose.y, pose.heading,
-            np.ascontiguousarray(poses), self._near_lethal(costs),
+            self._ground(costs), pose.x, pose.y, pose.heading, np.ascontiguousarray(poses),
+            self._near_lethal(costs),
         )  # fmt: skip
         return counts
 
@@ -131,18 +134,21 @@ class SweptFootprint:
         self._near = costs, np.asarray(cv2.dilate(lethal, disc), np.uint8)
         return self._near[1]
 
-    def _reach(self, resolution: float) -> FloatArray:
+    def _ground(self, costs: CostGrid) -> Any:
+        """Return costmap and footprint as the kernels take them."""
+        side = costs.resolution
+        return self._kernels.Ground(
+            costs.cells, side, *costs.origin, self.body(side), self._reach(side)
+        )
+
+    def _grown(self, resolution: float) -> FloatArray:
         """(n, 2) corners of the polygon in which the centre of a lethal cell is a collision."""
         if self._exact:
             return self._corners
         # The whole cell counts: its centre lies within half a diagonal of the footprint.
-        if self._grown[0] != resolution:
-            away = np.linalg.norm(self._corners, axis=1, keepdims=True)
-            self._grown = (resolution, self._corners * (1.0 + 2.0 * resolution / away))
-        return self._grown[1]
+        away = np.linalg.norm(self._corners, axis=1, keepdims=True)
+        return self._corners * (1.0 + 2.0 * resolution / away)
 
-    def body(self, resolution: float) -> FloatArray:
+    def _filled(self, resolution: float) -> FloatArray:
         """(m, 2) points that fill the footprint, at most 0.7 cells apart, base frame."""
-        if self._body[0] != resolution:
-            self._body = (resolution, fill_polygon(self._footprint.points, 0.7 * resolution))
-        return self._body[1]
+        return fill_polygon(self._footprint.points, 0.7 * resolution)

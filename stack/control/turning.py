@@ -1,20 +1,31 @@
-"""Turns in place with collision checks and braking at the target heading."""
+"""Turns in place with collision checks and braking at the target heading; when to turn first."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, inf, pi
+from math import asin, copysign, inf, pi
 
 from stack.components import ControlState
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
-from stack.types import Twist
+from stack.geometry.path_segment import PathSegment
+from stack.types import Pose2D, Twist, wrap_angle
 
 BRAKE_SHARE = 0.5
 """Share of the robot's deceleration that is used for braking; the rest is reserve."""
 
 SLOWEST = 0.08
 """Turning speed in rad/s below which many drives do not move; less only to end more exactly."""
+
+
+CLOSE = 0.15
+"""Distance in metres to the goal below which smaller angles to it also start a turn."""
+
+STANDING = 0.1
+"""Speed in m/s up to which a turn starts; above it only when the path is behind."""
+
+BEHIND = 2.0
+"""Angle in radians above which the path is behind the robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +40,15 @@ class TurnInPlace:
     """Turns by an angle, in the opposite direction if only that is clear.
 
     Attributes:
-        style: of the turns from now on.
+        style: of the turns.
     """
 
     def __init__(self, swept: SweptFootprint, ramp: Ramp, style: TurnStyle) -> None:
         self._swept, self._ramp, self.style = swept, ramp, style
+
+    def adopt(self, style: TurnStyle) -> None:
+        """Turn in another style from now on."""
+        self.style = style
 
     def twist(self, state: ControlState, last: Twist, angle: float) -> Twist | None:
         """Return the next command of a turn, None when both directions are blocked.
@@ -77,3 +92,45 @@ def turning_speed(angle: float, style: TurnStyle, ramp: Ramp) -> float:
     distance = abs(angle) - 0.5 * style.precision
     rate = stopping_speed(distance, BRAKE_SHARE * ramp.limits.angular_acceleration, delay)
     return copysign(min(top, rate), angle)
+
+
+class RotationShim:
+    """Decides when to turn in place first, like Nav2's rotation shim controller.
+
+    Args:
+        lookahead: distance of the path point to turn towards, metres.
+        disengage: share of the starting angle at which a turn ends.
+    """
+
+    def __init__(self, lookahead: float, disengage: float) -> None:
+        self._lookahead, self._disengage = lookahead, disengage
+        self._turning = False
+
+    def angle(
+        self, segment: PathSegment, state: ControlState, least: float, precision: float
+    ) -> float | None:
+        """Return the angle to turn by, radians; None when the robot can drive along the path.
+
+        Args:
+            segment: that the robot drives, up to date with its pose.
+            state: of the robot.
+            least: angle to the path that starts a turn, radians.
+            precision: position tolerance at the goal, metres.
+        """
+        pose, goal = state.pose, segment.path.goal
+        distance = pose.distance_to(goal)
+        if segment.remaining > self._lookahead:
+            x, y = segment.nearer_point(pose, self._lookahead)
+            goal = Pose2D(x, y)
+        elif distance <= precision:
+            self._turning = False
+            return None
+        elif distance <= CLOSE:
+            least = min(least, asin(precision / distance))
+        angle = wrap_angle(pose.bearing_to(goal) - pose.heading)
+        if self._turning:
+            self._turning = abs(angle) > self._disengage * least
+        else:
+            standing = abs(state.twist.linear) <= STANDING
+            self._turning = abs(angle) > (least if standing else max(least, BEHIND))
+        return angle if self._turning else None

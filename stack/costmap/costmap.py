@@ -6,7 +6,6 @@ context-sensitive navigation", IROS 2014).
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,10 +14,18 @@ from numpy.typing import NDArray
 from stack.compilation import KernelTypes
 from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.closing_zones import zones_between
-from stack.costmap.grid_copies import REMEMBERED, GridCopies, GridCopy
+from stack.costmap.grid_copies import GridCopies, GridCopy
 from stack.costmap.inflation import Inflation
-from stack.costmap.lattice import Lattice
-from stack.costmap.layer import Box, CellProvenance, Layer, LayerUpdate, Region, is_some, joined
+from stack.costmap.layer import (
+    Box,
+    CellProvenance,
+    Frame,
+    Layer,
+    LayerUpdate,
+    Region,
+    is_some,
+    joined,
+)
 from stack.costmap.layer_compositor import LayerCompositor
 from stack.costmap.layers.denoise_layer import DenoiseLayer
 from stack.costmap.parameters import CostmapParameters, InflationParameters
@@ -74,10 +81,8 @@ class Costmap:
         self._painting = LayerCompositor(self._marking_layers(), self._inflation, adding)
         self._adding = adding
         self._radius = footprint.inscribed_radius
-        self._version = 0
         self._grid: CostGrid | None = None
         self._copies = GridCopies()
-        self._changes: deque[tuple[int, Box]] = deque(maxlen=REMEMBERED)
         self._shown: tuple[int, GridCopy] | None = None
         self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
         self._frame = self._lattice.frame
@@ -91,7 +96,7 @@ class Costmap:
     @property
     def version(self) -> int:
         """Increases with each change of the cells or of the window's position."""
-        return self._version
+        return self._copies.version
 
     @property
     def grid(self) -> CostGrid:
@@ -121,16 +126,16 @@ class Costmap:
         Only what changed is copied, in place where possible: on a large map `grid` takes
         milliseconds.
         """
-        if self._shown is None or self._shown[0] != self._version:
+        if self._shown is None or self._shown[0] != self.version:
             if self._shown is not None:
                 self._shown[1].release()
-            self._shown = self._version, self.copied()
+            self._shown = self.version, self.copied()
         return self._shown[1].grid
 
     @property
     def changes(self) -> tuple[tuple[int, Box], ...]:
         """The last changes, oldest first: version after the change, and the changed cells."""
-        return tuple(self._changes)
+        return tuple(self._copies.changes)
 
     @property
     def view(self) -> CostGrid:
@@ -247,7 +252,7 @@ class Costmap:
             self._layers[name].configure(values)
         self._parameters = parameters
         self._inflation.configure(self._inflation_parameters())
-        self._painting.marking = self._marking_layers()
+        self._painting.mark_with(self._marking_layers())
         self._recompute()
 
     def _inflation_parameters(self) -> InflationParameters:
@@ -289,19 +294,70 @@ class Costmap:
     def _recompute(self) -> None:
         self._painting.repaint_all()
         self._copies.renew()
-        self._changes.clear()
         self._grid = None
-        self._version += 1
 
     def _repaint(self, marked: Box, added: Box) -> None:
         changed = self._painting.repaint(marked, added)
         if is_some(changed):
             self._copies.note(changed)
             self._grid = None
-            self._version += 1
-            self._changes.append((self._version, changed))
 
 
 def _corner(window: float | None) -> tuple[float, float]:
     """Lower left corner of a window centred on the origin of the map frame."""
     return (0.0, 0.0) if window is None else (-window / 2, -window / 2)
+
+
+class Lattice:
+    """Aligns a costmap's cells to those of the map, or to multiples of the resolution.
+
+    Args:
+        static: the map, or None.
+        window: side of a rolling square in metres, or None to cover the map.
+        resolution: side of a window's cells, metres; without a window the map's is used.
+        near: (x, y) wanted for the window's corner, metres; rounded to a cell.
+
+    Raises:
+        ParameterError: neither a map nor a window, or a window of less than three cells.
+    """
+
+    def __init__(
+        self, static: OccupancyGrid | None, window: float | None, resolution: float,
+        near: tuple[float, float],
+    ) -> None:  # fmt: skip
+        self._rolls = window is not None
+        self._start = (0.0, 0.0) if static is None else static.origin
+        if window is not None:
+            self._resolution = resolution
+            side = round(window / resolution)
+            if side < 3:
+                raise ParameterError(
+                    "window", f"{window:g} m is less than three cells of {resolution:g} m"
+                )
+            self._shape = (side, side)
+            self._corner = self._corner_near(*near)
+        elif static is not None:
+            rows, columns = static.cells.shape
+            self._resolution, self._shape, self._corner = static.resolution, (rows, columns), (0, 0)
+        else:
+            raise ParameterError("window", "a costmap without a map needs a window, e.g. 5 m")
+
+    @property
+    def frame(self) -> Frame:
+        """Current position of the cells."""
+        (row, column), (x, y), step = self._corner, self._start, self._resolution
+        return Frame(self._shape, step, (x + column * step, y + row * step))
+
+    def follow(self, pose: Pose2D) -> tuple[int, int]:
+        """Centre the window on the robot; return the rows and columns by which it moved."""
+        if not self._rolls:
+            return 0, 0
+        half = self._shape[0] * self._resolution / 2
+        row, column = self._corner
+        self._corner = self._corner_near(pose.x - half, pose.y - half)
+        return self._corner[0] - row, self._corner[1] - column
+
+    def _corner_near(self, x: float, y: float) -> tuple[int, int]:
+        """Row and column of the cell corner nearest to a point, metres."""
+        left, low = self._start
+        return round((y - low) / self._resolution), round((x - left) / self._resolution)

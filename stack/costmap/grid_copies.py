@@ -34,35 +34,40 @@ class GridCopy:
 
 
 class GridCopies:
-    """The changes of a costmap, and its released copies."""
+    """The changes of a costmap, and its released copies.
+
+    Attributes:
+        version: increases with each change.
+        changes: the last ones, oldest first: version after the change, and the changed cells.
+    """
 
     def __init__(self) -> None:
-        self._changes: deque[Box] = deque(maxlen=REMEMBERED)
-        self._version = 0
+        self.changes: deque[tuple[int, Box]] = deque(maxlen=REMEMBERED)
+        self.version = 0
         self._released: list[GridCopy] = []
 
     def note(self, changed: Box) -> None:
         """Remember that cells in a box may have changed."""
-        self._changes.append(changed)
-        self._version += 1
+        self.version += 1
+        self.changes.append((self.version, changed))
 
     def renew(self) -> None:
         """Forget all copies: the costmap has another frame, or all cells changed."""
-        self._changes.clear()
-        self._version += 1
+        self.changes.clear()
+        self.version += 1
         self._released = []
 
     def take(self, grid: CostGrid) -> GridCopy:
         """Return a copy of the costmap's current costs."""
         while self._released:
             old = self._released.pop()
-            age = self._version - old._version
-            if age <= len(self._changes):
-                box = joined([self._changes[-1 - back] for back in range(age)])
+            age = self.version - old._version
+            if age <= len(self.changes):
+                box = joined(self.changes[-1 - back][1] for back in range(age))
                 part(old.grid.cells, box)[:] = part(grid.cells, box)
                 cells = old.grid.cells
                 break
         else:
             cells = grid.cells.copy()
         copy = CostGrid(cells, grid.resolution, grid.origin)
-        return GridCopy(copy, self._version, self._released)
+        return GridCopy(copy, self.version, self._released)

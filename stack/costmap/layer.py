@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import ceil, floor
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from stack.types import (
 )
 
 Costs = NDArray[np.uint8]
+M = TypeVar("M")
 Box = tuple[int, int, int, int]
 """First row, last row + 1, first column, last column + 1; empty if a pair does not increase."""
 NO_BOX: Box = (0, 0, 0, 0)
@@ -89,28 +90,10 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True)
-class PosedScan:
-    """A scan, and the pose of the base at its stamp.
+class Posed(Generic[M]):
+    """A measurement, and the pose of the base at its stamp, map frame."""
 
-    Attributes:
-        scan: of one lidar.
-        pose: of the base when the scan was taken, map frame.
-    """
-
-    scan: Scan
-    pose: Pose2D
-
-
-@dataclass(frozen=True, slots=True)
-class PosedReading:
-    """A range reading, and the pose of the base at its stamp.
-
-    Attributes:
-        reading: of one sonar.
-        pose: of the base when the reading was taken, map frame.
-    """
-
-    reading: RangeReading
+    measurement: M
     pose: Pose2D
 
 
@@ -130,8 +113,8 @@ class LayerUpdate:
 
     pose: Pose2D
     time: float
-    scans: Mapping[str, PosedScan] = field(default_factory=dict)
-    readings: tuple[PosedReading, ...] = ()
+    scans: Mapping[str, Posed[Scan]] = field(default_factory=dict)
+    readings: tuple[Posed[RangeReading], ...] = ()
     tracks: tuple[TrackedObject, ...] | None = None
     depth: FloatArray | None = None
     detections: tuple[Detection, ...] | None = None
@@ -158,6 +141,14 @@ class Canvas:
     cells: Costs
     ground: Costs
     box: Box
+
+    def within(self, box: Box) -> tuple[Box, Costs]:
+        """Return the part of a box on the canvas, and the cells there."""
+        inside, (row, _, column, _) = common(box, self.box), self.box
+        if not is_some(inside):
+            return NO_BOX, self.cells[:0, :0]
+        top, bottom, left, right = inside
+        return inside, self.cells[top - row : bottom - row, left - column : right - column]
 
 
 @dataclass(frozen=True)
@@ -277,6 +268,14 @@ def joined(boxes: Iterable[Box]) -> Box:
         (top, bottom, left, right), (low, high, first, last) = whole, box
         whole = min(top, low), max(bottom, high), min(left, first), max(right, last)
     return whole
+
+
+def common(one: Box, other: Box) -> Box:
+    """The cells of both boxes."""
+    box = (
+        max(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), min(one[3], other[3])
+    )  # fmt: skip
+    return box if is_some(box) else NO_BOX
 
 
 def moved(box: Box, shape: tuple[int, int], shift: tuple[int, int]) -> Box:

@@ -32,7 +32,7 @@ class LayerCompositor:
     """Three grids: cells marked by layers, the inflated costs, and the costs with additions.
 
     Attributes:
-        marking: layers whose marks are inflated, in order; call `repaint_all` after a change.
+        marking: layers whose marks are inflated, in order.
         cells: (rows, columns) uint8, the costs.
     """
 
@@ -46,6 +46,10 @@ class LayerCompositor:
         self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self._shift = (0, 0)
         self._base = self._inflated = self.cells = np.empty((0, 0), dtype=np.uint8)
+
+    def mark_with(self, marking: Sequence[Layer]) -> None:
+        """Use other marking layers; call `repaint_all` afterwards."""
+        self.marking = marking
 
     @property
     def marks(self) -> NDArray[np.uint8]:

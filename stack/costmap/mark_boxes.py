@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.costmap.layer import Box, is_some, joined, moved
+from stack.costmap.layer import NO_BOX, Box, common, is_some, joined, moved
 
 TILE = 128
 """Side of a tile, cells."""
@@ -40,13 +40,9 @@ class MarkBoxes:
         top, bottom, left, right = box
         for row in range(top - top % TILE, bottom, TILE):
             for column in range(left - left % TILE, right, TILE):
-                inside = (
-                    max(top, row), min(bottom, row + TILE),
-                    max(left, column), min(right, column + TILE),
-                )  # fmt: skip
                 tile = row, column
-                known = self._boxes.get(tile)
-                self._boxes[tile] = inside if known is None else joined([known, inside])
+                inside = common(box, (row, row + TILE, column, column + TILE))
+                self._boxes[tile] = joined([self._boxes.get(tile, NO_BOX), inside])
                 self._oldest[tile] = min(self._oldest.get(tile, inf), time)
 
     def clear(self) -> None:

@@ -3,28 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stack.types import (
-    INSCRIBED_COST,
-    UNKNOWN_COST,
-    CostGrid,
-    FloatArray,
-    Pose2D,
-)
+from stack.geometry.costs_under import costs_under
+from stack.types import INSCRIBED_COST, UNKNOWN_COST, CostGrid, FloatArray, Pose2D
 
 COST_WEIGHT = 3.0
 """Extra metres counted per metre at the highest passable cost."""
-
-
-def costs_under(costs: CostGrid, points: FloatArray) -> NDArray[np.uint8]:
-    """Return the (n,) costs under points (n, 2), map frame; UNKNOWN_COST outside the grid."""
-    rows, columns = costs.cells.shape
-    column, row = np.floor((points[:, :2] - costs.origin) / costs.resolution).astype(int).T
-    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-    found = np.full(len(points), UNKNOWN_COST, dtype=np.uint8)
-    found[inside] = costs.cells[row[inside], column[inside]]
-    return found
 
 
 def route_cost(costs: CostGrid, points: FloatArray) -> float:

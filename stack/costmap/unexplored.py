@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from contextlib import suppress
 from math import ceil, floor
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.costmap.costmap import Costmap
 from stack.costmap.layer import picked
 from stack.errors import ParameterError
 from stack.mapping.limits import MAX_UNEXPLORED
@@ -36,18 +36,10 @@ def unexplored(poses: Iterable[Pose2D], resolution: float) -> OccupancyGrid:
     return _ground((*low, *high), resolution)
 
 
-class Growable(Protocol):
-    """A costmap whose static map can be replaced by a larger one."""
-
-    def set_static(self, static: OccupancyGrid) -> None:
-        """Replace the static map; sensed obstacles keep their positions."""
-        ...
-
-
 class Ground:
     """Unknown grid of costmaps without a map; grows to contain every requested pose."""
 
-    def __init__(self, grid: OccupancyGrid, costmaps: Iterable[Growable]) -> None:
+    def __init__(self, grid: OccupancyGrid, costmaps: Iterable[Costmap]) -> None:
         """Start with a grid that the costmaps already use."""
         self.grid, self._costmaps = grid, tuple(costmaps)
         self._drawn: OccupancyGrid | None = None

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, sampled, shifted
+from stack.costmap.layer import NO_BOX, Box, Frame, common, edges, is_some, part, sampled, shifted
 from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.parameters import Declaration, build, parameter
@@ -230,11 +230,7 @@ def _centres(
 ) -> tuple[Box, FloatArray]:
     """Return a polygon's bounding box, grown by metres, and the (n, 2) centres of its cells."""
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
-    around = frame.box_around((low[0], low[1]), (high[0], high[1]))
-    box = (
-        max(around[0], within[0]), min(around[1], within[1]),
-        max(around[2], within[2]), min(around[3], within[3]),
-    )  # fmt: skip
+    box = common(frame.box_around((low[0], low[1]), (high[0], high[1])), within)
     if not is_some(box):
         return NO_BOX, np.empty((0, 2))
     x, y = np.broadcast_arrays(*frame.middles(box))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import atan, copysign, degrees, tan
 
 from stack.drivetrain.differential import mean_of, places_on_sides
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.types import STANDSTILL, Pose2D, Twist
 
@@ -19,7 +19,7 @@ STEERING, STEERED_WITHIN = 2e-3, 0.05
 
 
 @dataclass(frozen=True)
-class SteeredWheels:
+class SteeredWheels(WheelGeometry):
     """Wheels of a car: steered in front, driven at the rear.
 
     The base frame is midway between the rear wheels.
@@ -59,11 +59,6 @@ class SteeredWheels:
         """Centres of the rear wheels, base frame."""
         left, right = self.rear
         return places_on_sides([left], [right], Pose2D(0.0, 0.0), self.track)
-
-    @property
-    def sides(self) -> Sequence[Sequence[str]]:
-        """None: each wheel is driven by itself."""
-        return ()
 
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the track and the wheelbase with the URDF's."""

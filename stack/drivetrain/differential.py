@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.types import Pose2D
 
 
 @dataclass(frozen=True)
-class Wheels:
+class Wheels(WheelGeometry):
     """Wheels of a differential drive.
 
     Attributes:
@@ -31,19 +31,10 @@ class Wheels:
         """Centres of the wheels, base frame; those of one side may be anywhere along it."""
         return places_on_sides(self.left, self.right, Pose2D(0.0, 0.0), self.separation)
 
-    @property
-    def sides(self) -> Sequence[Sequence[str]]:
-        """None: each wheel is driven by itself."""
-        return ()
-
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the separation with the URDF's."""
         apart = mean_of(at, self.left)[1] - mean_of(at, self.right)[1]
         return [Length("separation", "separation", self.separation, apart)]
-
-    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> Wheels:
-        """Return the wheels as they are: the description says all."""
-        return self
 
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 from stack.drivetrain.limits import Limits, limit_speed
 from stack.types import STANDSTILL, Pose2D, Twist
@@ -59,38 +59,39 @@ class Length:
     modelled: float
 
 
-class WheelGeometry(Protocol):
-    """Geometry and URDF joints of the wheels of one kind of drive."""
+class WheelGeometry(ABC):
+    """Geometry and URDF joints of the wheels of one kind of drive.
+
+    Attributes:
+        radius: of the driven wheels, metres.
+    """
+
+    radius: float
 
     @property
-    def radius(self) -> float:
-        """Radius of the driven wheels, metres."""
-        ...
-
-    @property
+    @abstractmethod
     def places(self) -> Mapping[str, Pose2D]:
         """Centre and driving direction of each driven wheel by joint, base frame.
 
         The mean of the positions is exact; single ones may be nominal, as those of several wheels
         on one side are.
         """
-        ...
 
     @property
     def sides(self) -> Sequence[Sequence[str]]:
         """Joints of the wheels that stand for one driven wheel, the first; empty: each is one."""
-        ...
+        return ()
 
+    @abstractmethod
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the description with the URDF.
 
         Args:
             at: x and y of driven and steered wheels by joint, base frame, metres.
         """
-        ...
 
     def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> WheelGeometry:
-        """Return the wheels with what only the URDF tells.
+        """Return the wheels with what only the URDF tells; as they are if that is nothing.
 
         Args:
             at: as of `lengths`.
@@ -98,11 +99,11 @@ class WheelGeometry(Protocol):
         Raises:
             ValueError: the robot cannot drive with them; the message says why.
         """
-        ...
+        return self
 
+    @abstractmethod
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""
-        ...
 
 
 class Drivetrain(ABC):

@@ -96,14 +96,4 @@ def swept_poses(
     rim = hypot(twist.linear, twist.lateral) + abs(twist.angular) * radius
     count = max(1, int(np.ceil(amount * rim / spacing)))
     amounts = np.linspace(0.0, amount, count + 1)[1:]
-    half = 0.5 * twist.angular * amounts
-    chord = amounts * np.sinc(half / pi)
-    c, s = np.cos(start.heading + half), np.sin(start.heading + half)
-    poses = np.column_stack(
-        [
-            start.x + chord * (c * twist.linear - s * twist.lateral),
-            start.y + chord * (s * twist.linear + c * twist.lateral),
-            start.heading + 2.0 * half,
-        ]
-    )
-    return amounts, poses
+    return amounts, poses_along(start, twist, amounts)

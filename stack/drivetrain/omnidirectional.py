@@ -9,13 +9,13 @@ from math import cos, hypot, sin
 
 import numpy as np
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.types import FloatArray, Pose2D, Twist
 
 
 @dataclass(frozen=True)
-class OmniWheels:
+class OmniWheels(WheelGeometry):
     """Three or more omnidirectional wheels: each drives in one direction and slides in the other.
 
     Attributes:
@@ -41,11 +41,6 @@ class OmniWheels:
         """Contact points and driving directions of the wheels, base frame."""
         return dict(zip(self.joints, self.mounts, strict=True))
 
-    @property
-    def sides(self) -> Sequence[Sequence[str]]:
-        """None: each wheel is driven by itself."""
-        return ()
-
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the coordinates of each mount with the URDF's."""
         return [
@@ -53,10 +48,6 @@ class OmniWheels:
             for joint, mount in self.places.items()
             for axis, described, modelled in zip("xy", (mount.x, mount.y), at[joint], strict=True)
         ]
-
-    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> OmniWheels:
-        """Return the wheels as they are: the description says all."""
-        return self
 
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""

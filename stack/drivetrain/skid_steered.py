@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stack.drivetrain.differential import Differential, Wheels, places_on_sides
-from stack.drivetrain.drivetrain import Drivetrain, Length
+from stack.drivetrain.drivetrain import Drivetrain, Length, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.parameters import parameter
 from stack.types import Pose2D
 
 
 @dataclass(frozen=True)
-class SkidWheels:
+class SkidWheels(WheelGeometry):
     """Wheels of a skid-steered drive.
 
     Attributes:
@@ -48,10 +48,6 @@ class SkidWheels:
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare nothing: the URDF's wheels may be closer together than the track."""
         return []
-
-    def as_modelled(self, at: Mapping[str, tuple[float, float]]) -> SkidWheels:
-        """Return the wheels as they are: the description says all."""
-        return self
 
     def drivetrain(self, limits: Limits) -> Drivetrain:
         """Return the drivetrain with these wheels."""

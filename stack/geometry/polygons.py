@@ -1,9 +1,8 @@
 """Polygons in the plane: points inside, points along the outline, filling with points.
 
 A polygon is an (n, 2) array of corners in order, n >= 3; the last corner joins the first. Metres,
-in any one frame. Numba kernels keep point tests of their own, because a compiled function and its
-callees must share a module; stack/safety keeps its own on purpose, so that one fault cannot
-disable both of its checks.
+in any one frame. Numba kernels have point tests of their own, and stack/safety keeps its own on
+purpose, so that one fault cannot disable both of its checks.
 """
 
 from __future__ import annotations

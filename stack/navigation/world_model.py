@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from stack.costmap.costmap import Costmap
-from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
+from stack.costmap.layer import LayerUpdate, Posed
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
 from stack.perception.tracking.people_mask import is_echo_of, without_objects
@@ -93,11 +93,11 @@ class WorldModel:
         pose = frames.pose_at("map", now)
         self.cover([pose])
         scans = {
-            name: PosedScan(scan, frames.pose_at("map", scan.stamp))
+            name: Posed(scan, frames.pose_at("map", scan.stamp))
             for name, scan in observation.of(Scan).items()
         }
         readings = tuple(
-            PosedReading(reading, frames.pose_at("map", reading.stamp))
+            Posed(reading, frames.pose_at("map", reading.stamp))
             for reading in observation.of(RangeReading).values()
         )
         if depth.changed:
@@ -135,15 +135,17 @@ class WorldModel:
         oldest = now - STANDING_TIME
         self._walkers = tuple(t for t in self._tracks if self._walked_at[t.id] >= oldest)
         scans = {
-            name: PosedScan(
-                without_objects(posed.scan, posed.pose, self._walkers_at(posed.scan.stamp)),
+            name: Posed(
+                without_objects(
+                    posed.measurement, posed.pose, self._walkers_at(posed.measurement.stamp)
+                ),
                 posed.pose,
             )
             for name, posed in update.scans.items()
         }
         readings = tuple(
-            posed for posed in update.readings
-            if not is_echo_of(posed.reading, posed.pose, self._walkers_at(posed.reading.stamp))
+            it for it in update.readings
+            if not is_echo_of(it.measurement, it.pose, self._walkers_at(it.measurement.stamp))
         )  # fmt: skip
         return replace(update, scans=scans, readings=readings)
 
@@ -157,7 +159,7 @@ class WorldModel:
         return [walker.at(walker.stamp + later) for walker in self._walkers]
 
     def _track(
-        self, scans: Mapping[str, PosedScan], now: float, people: frozenset[int]
+        self, scans: Mapping[str, Posed[Scan]], now: float, people: frozenset[int]
     ) -> tuple[TrackedObject, ...] | None:
         """Return all tracks after a scan of the tracker's lidar; None without one.
 
@@ -169,10 +171,10 @@ class WorldModel:
         posed = scans.get(self._lidar)
         if posed is None:
             return None
-        self._scanned_at = posed.scan.stamp
+        self._scanned_at = posed.measurement.stamp
         self._tracks = tuple(
             replace(track, label=PERSON) if track.id in people else track
-            for track in self.tracker.update(posed.pose, posed.scan, now)
+            for track in self.tracker.update(posed.pose, posed.measurement, now)
         )
         self._standing = self.tracker.standing
         return self._tracks

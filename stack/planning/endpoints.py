@@ -17,7 +17,6 @@ from stack.types import (
     UNKNOWN_COST,
     CostGrid,
     FailureCode,
-    FloatArray,
     Footprint,
     Path,
     Pose2D,
@@ -69,13 +68,31 @@ class Endpoints:
                 distance is free.
         """
         cell = cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
-        if costs.cells[cell] == LETHAL_COST and self.escape_cell(costs, start) is None:
-            raise NavigationError(
-                FailureCode.START_OCCUPIED,
-                f"start {xy_text(start)} is in an occupied cell and no cell within "
-                f"{self.escape_distance:.2f} m is free; {self.free_place(costs, start)}",
-            )
+        if costs.cells[cell] == LETHAL_COST:
+            if self.nearest_free(costs, start, self.escape_distance) is None:
+                raise self._occupied_start(costs, start, "in an occupied cell")
         return cell
+
+    def passable_start(self, costs: CostGrid, start: Pose2D) -> Cell:
+        """Return the start's cell, or the nearest free one if that is impassable.
+
+        Raises:
+            NavigationError: START_OCCUPIED if no cell within the escape distance is free.
+        """
+        cell = costs.cell_at(start.x, start.y)
+        if self.traverse[costs.cells[cell]] > 0:
+            return cell
+        near = self.nearest_free(costs, start, self.escape_distance)
+        if near is None:
+            raise self._occupied_start(costs, start, "too close to an obstacle")
+        return near
+
+    def _occupied_start(self, costs: CostGrid, start: Pose2D, where: str) -> NavigationError:
+        return NavigationError(
+            FailureCode.START_OCCUPIED,
+            f"start {xy_text(start)} is {where} and no cell within "
+            f"{self.escape_distance:.2f} m is free; {self.free_place(costs, start)}",
+        )
 
     def goal_cell(self, costs: CostGrid, goal: Pose2D) -> Cell:
         """Return the goal's cell, or the nearest free cell within the tolerance.
@@ -96,18 +113,14 @@ class Endpoints:
             )
         return near
 
-    def escape_cell(self, costs: CostGrid, start: Pose2D) -> Cell | None:
-        """Return the free cell nearest to a start, within the escape distance."""
-        return self.nearest_free(costs, start, self.escape_distance)
-
     def nearest_free(self, costs: CostGrid, pose: Pose2D, distance: float) -> Cell | None:
         """Return the passable cell nearest to a pose within a distance in metres, or None."""
         from stack.planning import kernels
 
         search: Any = kernels.nearest_passable
-        row, column = search(
-            costs.cells, self.traverse, *fractional_cell(costs, pose), distance / costs.resolution
-        )
+        (x, y), side = costs.origin, costs.resolution
+        place = (pose.y - y) / side, (pose.x - x) / side
+        row, column = search(costs.cells, self.traverse, *place, distance / side)
         return None if row < 0 else (int(row), int(column))
 
     def free_place(self, costs: CostGrid, pose: Pose2D) -> str:
@@ -119,43 +132,29 @@ class Endpoints:
         return f"the nearest free place is ({x:.2f}, {y:.2f})"
 
     def accept_nearest(
-        self, costs: CostGrid, start: Pose2D, goal: Pose2D, near: Cell | None
+        self, costs: CostGrid, ends: tuple[Pose2D, Pose2D], near: Cell | None, expanded: int | None
     ) -> Cell:
-        """Return the last cell of a plan whose goal cannot be reached.
-
-        Args:
-            costs: map frame.
-            start: start of the plan.
-            goal: the unreachable goal.
-            near: the reachable cell nearest to the goal, or None.
-
-        Raises:
-            NavigationError: NO_VALID_PATH.
-        """
-        if near is None:
-            raise enclosed_start(start)
-        if not self._acceptable(costs, goal, near):
-            raise unreachable_goal(start, goal, costs.centre_of(*near))
-        return near
-
-    def check_limited(
-        self, costs: CostGrid, ends: tuple[Pose2D, Pose2D], near: Cell | None, expanded: int
-    ) -> None:
-        """Raise TIMED_OUT for a search at its limit, unless `near` is an acceptable end.
+        """Return the last cell of a plan whose goal was not reached.
 
         Args:
             costs: map frame.
             ends: start and goal.
             near: the reached cell nearest to the goal, or None.
-            expanded: number of expanded cells.
-        """
-        if near is None or not self._acceptable(costs, ends[1], near):
-            raise out_of_expansions(*ends, expanded)
+            expanded: number of expanded cells, if the search ended at its limit.
 
-    def _acceptable(self, costs: CostGrid, goal: Pose2D, near: Cell) -> bool:
-        """Return whether a plan may end in this cell instead of at the goal."""
-        distance = goal.distance_to(Pose2D(*costs.centre_of(*near)))
-        return self.partial or distance <= self.tolerance
+        Raises:
+            NavigationError: TIMED_OUT or NO_VALID_PATH.
+        """
+        start, goal = ends
+        place = None if near is None else Pose2D(*costs.centre_of(*near))
+        if near is not None and place is not None:
+            if self.partial or goal.distance_to(place) <= self.tolerance:
+                return near
+        if expanded is not None:
+            raise out_of_expansions(start, goal, expanded)
+        if place is None:
+            raise enclosed_start(start)
+        raise unreachable_goal(start, goal, (place.x, place.y))
 
 
 def enclosed_start(start: Pose2D) -> NavigationError:
@@ -199,27 +198,6 @@ def cell_on_map(costs: CostGrid, pose: Pose2D, what: str, code: FailureCode) -> 
             f"and y {y:.2f} to {top:.2f} m",
         )
     return cell
-
-
-def through_centres(
-    costs: CostGrid, cells: NDArray[np.int64], start: Pose2D, end: Pose2D
-) -> FloatArray:
-    """Return (n, 2) metres, map frame: start, cell centres, end."""
-    middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
-    return np.vstack([(start.x, start.y), middles, (end.x, end.y)])
-
-
-def straight_path(start: Pose2D, goal: Pose2D) -> Path:
-    """Return a path of two poses, for a start and a goal in the same cell."""
-    apart = start.distance_to(goal) > 0.0
-    heading = start.bearing_to(goal) if apart else goal.heading
-    return Path(np.array([[start.x, start.y, heading], [goal.x, goal.y, goal.heading]]))
-
-
-def fractional_cell(costs: CostGrid, pose: Pose2D) -> tuple[float, float]:
-    """Return fractional (row, column) of a pose; the centre of cell (0, 0) is (0.5, 0.5)."""
-    x, y = costs.origin
-    return (pose.y - y) / costs.resolution, (pose.x - x) / costs.resolution
 
 
 def cell_index(costs: CostGrid, cell: Cell) -> int:

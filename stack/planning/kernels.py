@@ -11,7 +11,7 @@ base is so far below the previous one that all older entries count as not reache
 """
 
 import numpy as np
-from numba import f8, i4, i8, njit, u1
+from numba import b1, f8, i4, i8, njit, u1
 
 # Row and column steps to the neighbours: right, up, left, down, then the diagonals between them.
 # SIDES is the bit mask of the two straight neighbours of a diagonal.
@@ -191,20 +191,16 @@ def nearest_passable(costs, traverse, row, column, reach):
 
 
 @njit(cache=True, nogil=True)
-def nearest_reached(costs, traverse, reached, base, limit, row, column):
-    """Return the passable cell reached by the last search nearest to fractional (row, column)."""
-    rows, columns = costs.shape
-    best, best_row, best_column = np.inf, -1, -1
-    for near_row in range(rows):
-        for near_column in range(columns):
-            if reached[near_row * columns + near_column] > base + limit:
-                continue
-            if traverse[costs[near_row, near_column]] > 0:
-                rise, run = near_row + 0.5 - row, near_column + 0.5 - column
-                square = rise * rise + run * run
-                if square < best:
-                    best, best_row, best_column = square, near_row, near_column
-    return best_row, best_column
+def nearest_marked(marked, columns, row, column):
+    """Return the index of the marked cell nearest to fractional (row, column), or -1."""
+    best, found = np.inf, -1
+    for cell in range(marked.size):
+        if marked[cell]:
+            rise, run = cell // columns + 0.5 - row, cell % columns + 0.5 - column
+            square = rise * rise + run * run
+            if square < best:
+                best, found = square, cell
+    return found
 
 
 @njit(cache=True, nogil=True)
@@ -336,11 +332,13 @@ SEARCH = (
             i8[:, ::1], i4[::1], i8, i8, i8, u1[::1],
         ),
     ),
-    (nearest_reached, (u1[:, ::1], i8[::1], i4[::1], i8, i8, f8, f8)),
 )  # fmt: skip
 """Entry points, with the types that A* calls them with; then of other users."""
 EXTRACTION = ((extract, (u1[::1], i8, i8, i8)),)
-ENDPOINTS = ((nearest_passable, (u1[:, ::1], i8[::1], f8, f8, f8)),)
+ENDPOINTS = (
+    (nearest_passable, (u1[:, ::1], i8[::1], f8, f8, f8)),
+    (nearest_marked, (b1[::1], i8, f8, f8)),
+)
 ROUNDING = ((round_corners, (u1[:, ::1], i8[::1], f8[:, ::1], f8, f8, i8, i8)),)
 STRAIGHTENING = ((straighten, (u1[:, ::1], i8[::1], f8[:, ::1], i8, i8)),)
 BLOCKED = ((blocked_steps, (u1[:, ::1], i8[::1], f8[:, ::1])),)

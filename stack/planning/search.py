@@ -152,12 +152,8 @@ class Workspace:
 
     def nearest_reached(self, costs: CostGrid, place: Pose2D) -> tuple[int, int] | None:
         """Return (row, column) of the passable reached cell nearest to a place, or None."""
-        x, y = costs.origin
-        row, column = self._kernels.nearest_reached(
-            costs.cells, self._tables.traverse, self.reached, self.base, self.limit,
-            (place.y - y) / costs.resolution, (place.x - x) / costs.resolution,
-        )  # fmt: skip
-        return None if row < 0 else (int(row), int(column))
+        passable = (self._tables.traverse > 0)[costs.cells].ravel()
+        return nearest_marked(costs, passable & (self.reached <= self.base + self.limit), place)
 
     def _expected(self, start: int, goal: int) -> int:
         """Return the limit for a path between two cells, unless it is unusually long."""
@@ -177,3 +173,16 @@ class Workspace:
     def _set_queue(self, size: int) -> None:
         self._queue = np.empty((size, 2), dtype=np.int64)
         self._links = np.empty(size, dtype=np.int32)
+
+
+def nearest_marked(
+    costs: CostGrid, marked: NDArray[np.bool_], place: Pose2D
+) -> tuple[int, int] | None:
+    """Return (row, column) of the cell nearest to a place among those marked (cells,), or None."""
+    from stack.planning import kernels
+
+    search: Any = kernels.nearest_marked
+    (x, y), columns = costs.origin, int(costs.cells.shape[1])
+    row, column = (place.y - y) / costs.resolution, (place.x - x) / costs.resolution
+    cell = int(search(marked, columns, row, column))
+    return None if cell < 0 else divmod(cell, columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -27,82 +28,101 @@ _STIFFNESS = 1500.0  # step cost x cells²; higher values bend less and cut corn
 _ROUNDING_ERROR = 1e-6  # step cost; a path equal to the unchanged one is no dearer
 
 
-class Smoother:
-    """Straighten a path where this adds no cost, round its corners and check the result.
+@dataclass(frozen=True)
+class PathCosts:
+    """Costs of polylines on a costmap; points (n, 2) are in cells.
 
-    Args:
+    Attributes:
+        costs: map frame.
         traverse: (256,) int64, cost of a straight step by cell cost, 0 if impassable.
     """
 
-    def __init__(self, traverse: NDArray[np.int64]) -> None:
+    costs: CostGrid
+    traverse: NDArray[np.int64]
+
+    def in_cells(self, points: FloatArray) -> FloatArray:
+        """Return points in metres, map frame, in cells."""
+        return (points - np.array(self.costs.origin)) / self.costs.resolution
+
+    def in_metres(self, points: FloatArray) -> FloatArray:
+        """Return points in metres, map frame."""
+        return points * self.costs.resolution + np.array(self.costs.origin)
+
+    def of(self, points: FloatArray) -> float:
+        """Return the integral of interpolated step costs along points."""
+        from stack.planning.geodesic import kernels
+
+        cost: Any = kernels.path_cost
+        return float(cost(self.costs.cells, self.traverse, points))
+
+    def blocked_steps(self, points: FloatArray) -> int:
+        """Count the steps between points that cross an impassable cell."""
         from stack.planning import kernels
-        from stack.planning.geodesic import kernels as geodesic
 
-        self._kernels: Any = kernels
-        self._geodesic: Any = geodesic
-        self._traverse = traverse
+        count: Any = kernels.blocked_steps
+        return int(count(self.costs.cells, self.traverse, points))
 
-    def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
-        """Return the smoothest collision-free path with the ends of `points`.
+    def rounded(self, points: FloatArray, length: float) -> FloatArray:
+        """Return points, rounded over `length` metres on both sides of a corner."""
+        from stack.planning import kernels
 
-        The candidates in order: settled (descent of cost and bends from the rounded one) and faired
-        over each of _FAIRINGS, settled, rounded, straightened, unchanged. The result is the first
-        that costs no more than the unchanged path, resampled, nor than settled with _SURCHARGE, by
-        interpolated cell costs, and has no more steps over impassable cells than the unchanged
-        path (which has none, unless its start is occupied).
-
-        Args:
-            costs: map frame.
-            points: (n, 2) metres, map frame: start, cell centres, end.
-            heading: heading of the last pose, radians.
-
-        Returns:
-            Poses SPACING apart; their headings follow the path.
-        """
-        kernels, traverse, cells = self._kernels, self._traverse, costs.cells
-        scale, origin = costs.resolution, np.array(costs.origin)
-        raw = (points - origin) / scale
-        window = max(1, round(_WINDOW / scale / _STRIDE))
-        kept = kernels.straighten(cells, traverse, raw, _STRIDE, window)
-        straight = resampled(raw[kept], SPACING / scale)
-        rounded = self._rounded(cells, straight, scale, _ROUNDING)
-        settled = self._settled(cells, rounded, scale)
-        faired = (self._rounded(cells, settled, scale, length) for length in _FAIRINGS)
-        allowed = kernels.blocked_steps(cells, traverse, raw)
-        dearest = self._cost(cells, resampled(raw, SPACING / scale)) + _ROUNDING_ERROR
-        if kernels.blocked_steps(cells, traverse, settled) <= allowed:
-            dearest = min(dearest, (1.0 + _SURCHARGE) * self._cost(cells, settled))
-        for candidate in chain(faired, (settled, rounded, straight)):
-            if (
-                kernels.blocked_steps(cells, traverse, candidate) <= allowed
-                and self._cost(cells, candidate) <= dearest
-            ):
-                return with_headings(candidate * scale + origin, heading)
-        return unsmoothed(points, heading)
-
-    def _settled(self, cells: NDArray[np.uint8], points: FloatArray, scale: float) -> FloatArray:
-        """Return points in cells after the descent of cost and bends, level by level."""
-        settled = points
-        for spacing, passes in _LEVELS:
-            settled = resampled(settled, spacing / scale)
-            settled = self._geodesic.descend(cells, self._traverse, settled, _STIFFNESS, passes)
-        return resampled(settled, SPACING / scale)
-
-    def _cost(self, cells: NDArray[np.uint8], points: FloatArray) -> float:
-        """Return the integral of interpolated step costs along points in cells."""
-        return float(self._geodesic.path_cost(cells, self._traverse, points))
-
-    def _rounded(
-        self, cells: NDArray[np.uint8], points: FloatArray, scale: float, length: float
-    ) -> FloatArray:
-        """Return points in cells, rounded over `length` metres on both sides of a corner."""
+        pull: Any = kernels.round_corners
         # A kink decays over sqrt(smoothness / data) points; `length` is that many spacings.
         weight_data = _SMOOTHNESS * (SPACING / length) ** 2
-        rounded = self._kernels.round_corners(
-            cells, self._traverse, points, weight_data, _SMOOTHNESS, self._traverse[_EASY],
-            _ITERATIONS,
-        )  # fmt: skip
-        return resampled(rounded, SPACING / scale)
+        easy = self.traverse[_EASY]
+        moved: FloatArray = pull(
+            self.costs.cells, self.traverse, points, weight_data, _SMOOTHNESS, easy, _ITERATIONS
+        )
+        return moved
+
+
+def smoothed(on: PathCosts, points: FloatArray, heading: float) -> Path:
+    """Straighten a path, round its corners: the smoothest collision-free one with its ends.
+
+    The candidates in order: settled (descent of cost and bends from the rounded one) and faired
+    over each of _FAIRINGS, settled, rounded, straightened, unchanged. The result is the first
+    that costs no more than the unchanged path, resampled, nor than settled with _SURCHARGE, by
+    interpolated cell costs, and has no more steps over impassable cells than the unchanged
+    path (which has none, unless its start is occupied).
+
+    Args:
+        on: costmap.
+        points: (n, 2) metres, map frame: start, cell centres, end.
+        heading: heading of the last pose, radians.
+
+    Returns:
+        Poses SPACING apart; their headings follow the path.
+    """
+    from stack.planning import kernels
+
+    straighten: Any = kernels.straighten
+    scale, raw = on.costs.resolution, on.in_cells(points)
+    spacing, window = SPACING / scale, max(1, round(_WINDOW / scale / _STRIDE))
+    kept = straighten(on.costs.cells, on.traverse, raw, _STRIDE, window)
+    straight = resampled(raw[kept], spacing)
+    rounded = resampled(on.rounded(straight, _ROUNDING), spacing)
+    settled = _settled(on, rounded)
+    faired = (resampled(on.rounded(settled, length), spacing) for length in _FAIRINGS)
+    allowed = on.blocked_steps(raw)
+    dearest = on.of(resampled(raw, spacing)) + _ROUNDING_ERROR
+    if on.blocked_steps(settled) <= allowed:
+        dearest = min(dearest, (1.0 + _SURCHARGE) * on.of(settled))
+    for candidate in chain(faired, (settled, rounded, straight)):
+        if on.blocked_steps(candidate) <= allowed and on.of(candidate) <= dearest:
+            return with_headings(on.in_metres(candidate), heading)
+    return unsmoothed(points, heading)
+
+
+def _settled(on: PathCosts, points: FloatArray) -> FloatArray:
+    """Return points in cells after the descent of cost and bends, level by level."""
+    from stack.planning.geodesic import kernels
+
+    descend: Any = kernels.descend
+    settled, scale = points, on.costs.resolution
+    for spacing, passes in _LEVELS:
+        settled = resampled(settled, spacing / scale)
+        settled = descend(on.costs.cells, on.traverse, settled, _STIFFNESS, passes)
+    return resampled(settled, SPACING / scale)
 
 
 def unsmoothed(points: FloatArray, heading: float) -> Path:

@@ -38,16 +38,52 @@ def signed_distance(corners: FloatArray, x: float, y: float) -> float:
 
 
 @njit(cache=True, nogil=True)
+def _driven(linear: float, lateral: float, angular: float, time: float) -> tuple[float, float]:
+    """Displacement by a constant twist after a time, in the frame of the start."""
+    half = 0.5 * angular * time
+    reach = time if abs(half) < 1e-9 else time * sin(half) / half
+    ahead = reach * (linear * cos(half) - lateral * sin(half))
+    return ahead, reach * (linear * sin(half) + lateral * cos(half))
+
+
+@njit(cache=True, nogil=True)
+def _meeting_time(
+    x: float, y: float, vx: float, vy: float, corners: FloatArray, radius: float, limit: float,
+    linear: float, lateral: float, angular: float, longest: float,
+) -> float:  # fmt: skip
+    """Seconds until a moving point is within `limit` of the footprint; inf: not before `longest`.
+
+    Conservative advancement (B. Mirtich, "Impulse-based Dynamic Simulation", 1996): no point of the
+    footprint moves faster than speed plus turning rate times radius, so the clearance divided by
+    that speed is a time without contact.
+    """
+    fastest = hypot(linear, lateral) + abs(angular) * radius + hypot(vx, vy)
+    if fastest == 0.0:
+        return inf
+    smallest = 0.004 / fastest
+    time = 0.0
+    while time <= longest:
+        forward, left = _driven(linear, lateral, angular, time)
+        px, py = x + time * vx - forward, y + time * vy - left
+        c, s = cos(angular * time), sin(angular * time)
+        px, py = c * px + s * py, c * py - s * px
+        room = hypot(px, py) - radius - limit
+        if room <= 0.0:
+            room = signed_distance(corners, px, py) - limit
+        if room <= 0.0:
+            return time
+        time += max(room / fastest, smallest)
+    return inf
+
+
+@njit(cache=True, nogil=True)
 def time_to_contact(
     points: FloatArray, corners: FloatArray, radius: float, padding: float, slack: float,
     linear: float, lateral: float, angular: float, horizon: float,
 ) -> tuple[float, int]:  # fmt: skip
     """Time until a twist brings a point within `padding` of the footprint.
 
-    A point that is already nearer must not come nearer; moving away is always allowed. Each point
-    is followed by conservative advancement (B. Mirtich, "Impulse-based Dynamic Simulation", 1996):
-    no point of the footprint moves faster than speed plus turning rate times radius, so the
-    clearance divided by that speed is a time without contact.
+    A point that is already nearer must not come nearer; moving away is always allowed.
 
     Args:
         points: (m, 2) in the base frame, metres, standing still.
@@ -67,7 +103,6 @@ def time_to_contact(
     best, found = inf, -1
     if fastest == 0.0:
         return best, found
-    smallest = 0.004 / fastest
     for i in range(points.shape[0]):
         x, y = points[i, 0], points[i, 1]
         farthest = radius + padding + fastest * min(best, horizon)
@@ -76,49 +111,13 @@ def time_to_contact(
         limit = padding
         if hypot(x, y) - radius - slack < padding + 1e-6:  # it may be nearer than the padding
             limit = min(padding, signed_distance(corners, x, y) - slack)
-        time = 0.0
-        while time < best and time <= horizon:
-            half = 0.5 * angular * time
-            reach = time if abs(half) < 1e-9 else time * sin(half) / half
-            px = x - reach * (linear * cos(half) - lateral * sin(half))
-            py = y - reach * (linear * sin(half) + lateral * cos(half))
-            c, s = cos(angular * time), sin(angular * time)
-            px, py = c * px + s * py, c * py - s * px
-            room = hypot(px, py) - radius - limit
-            if room <= 0.0:
-                room = signed_distance(corners, px, py) - limit
-            if room <= 0.0:
-                best, found = time, i
-                break
-            time += max(room / fastest, smallest)
+        longest = min(best, horizon)
+        time = _meeting_time(
+            x, y, 0.0, 0.0, corners, radius, limit, linear, lateral, angular, longest
+        )
+        if time < best:
+            best, found = time, i
     return best, found
-
-
-@njit(cache=True, nogil=True)
-def _meeting_time(
-    disc: FloatArray, corners: FloatArray, radius: float, limit: float,
-    linear: float, lateral: float, angular: float, longest: float,
-) -> float:  # fmt: skip
-    """Seconds until a disc (5,) is within `limit` of the footprint; inf: not before `longest`."""
-    fastest = hypot(linear, lateral) + abs(angular) * radius + hypot(disc[2], disc[3])
-    if fastest == 0.0:
-        return inf
-    smallest = 0.004 / fastest
-    time = 0.0
-    while time <= longest:
-        half = 0.5 * angular * time
-        reach = time if abs(half) < 1e-9 else time * sin(half) / half
-        px = disc[0] + time * disc[2] - reach * (linear * cos(half) - lateral * sin(half))
-        py = disc[1] + time * disc[3] - reach * (linear * sin(half) + lateral * cos(half))
-        c, s = cos(angular * time), sin(angular * time)
-        px, py = c * px + s * py, c * py - s * px
-        room = hypot(px, py) - radius - limit
-        if room <= 0.0:
-            room = signed_distance(corners, px, py) - limit
-        if room <= 0.0:
-            return time
-        time += max(room / fastest, smallest)
-    return inf
 
 
 @njit(cache=True, nogil=True)
@@ -154,11 +153,14 @@ def time_to_meeting(
         wide = max(padding, moving_padding) if moves else padding
         limit = min(wide, apart - slack) + discs[i, 4]
         longest = min(best, horizon)
-        time = _meeting_time(discs[i], corners, radius, limit, linear, lateral, angular, longest)
+        x, y, vx, vy = discs[i, 0], discs[i, 1], discs[i, 2], discs[i, 3]
+        time = _meeting_time(
+            x, y, vx, vy, corners, radius, limit, linear, lateral, angular, longest
+        )
         if time == inf or time >= best:
             continue
         if moves and own > 0.0:
-            standing = _meeting_time(discs[i], corners, radius, limit, 0.0, 0.0, 0.0, time)
+            standing = _meeting_time(x, y, vx, vy, corners, radius, limit, 0.0, 0.0, 0.0, time)
             if standing <= time:
                 continue
         best, found = time, i
@@ -244,11 +246,9 @@ def share_where_unseen(
             share = max(bound, 2.0 * room / max(reaction + root, 1e-9))
             if share >= best:
                 break
-            half = 0.5 * angular * time
-            way = time if abs(half) < 1e-9 else time * sin(half) / half
+            forward, left_of = _driven(linear, lateral, angular, time)
             c, s = cos(angular * time), sin(angular * time)
-            px = way * (linear * cos(half) - lateral * sin(half)) + c * ox - s * oy
-            py = way * (linear * sin(half) + lateral * cos(half)) + s * ox + c * oy
+            px, py = forward + c * ox - s * oy, left_of + s * ox + c * oy
             column = floor((x + ch * px - sh * py - left) / cell)
             row = floor((y + sh * px + ch * py - bottom) / cell)
             seen = (

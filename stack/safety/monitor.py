@@ -1,4 +1,4 @@
-"""Collision monitor: checks a twist against the obstacle points around the robot."""
+"""Checks a twist against the obstacle points around the robot, and against unseen ground."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from math import atan2, cos, hypot, inf, pi, sin
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
-from stack.types import NOTHING_MOVES, FloatArray, Pose2D, TrackedObject, Twist
+from stack.geometry.polygons import outline_points
+from stack.safety.parameters import SLACK
+from stack.types import NOTHING_MOVES, FloatArray, Pose2D, SeenGround, TrackedObject, Twist
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +46,6 @@ class CollisionMonitor:
     touches no point.
     """
 
-    SLACK = 0.005
-
     def __init__(self, robot: RobotDescription) -> None:
         from stack.safety import kernels
 
@@ -71,14 +71,14 @@ class CollisionMonitor:
         found = NOTHING_NEAR
         if twist.linear or twist.lateral or not self._is_round:
             time, which = self._kernels.time_to_contact(
-                points, self._corners, self._radius, padding, self.SLACK,
+                points, self._corners, self._radius, padding, SLACK,
                 twist.linear, twist.lateral, twist.angular, horizon,
             )  # fmt: skip
             found = Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
         if not len(moving):
             return found
         time, which = self._kernels.time_to_meeting(
-            moving, self._corners, self._radius, padding, self.SLACK,
+            moving, self._corners, self._radius, padding, SLACK,
             twist.linear, twist.lateral, twist.angular, horizon, moving_padding,
         )  # fmt: skip
         return Contact(time, *moving[which, :2]) if time < found.time else found
@@ -102,3 +102,40 @@ def moving_discs(tracks: Sequence[TrackedObject], base: Pose2D) -> FloatArray:
     discs[:, :2] = (discs[:, :2] - (base.x, base.y)) @ into_base
     discs[:, 2:4] = discs[:, 2:4] @ into_base
     return discs
+
+
+SPACING = 0.03
+"""Metres between the points of the outline that are followed."""
+
+
+class UnseenGroundLimit:
+    """Follows the outline of a robot along a twist into unseen ground.
+
+    A robot that is blind behind sweeps this ground with its rear corners when it turns in place.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        from stack.safety import kernels
+
+        self._kernels = kernels
+        self._outline = np.ascontiguousarray(outline_points(robot.footprint.points, SPACING))
+
+    def share(
+        self, twist: Twist, ground: SeenGround, reaction: float, braking: float, slowest: float
+    ) -> float:
+        """Return the share of a twist at which no point of the outline enters faster than allowed.
+
+        Args:
+            twist: to check.
+            ground: which ground was seen.
+            reaction: seconds before the robot brakes.
+            braking: seconds at this twist that cover its braking distance.
+            slowest: speed of a point of the outline in unseen ground, m/s.
+        """
+        return float(
+            self._kernels.share_where_unseen(
+                self._outline, ground.stamps, *ground.corner, ground.cell, ground.oldest,
+                ground.base.x, ground.base.y, ground.base.heading, ground.views,
+                twist.linear, twist.lateral, twist.angular, reaction, braking, slowest,
+            )
+        )  # fmt: skip

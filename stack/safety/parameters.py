@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stack.errors import ParameterError
 from stack.parameters import parameter
+
+SLACK = 0.005
+"""Metres by which a point within the padding may still come nearer: noise of the sensors."""
 
 
 @dataclass(frozen=True)
@@ -81,3 +85,18 @@ class SafetyParameters:
     turning_dead_band: float = parameter(
         0.0, "rad/s", at_least=0.0, at_most=1.0, help="the drive does not turn slower than this"
     )
+
+    def __post_init__(self) -> None:
+        """Raise ParameterError for a robot that would creep into an obstacle.
+
+        It stops where its share of the speed falls below `creep_speed`: this must be before the
+        slack to the obstacle is used up.
+        """
+        stops_at = self.creep_speed * self.slow_time
+        if stops_at <= SLACK:
+            raise ParameterError(
+                "creep_speed",
+                f"{self.creep_speed:g} m/s times slow_time {self.slow_time:g} s is {stops_at:.2g} "
+                f"m, where the robot stops; above {SLACK:g} m it does not creep into the obstacle",
+                f"use more than {SLACK / self.slow_time:.2g} m/s, or a longer slow_time",
+            )

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import scaled
-from stack.safety.monitor import NOTHING_NEAR, CollisionMonitor, Contact
+from stack.safety.monitor import NOTHING_NEAR, CollisionMonitor, Contact, UnseenGroundLimit
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
     VelocitySmoother,
@@ -28,9 +28,7 @@ from stack.safety.smoother import (
     beyond_dead_band,
     within_limits,
 )
-from stack.safety.unseen import UnseenGroundLimit
-from stack.safety.zone_monitor import ZoneMonitor
-from stack.safety.zones import SafetyZone
+from stack.safety.zones import SafetyZone, ZoneMonitor
 from stack.types import (
     NOTHING_MOVES,
     STANDSTILL,
@@ -67,6 +65,10 @@ class LimitedTwist(NamedTuple):
     twist: Twist
     reason: str = ""
 
+    def then(self, later: LimitedTwist) -> LimitedTwist:
+        """Return the result of a later stage, with its own reason or else this one."""
+        return LimitedTwist(later.twist, later.reason or self.reason)
+
 
 class Safety:
     """Limits the velocity that navigation commands.
@@ -87,7 +89,7 @@ class Safety:
         self, robot: RobotDescription, parameters: SafetyParameters, period: float,
         zones: Sequence[SafetyZone] = (),
     ) -> None:  # fmt: skip
-        self.parameters, self._reason = parameters, ""
+        self.parameters = parameters
         self._robot, self._limits = robot, robot.limits
         self._radius = robot.footprint.circumscribed_radius
         self._monitor = CollisionMonitor(robot)
@@ -112,37 +114,31 @@ class Safety:
             contact: where the robot may touch something; points in it do not stop the robot, which
                 drives at most at the contact speed.
         """
-        self._reason = ""
-        return LimitedTwist(self._limited(twist, perceived, emergency_stop, contact), self._reason)
-
-    def _limited(
-        self, twist: Twist, perceived: Perceived, emergency_stop: str, contact: ContactZone | None
-    ) -> Twist:
         if emergency_stop:
-            self._reason = f"emergency stop: {emergency_stop}"
-            self._smoother.last = STANDSTILL
-            return STANDSTILL
+            self._smoother.continue_from(STANDSTILL)
+            return LimitedTwist(STANDSTILL, f"emergency stop: {emergency_stop}")
         motion, obstacles, world = perceived.motion, perceived.obstacles, perceived.world
         points, speed_limit = obstacles.points, world.speed_limit
         if contact is not None:
             points = points[~contact.contains(motion.pose.transform(points))]
             speed_limit = min(speed_limit, CONTACT_SPEED)
         around = _Around(points, world.moving if self.parameters.predict_motion else NOTHING_MOVES)
-        wanted = self._unless_stale(self._robot.drivetrain.feasible(self._finite(twist)), obstacles)
-        wanted = self._limited_where_blind(wanted, obstacles)
-        wanted = self._limited_where_unseen(wanted, obstacles)
-        if not around.is_empty and wanted != STANDSTILL:
-            wanted, zone = self._zones.limited(wanted, around.points)
-            self._reason = zone or self._reason
-            wanted = self._collision_limited(wanted, around)
-        wanted = self._speed_limited(wanted, speed_limit)
+        found = self._feasible(twist)
+        for stage in (self._unless_stale, self._limited_where_blind, self._limited_where_unseen):
+            found = found.then(stage(found.twist, obstacles))
+        if not around.is_empty and found.twist != STANDSTILL:
+            found = found.then(LimitedTwist(*self._zones.limited(found.twist, around.points)))
+            found = found.then(self._collision_limited(found.twist, around))
+        found = self._speed_limited(found, speed_limit)
+        wanted = found.twist
         if self.parameters.closed_loop:
-            self._smoother.last = motion.twist
+            self._smoother.continue_from(motion.twist)
         smooth = self._slowed_where_unseen(self._smoother.towards(wanted), obstacles)
+        found = found.then(smooth)
         if not around.is_empty:
-            smooth = self._braked(smooth, wanted, motion.twist, around)
-        self._smoother.last = smooth
-        return self._beyond_dead_band(smooth, wanted)
+            found = found.then(self._braked(smooth.twist, wanted, motion.twist, around))
+        self._smoother.continue_from(found.twist)
+        return LimitedTwist(self._beyond_dead_band(found.twist, wanted), found.reason)
 
     def _beyond_dead_band(self, smooth: Twist, wanted: Twist) -> Twist:
         p = self.parameters
@@ -150,20 +146,19 @@ class Safety:
             return beyond_dead_band(smooth, wanted, p.dead_band, p.turning_dead_band)
         return arc_beyond_dead_band(smooth, wanted, p.dead_band)
 
-    def _finite(self, twist: Twist) -> Twist:
+    def _feasible(self, twist: Twist) -> LimitedTwist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
-            return twist
-        self._reason = f"stopped: not a finite velocity: {twist}"
-        return STANDSTILL
+            return LimitedTwist(self._robot.drivetrain.feasible(twist))
+        return LimitedTwist(STANDSTILL, f"stopped: not a finite velocity: {twist}")
 
-    def _unless_stale(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
+    def _unless_stale(self, twist: Twist, obstacles: ObstaclePoints) -> LimitedTwist:
         """Return standstill when the measurement of a sensor is missing or too old.
 
         A depth camera first limits the speed: its points are remembered, and reach farther than
         what the robot drives meanwhile.
         """
         if twist == STANDSTILL:
-            return twist
+            return LimitedTwist(twist)
         p, aged = self.parameters, ""
         for name, age in obstacles.ages.items():
             is_picture = self._robot.delivers_pictures(name)
@@ -173,44 +168,34 @@ class Safety:
                 continue
             what = f"{name} {self._robot.word_for_measurement(name)}"
             if age > longest + 1e-9:
-                self._reason = (
-                    f"stopped: no {what} yet"
-                    if age == inf
-                    else f"stopped: the newest {what} is {age:.2f} s old"
-                )
-                return STANDSTILL
+                old = f"no {what} yet" if age == inf else f"the newest {what} is {age:.2f} s old"
+                return LimitedTwist(STANDSTILL, f"stopped: {old}")
             aged = f"slower: the newest {what} is {age:.2f} s old"
         speed = self._rim_speed(twist)
         if not aged or speed <= p.picture_slow_speed:
-            return twist
-        self._reason = aged
-        return scaled(twist, p.picture_slow_speed / speed)
+            return LimitedTwist(twist)
+        return LimitedTwist(scaled(twist, p.picture_slow_speed / speed), aged)
 
-    def _limited_where_blind(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
+    def _limited_where_blind(self, twist: Twist, obstacles: ObstaclePoints) -> LimitedTwist:
         """Return the same arc, at most at the blind speed if it leads to a blind sector."""
         speed, limit = hypot(twist.linear, twist.lateral), self.parameters.blind_speed
-        if speed <= limit:
-            return twist
-        if not obstacles.is_blind(atan2(twist.lateral, twist.linear)):
-            return twist
-        self._reason = "slower: no sensor covers this direction"
-        return scaled(twist, limit / speed)
+        if speed <= limit or not obstacles.is_blind(atan2(twist.lateral, twist.linear)):
+            return LimitedTwist(twist)
+        return LimitedTwist(scaled(twist, limit / speed), "slower: no sensor covers this direction")
 
-    def _limited_where_unseen(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
+    def _limited_where_unseen(self, twist: Twist, obstacles: ObstaclePoints) -> LimitedTwist:
         """Return the same arc, slow enough where the outline enters ground that was never seen.
 
         The speed of each point that enters is limited, so that turning is limited like driving.
         """
         if obstacles.ground is None or twist == STANDSTILL:
-            return twist
+            return LimitedTwist(twist)
         share = self._share_where_unseen(twist, obstacles.ground)
         if share == 1.0:
-            return twist
+            return LimitedTwist(twist)
         if share * self._rim_speed(twist) < self.parameters.creep_speed:
-            self._reason = "stopped: no sensor has seen this ground"
-            return STANDSTILL
-        self._reason = "slower: no sensor has seen this ground"
-        return scaled(twist, share)
+            return LimitedTwist(STANDSTILL, "stopped: no sensor has seen this ground")
+        return LimitedTwist(scaled(twist, share), "slower: no sensor has seen this ground")
 
     def _share_where_unseen(self, twist: Twist, ground: SeenGround) -> float:
         """Share of a twist at which the outline enters unseen ground no faster than allowed."""
@@ -219,51 +204,51 @@ class Safety:
             twist, ground, p.reaction_time, self._braking_time(twist), p.blind_speed
         )
 
-    def _slowed_where_unseen(self, smooth: Twist, obstacles: ObstaclePoints) -> Twist:
+    def _slowed_where_unseen(self, smooth: Twist, obstacles: ObstaclePoints) -> LimitedTwist:
         """Return the smoothed twist, slowed down where the outline enters unseen ground too fast.
 
         It is slowed down on its own arc. If that is not reached at once, the robot is slowed down
         on the arc that it is on where more of that is allowed: between two arcs a robot that brakes
         may still turn too fast for the new one.
         """
-        slow = self._limited_where_unseen(smooth, obstacles)
+        slow, reason = self._limited_where_unseen(smooth, obstacles)
         if slow == smooth or obstacles.ground is None:
-            return smooth
+            return LimitedTwist(smooth, reason)
         reached = self._smoother.towards(slow)
-        if are_close(reached, slow):
-            return reached
-        braked = self._smoother.braked()
-        better = self._share_where_unseen(braked, obstacles.ground)
-        return braked if better > self._share_where_unseen(reached, obstacles.ground) else reached
+        if not are_close(reached, slow):
+            braked = self._smoother.braked()
+            better = self._share_where_unseen(braked, obstacles.ground)
+            if better > self._share_where_unseen(reached, obstacles.ground):
+                reached = braked
+        return LimitedTwist(reached, reason)
 
-    def _speed_limited(self, twist: Twist, speed_limit: float) -> Twist:
+    def _speed_limited(self, found: LimitedTwist, speed_limit: float) -> LimitedTwist:
         """Scale a twist to the limits of the robot, the parameters and the position."""
+        twist, reason = found
         top = min(self.parameters.top_speed, speed_limit)
         speed = hypot(twist.linear, twist.lateral)
         binding = min(self.parameters.top_speed, self._limits.linear_speed, speed)
-        if speed_limit < binding and not self._reason:
-            self._reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
-        return within_limits(twist, self._robot, top)
+        if speed_limit < binding and not reason:
+            reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
+        return LimitedTwist(within_limits(twist, self._robot, top), reason)
 
-    def _collision_limited(self, twist: Twist, around: _Around) -> Twist:
+    def _collision_limited(self, twist: Twist, around: _Around) -> LimitedTwist:
         """Return the same arc at a safe speed, a turn in place, or standstill."""
         p = self.parameters
         horizon = max(p.slow_time, self._stopping_time(twist))
         contact = self._contact(twist, around, horizon, p.padding)
         if contact.time == inf:
-            return twist
+            return LimitedTwist(twist)
         share = min(1.0, contact.time / p.slow_time)
         share = max(share, self._tight_share(twist, around))
         if share * self._rim_speed(twist) >= p.creep_speed:
-            self._reason = f"slower: obstacle {_where(contact)}"
-            return scaled(twist, share)
-        self._reason = f"stopped: obstacle {_where(contact)}"
+            return LimitedTwist(scaled(twist, share), f"slower: obstacle {_where(contact)}")
         turn = self._robot.drivetrain.feasible(Twist(angular=twist.angular))
-        if turn not in (twist, STANDSTILL):
-            time = self._contact(turn, around, p.slow_time, p.padding).time
-            if time == inf:
-                return turn
-        return STANDSTILL
+        if turn in (twist, STANDSTILL) or (
+            self._contact(turn, around, p.slow_time, p.padding).time < inf
+        ):
+            turn = STANDSTILL
+        return LimitedTwist(turn, f"stopped: obstacle {_where(contact)}")
 
     def _contact(self, twist: Twist, around: _Around, horizon: float, padding: float) -> Contact:
         beside = self.parameters.moving_padding if padding else 0.0
@@ -284,8 +269,9 @@ class Safety:
         share, time = 1.0, inf
         for level in ([own] if own < 1.0 else []) + [lower for lower in LEVELS if lower < own]:
             share = min(1.0, self._speed_at(level) / speed)
-            slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
-            time = self._contact(slow, around, p.slow_time, self._padding_at(level)).time
+            time = self._contact(
+                scaled(twist, share), around, p.slow_time, self._padding_at(level)
+            ).time
             if time == inf:
                 return share
         turns = twist.linear == twist.lateral == 0.0
@@ -316,7 +302,9 @@ class Safety:
             return p.padding
         return self._padding_at(self._level(self._rim_speed(twist)))
 
-    def _braked(self, smooth: Twist, wanted: Twist, measured: Twist, around: _Around) -> Twist:
+    def _braked(
+        self, smooth: Twist, wanted: Twist, measured: Twist, around: _Around
+    ) -> LimitedTwist:
         """Return the smoothed twist, or full braking when it leads to a contact before a stop.
 
         Between two arcs the robot drives on neither of them, so a result that differs from the
@@ -337,9 +325,9 @@ class Safety:
         if contact.time == inf:
             contact = self._contact(measured, around, self._stopping_time(measured), 0.0)
         if contact.time == inf:
-            return smooth
-        self._reason = f"braking: obstacle {_where(contact)}"
-        return self._smoother.towards(STANDSTILL)
+            return LimitedTwist(smooth)
+        braked = self._smoother.towards(STANDSTILL)
+        return LimitedTwist(braked, f"braking: obstacle {_where(contact)}")
 
     def _stopping_time(self, twist: Twist) -> float:
         """Time in seconds at this twist that covers its stopping distance.

@@ -19,21 +19,16 @@ class VelocitySmoother:
         self._drivetrain, self._period = robot.drivetrain, period
         self._state = self._drivetrain.at_rest
 
-    @property
-    def last(self) -> Twist:
-        """The previous command, from which the next one is limited."""
-        return self._state.twist
-
-    @last.setter
-    def last(self, twist: Twist) -> None:
+    def continue_from(self, twist: Twist) -> None:
+        """Limit the next command from this one: the last, or the measured velocity."""
         self._state = self._drivetrain.state_at(twist, self._state)
 
     def towards(self, wanted: Twist) -> Twist:
-        """Return the reachable twist nearest to the wanted one; `last` does not change."""
+        """Return the reachable twist nearest to the wanted one."""
         return self._drivetrain.limit_step(self._state, wanted, self._period).twist
 
     def along(self, wanted: Twist) -> Twist | None:
-        """Return the reachable twist on the wanted arc; `last` does not change.
+        """Return the reachable twist on the wanted arc.
 
         `towards` reaches each component as fast as it can, so that the robot starts on another arc:
         usually a tighter one, because turning needs less time than driving off.
@@ -48,13 +43,14 @@ class VelocitySmoother:
         return reachable if are_close(reachable, candidate) else None
 
     def braked(self) -> Twist:
-        """Return the previous command as slow as it can be on its arc; `last` does not change.
+        """Return the previous command as slow as it can be on its arc.
 
         `towards(STANDSTILL)` slows each component down as fast as it can, so that the robot leaves
         its arc: it usually turns on after it has stopped driving.
         """
-        shares = _shares(self.towards(STANDSTILL), self.last)
-        return self.towards(scaled(self.last, max(shares, default=0.0)))
+        last = self._state.twist
+        shares = _shares(self.towards(STANDSTILL), last)
+        return self.towards(scaled(last, max(shares, default=0.0)))
 
 
 def _shares(reached: Twist, whole: Twist) -> list[float]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stack.costmap.choosing import read_layers
 from stack.costmap.costmap import Costmap
-from stack.costmap.layer import LayerUpdate, PosedScan
+from stack.costmap.layer import LayerUpdate, Posed
 from stack.costmap.parameters import CostmapParameters
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.tracker import Tracker
@@ -84,7 +84,7 @@ def _updates(layers: list[object], window: float | None, stride: float) -> Float
     for step, scan in enumerate(_scans()):
         pose = Pose2D(stride * step - 8.0, 0.5 * stride * step - 4.0, stride * step)
         tracks = _walkers(pose, 0.1 * step)
-        update = LayerUpdate(pose, 0.1 * step, {"lidar": PosedScan(scan, pose)}, (), tracks)
+        update = LayerUpdate(pose, 0.1 * step, {"lidar": Posed(scan, pose)}, (), tracks)
         began = process_time()
         costmap.update(update)
         _ = costmap.grid

@@ -9,7 +9,7 @@ from missions.execution.fit.steps import every_leaf
 from missions.language.analysis.claims import mark_of, number_of
 from missions.language.model import Mission
 from stack.components import Choice, GoalTolerance
-from stack.control.attainable import finest_tolerance
+from stack.control.goal_alignment import finest_tolerance
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import declarations

@@ -13,9 +13,8 @@ import numpy as np
 
 from stack.control.dwb.parameters import DwbParameters
 from stack.control.swept import BoolArray
-from stack.types import CostGrid, FloatArray, Twist
-
-HIGHEST_PASSABLE, LETHAL = 252, 254
+from stack.geometry.costs_under import costs_under
+from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Twist
 
 PLACES = 4
 """Number of steps between the poses whose distance to the path counts."""
@@ -117,15 +116,11 @@ def goal_align(sampling: Sampling, p: DwbParameters) -> FloatArray:
 
 def obstacle(sampling: Sampling, p: DwbParameters) -> FloatArray:
     """Highest passable cost under the base during the motion, as a share of 252."""
-    costs, poses = sampling.costs, sampling.poses
-    columns, rows = (
-        np.floor((poses[..., k] - costs.origin[k]) / costs.resolution).astype(int) for k in (0, 1)
-    )
-    inside = (rows >= 0) & (rows < costs.cells.shape[0])
-    inside &= (columns >= 0) & (columns < costs.cells.shape[1])
-    found = costs.cells[np.where(inside, rows, 0), np.where(inside, columns, 0)].astype(float)
-    found[~inside | (found > LETHAL)] = 0.0
-    worst: FloatArray = np.minimum(found, HIGHEST_PASSABLE).max(axis=1) / HIGHEST_PASSABLE
+    count, steps, _ = sampling.poses.shape
+    under = costs_under(sampling.costs, sampling.poses.reshape(-1, 3)).astype(float)
+    under[under > LETHAL_COST] = 0.0
+    highest = INSCRIBED_COST - 1
+    worst: FloatArray = np.minimum(under, highest).reshape(count, steps).max(axis=1) / highest
     return worst
 
 

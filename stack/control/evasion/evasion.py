@@ -7,7 +7,7 @@ moving obstacles: constant velocities predict people well for a few seconds (C. 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
 from typing import NamedTuple
@@ -111,23 +111,8 @@ class Kept:
     began: float
 
 
-@dataclass(frozen=True, slots=True)
-class Around:
-    """What candidates are judged by, base frame: arguments of the kernel `motion_costs`.
-
-    Attributes:
-        twist: measured velocity.
-        way: (m, 4) points of the path ahead and unit vectors to its left.
-        discs: (k, 6) people who may come within the horizon.
-        walking: (k,) seconds for which each of them walks.
-        points: (n, 2) obstacle points that belong to nobody, metres.
-    """
-
-    twist: Twist
-    way: FloatArray
-    discs: FloatArray
-    walking: FloatArray
-    points: FloatArray
+Judge = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""Lanes, motions and settings of the kernel `motion_costs` to their costs and times."""
 
 
 class Evaded(NamedTuple):
@@ -146,7 +131,6 @@ class Evasion:
     Args:
         robot: outline, limits and kind of drive.
         parameters: `configure` replaces them.
-
     """
 
     @staticmethod
@@ -159,7 +143,6 @@ class Evasion:
     def __init__(self, robot: RobotDescription, parameters: EvasionParameters) -> None:
         from stack.control.evasion import kernels
 
-        self.parameters = parameters
         self._kernels, self._robot = kernels, robot
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
@@ -168,7 +151,7 @@ class Evasion:
         self._limits = np.array([
             limits.linear_acceleration, limits.linear_deceleration, limits.angular_acceleration,
         ])  # fmt: skip
-        self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
+        self.configure(parameters)
         self._pushing = PushingPeople()
         self._kept: Kept | None = None
         self._until = -inf
@@ -241,13 +224,13 @@ class Evasion:
             (wanted.linear, wanted.lateral, wanted.angular, LONG, 0.0, 0.0, 0.0)
         ])  # fmt: skip
         own = NO_MOTIONS if len(lanes) else straight
-        around = Around(situation.twist, way, discs, walking, points)
-        _, times = self._costs(lanes[:1], own, around, wider=resting)
+        judged = self._judge(situation.twist, way, discs, walking, points)
+        _, times = judged(lanes[:1], own, self._wide if resting else self._narrow)
         if times[0] == inf or (times[0] > p.time_to_meeting + NO_TIME and not resting):
             return None
         if len(lanes) or situation.makes_way:
             candidates = np.concatenate([own, STANDING])
-            costs, times = self._costs(lanes, candidates, around)
+            costs, times = judged(lanes, candidates, self._narrow)
             if situation.makes_way and times[0] >= times[-1]:
                 self._kept = None
                 return self._hurried(wanted, situation.obstacles)
@@ -255,7 +238,7 @@ class Evasion:
                 return self._lane(way, lanes, costs[:-1], times[:-1])
         motions = np.concatenate([own, self._possible(situation.obstacles)])
         under_way = self._rest_of_motion(motions[len(own) :], situation.time)
-        costs, _ = self._costs(lanes, np.concatenate([motions, under_way]), around)
+        costs, _ = judged(lanes, np.concatenate([motions, under_way]), self._narrow)
         self._prefer_kept(costs, lanes, len(under_way))
         best = int(np.argmin(costs))
         if best == 0:
@@ -327,16 +310,23 @@ class Evasion:
             slow[:, column] = np.maximum(slow[:, column], -0.15)
         return slow
 
-    def _costs(
-        self, lanes: FloatArray, motions: FloatArray, around: Around, *, wider: bool = False
-    ) -> tuple[FloatArray, FloatArray]:
-        twist, settings = around.twist, self._wide if wider else self._narrow
+    def _judge(
+        self, twist: Twist, way: FloatArray, discs: FloatArray, walking: FloatArray,
+        points: FloatArray,
+    ) -> Judge:  # fmt: skip
+        """Return what tells costs and times of the first meeting of lanes and motions."""
         now = np.array([twist.linear, twist.lateral, twist.angular])
-        costs, times = self._kernels.motion_costs(
-            lanes, around.way, self._lanes.steering, motions, now, self._limits, around.discs,
-            around.walking, around.points, self._corners, self._radius, settings,
-        )  # fmt: skip
-        return costs, times
+
+        def judged(
+            lanes: FloatArray, motions: FloatArray, settings: FloatArray
+        ) -> tuple[FloatArray, FloatArray]:
+            costs, times = self._kernels.motion_costs(
+                lanes, way, self._lanes.steering, motions, now, self._limits, discs, walking,
+                points, self._corners, self._radius, settings,
+            )  # fmt: skip
+            return costs, times
+
+        return judged
 
     def _points(self, points: FloatArray, discs: FloatArray) -> FloatArray:
         """Return the near points that belong to no disc, thinned out."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache, partial
 from math import ceil, hypot, inf
 from typing import ClassVar
 
@@ -52,7 +53,7 @@ class Mppi(PathController[MppiParameters]):
         return (*PathController.kernels(parameters, robot), *ROLLOUTS, *CRITICS)
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
-        self._outline: tuple[float, Outline] | None = None
+        self._outline = cache(partial(Outline.of, robot.footprint))
         self._obstacles: Obstacles | None = None
         self._keeps_clear = False
         super().__init__(parameters, robot, period)
@@ -94,7 +95,7 @@ class Mppi(PathController[MppiParameters]):
         tracks = state.tracks if p.moving_weight else ()
         around = Obstacles.of(costs, state.pose, body, tracks, self._obstacles)
         self._obstacles = around
-        outline = self._outline_for(costs.resolution)
+        outline = self._outline(costs.resolution)
         optimiser.limit_reverse(p.blind_speed if state.blind_behind else inf)
         optimiser.shift()
         optimiser.improve(state.pose.heading, self._alignment.last, path, around, outline)
@@ -140,7 +141,7 @@ class Mppi(PathController[MppiParameters]):
 
     def _rooms(self, poses: FloatArray, state: ControlState) -> FloatArray:
         """(m, k) clearances at (k, 3) poses one time step apart to objects that keep on moving."""
-        p, outline = self.parameters, self._outline_for(state.costs.resolution)
+        p, outline = self.parameters, self._outline(state.costs.resolution)
         times = p.time_step * np.arange(1.0, len(poses) + 1.0)
         tracks = state.tracks if p.moving_weight else ()
         rooms = [clearance_to(outline, poses, times, track) for track in tracks]
@@ -165,8 +166,3 @@ class Mppi(PathController[MppiParameters]):
         moves = hypot(x - state.pose.x, y - state.pose.y) > least
         least_turn = min(STALLED_TURN, half * self._robot.limits.angular_speed)
         return not moves and abs(heading - state.pose.heading) < least_turn
-
-    def _outline_for(self, resolution: float) -> Outline:
-        if self._outline is None or self._outline[0] != resolution:
-            self._outline = (resolution, Outline.of(self._robot.footprint, resolution))
-        return self._outline[1]

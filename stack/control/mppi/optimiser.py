@@ -5,16 +5,24 @@ from __future__ import annotations
 from math import cos, sin
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.control.mppi.critics.critics import CRITICS, CriticData, evaluate_obstacles
-from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
 from stack.drivetrain.description import RobotDescription
+from stack.geometry.savitzky_golay import savitzky_golay_weights
+from stack.streams import stream
 from stack.types import FloatArray, Pose2D, Twist
 
 NOISE_CORRELATION = 0.8
 """Correlation of the noise of neighbouring steps: rollouts of white noise only tremble."""
+
+TABLE_LENGTH = 4
+"""Number of columns of the table, in batches."""
+
+CALM_SHARE, CALMEST = 0.4, 0.03
+"""Share of the rollouts with reduced noise, and the smallest factor on it."""
 
 HISTORY = 4
 """Half window of the smoothing filter: the number of past commands that it uses."""
@@ -31,17 +39,6 @@ DODGES = (
 near people."""
 
 DODGE_SHARES = np.array([share for share, _ in DODGES], np.float32)
-
-
-def savitzky_golay(half: int, order: int) -> FloatArray:
-    """Return the (2 half + 1,) weights of a Savitzky-Golay filter at the centre of its window.
-
-    A. Savitzky, M. J. E. Golay, "Smoothing and Differentiation of Data by Simplified Least Squares
-    Procedures", Analytical Chemistry 36, 1964.
-    """
-    places = np.arange(-half, half + 1, dtype=float)
-    weights: FloatArray = np.linalg.pinv(np.vander(places, order + 1, increasing=True))[0]
-    return weights
 
 
 class Optimiser:
@@ -70,7 +67,7 @@ class Optimiser:
         self._pursuits = np.array([(share * self.top_speed, ahead) for share, ahead in PURSUITS])
         self._dodging_turns = dodging_turns(p, float(self._bounds[2]))
         self._places, self._shift = np.arange(p.steps), period / p.time_step
-        self._filter = savitzky_golay(HISTORY, 2)
+        self._filter = savitzky_golay_weights(HISTORY, 2)
         self._past = np.zeros((self._axes, HISTORY))
         self.plan: Array32 = np.zeros((self._axes, p.steps), np.float32)
 
@@ -112,9 +109,7 @@ class Optimiser:
                 self._dodge(rollouts.controls)
             self._drive(rollouts, heading, twist)
             evaluate_obstacles(kernels, p, rollouts, obstacles, body)
-            furthest = kernels.furthest_reached(
-                rollouts.poses, rollouts.hits, path.points, rollouts.nearest
-            )
+            furthest = kernels.furthest_reached(rollouts.poses, rollouts.hits, path.points)
             critic_data = CriticData(
                 kernels, p, path, self.plan, self._noise.pull(self.plan), heading, int(furthest),
                 self._drivetrain.aligns_in_place, moving=len(obstacles.moving) > 0,
@@ -235,3 +230,59 @@ def bounds(p: MppiParameters, robot: RobotDescription) -> Array32:
         ],
         np.float32,
     )
+
+
+class NoiseTable:
+    """Normal noise, correlated over the steps of a rollout.
+
+    Each column is the noise of one rollout and one axis, a stationary first-order autoregressive
+    sequence. A command uses `batch` neighbouring columns from a random offset, a different one per
+    axis, so that the combinations are new although the columns repeat.
+
+    Attributes:
+        values: (axes, steps, columns) float32.
+        scales: (batch,) float32 factors on a draw: rollouts with little noise keep to a plan
+            through a narrow passage, where those with full noise all collide.
+    """
+
+    def __init__(self, batch: int, steps: int, correlation: float, deviations: list[float]) -> None:
+        """Draw the table.
+
+        Args:
+            batch: rollouts per command.
+            steps: steps per rollout.
+            correlation: of neighbouring steps, in [0, 1).
+            deviations: standard deviation per axis, m/s or rad/s.
+        """
+        self._correlation, self._deviations = correlation, np.array(deviations)
+        self._random = stream(0, "mppi noise")
+        shape = (len(deviations), steps, TABLE_LENGTH * batch)
+        self.values: Array32 = self._random.standard_normal(shape, dtype=np.float32)
+        fresh = np.float32(np.sqrt(1.0 - correlation * correlation))
+        for t in range(1, steps):
+            self.values[:, t] *= fresh
+            self.values[:, t] += np.float32(correlation) * self.values[:, t - 1]
+        self.values *= np.array(deviations, np.float32)[:, None, None]
+        self._last = shape[2] - batch
+        calm = np.geomspace(CALMEST, 1.0, round(CALM_SHARE * batch))
+        self.scales: Array32 = np.ones(batch, np.float32)
+        self.scales[: len(calm)] = calm
+
+    def begins(self) -> NDArray[np.int64]:
+        """Return the (axes,) first columns of the next draw."""
+        return self._random.integers(0, self._last + 1, len(self.values))
+
+    def pull(self, plan: Array32) -> Array32:
+        """Return the plan times the inverse covariance of the noise; both (axes, steps).
+
+        The inverse covariance of a first-order autoregressive sequence is tridiagonal.
+        """
+        r = self._correlation
+        middle = plan.astype(np.float64)
+        weighed = (1.0 + r * r) * middle
+        weighed[:, 0] -= r * r * middle[:, 0]
+        weighed[:, -1] -= r * r * middle[:, -1]
+        weighed[:, 1:] -= r * middle[:, :-1]
+        weighed[:, :-1] -= r * middle[:, 1:]
+        weighed /= (1.0 - r * r) * np.square(self._deviations)[:, None]
+        return weighed.astype(np.float32)

@@ -9,6 +9,7 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.costs_under import costs_under
 from stack.geometry.distance_transform import distances_to_zero
 from stack.geometry.path_segment import PathSegment
 from stack.geometry.polygons import fill_polygon, outline_points
@@ -211,15 +212,8 @@ class LocalPath:
     ) -> LocalPath:
         """Create from the next `reach` metres of a path."""
         points = segment.sampled(reach, spacing)
-        columns, rows = (
-            np.floor((points[:, k] - costs.origin[k]) / costs.resolution).astype(int)
-            for k in (0, 1)
-        )
-        inside = (rows >= 0) & (rows < costs.cells.shape[0])
-        inside &= (columns >= 0) & (columns < costs.cells.shape[1])
-        free = np.ones(len(points), dtype=bool)
-        found = costs.cells[rows[inside], columns[inside]]
-        free[inside] = (found < INSCRIBED_COST) | (found > LETHAL_COST)
+        under = costs_under(costs, points)
+        free = (under < INSCRIBED_COST) | (under > LETHAL_COST)
         goal = segment.arrival
         return LocalPath(
             np.ascontiguousarray(points - (pose.x, pose.y), dtype=np.float32), free, spacing,
@@ -252,9 +246,6 @@ class Rollouts:
         self.controls = np.zeros((axes, steps, batch), np.float32)
         self.velocities = np.zeros((axes, steps, batch), np.float32)
         self.poses = np.zeros((5, steps, batch), np.float32)
-        self.excess, self.obstacle_cost, self.repulsion, self.costs, self.term = np.zeros(
-            (5, batch), np.float32
-        )
-        self.closeness = np.zeros(batch, np.float32)
+        self.excess, self.obstacle_cost, self.repulsion = np.zeros((3, batch), np.float32)
+        self.closeness, self.costs, self.term = np.zeros((3, batch), np.float32)
         self.hits = np.zeros(batch, np.int64)
-        self.nearest = np.zeros(batch, np.int64)

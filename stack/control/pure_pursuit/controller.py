@@ -69,7 +69,8 @@ class PurePursuit(Controller):
 
     def configure(self, parameters: PurePursuitParameters) -> None:
         """Apply new parameters."""
-        self.parameters, self._swept.padding = parameters, parameters.padding
+        self.parameters = parameters
+        self._swept.keep(parameters.padding)
         self._ramp = Ramp(self._drivetrain, self._period, parameters.response_time)
         self._exact = parameters.within(self._tolerance)
         self._turns = TurnInPlace(self._swept, self._ramp, _style(self._exact))
@@ -78,7 +79,7 @@ class PurePursuit(Controller):
     def set_tolerance(self, tolerance: GoalTolerance) -> None:
         """Stop within a tolerance of the goal."""
         self._tolerance, self._exact = tolerance, self.parameters.within(tolerance)
-        self._turns.style = _style(self._exact)
+        self._turns.adopt(_style(self._exact))
 
     def start(self, now: float) -> None:
         """Begin a drive."""
@@ -118,7 +119,7 @@ class PurePursuit(Controller):
             NavigationError: COLLISION_AHEAD when no command is safe.
         """
         segment, self._state = self._segment, state
-        self._swept.seen = None if state.points is None else state.pose.transform(state.points)
+        self._swept.see(None if state.points is None else state.pose.transform(state.points))
         if segment is None:
             return STANDSTILL
         self._manoeuvre.compare(self._last, state.twist)

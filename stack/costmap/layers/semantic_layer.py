@@ -10,15 +10,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stack.costmap.layer import (
-    NO_BOX,
     Box,
     Canvas,
     Layer,
     LayerUpdate,
     Region,
-    is_some,
     joined,
-    part,
 )
 from stack.errors import ParameterError
 from stack.parameters import build, parameter
@@ -178,12 +175,7 @@ class SemanticLayer(Layer):
     def paint(self, canvas: Canvas) -> None:
         """Raise the cost of cells that are known and below INSCRIBED_COST."""
         for spot in self._spots:
-            box = _common(self._box(spot), canvas.box)
-            if not is_some(box):
-                continue
-            top, bottom, left, right = box
-            cells = part(canvas.cells, (top - canvas.box[0], bottom - canvas.box[0],
-                                        left - canvas.box[2], right - canvas.box[2]))  # fmt: skip
+            box, cells = canvas.within(self._box(spot))
             x, y = self.frame.middles(box)
             away = np.hypot(x - spot.x, y - spot.y)
             cost = np.rint(np.maximum(spot.cost * (1.0 - away / spot.radius), 0.0)).astype(np.uint8)
@@ -255,11 +247,3 @@ class SemanticLayer(Layer):
         """The cells whose cost a thing raises."""
         r = spot.radius
         return self.frame.box_around((spot.x - r, spot.y - r), (spot.x + r, spot.y + r))
-
-
-def _common(one: Box, other: Box) -> Box:
-    if not (is_some(one) and is_some(other)):
-        return NO_BOX
-    return (
-        max(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), min(one[3], other[3])
-    )  # fmt: skip

@@ -16,7 +16,6 @@ from stack.costmap.layer import (
     Region,
     is_some,
     joined,
-    part,
 )
 from stack.parameters import parameter
 from stack.types import Footprint, TrackedObject
@@ -81,13 +80,9 @@ class SocialLayer(Layer):
     def paint(self, canvas: Canvas) -> None:
         """Raise the cost of cells that are known and below INSCRIBED_COST."""
         for track in self._tracks:
-            box = _common(self._box(track), canvas.box)
-            if not is_some(box):
-                continue
-            top, bottom, left, right = box
-            cells = part(canvas.cells, (top - canvas.box[0], bottom - canvas.box[0],
-                                        left - canvas.box[2], right - canvas.box[2]))  # fmt: skip
-            self._raise(cells, track, box)
+            box, cells = canvas.within(self._box(track))
+            if is_some(box):
+                self._raise(cells, track, box)
 
     def clear(self, region: Region | None) -> Box:
         """Drop all tracks until the next update."""
@@ -114,14 +109,4 @@ class SocialLayer(Layer):
         (x, y), (other_x, other_y) = ends
         low = min(x, other_x) - margin, min(y, other_y) - margin
         high = max(x, other_x) + margin, max(y, other_y) + margin
-        box = self.frame.box_around(low, high)
-        return box if is_some(box) else NO_BOX
-
-
-def _common(one: Box, other: Box) -> Box:
-    return (
-        max(one[0], other[0]),
-        min(one[1], other[1]),
-        max(one[2], other[2]),
-        min(one[3], other[3]),
-    )
+        return self.frame.box_around(low, high)

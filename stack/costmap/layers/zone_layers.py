@@ -44,7 +44,18 @@ class _Zoned:
         object.__setattr__(self, "zones", read_zones(Zone, self.zones))
 
 
-class KeepoutLayer(Layer):
+class _ZoneLayer(Layer):
+    """A layer whose zones are drawn in its frame."""
+
+    _cells: ZoneCells
+
+    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
+        """Draw the zones in the new frame."""
+        super().lay_out(frame, shift)
+        self._cells.lay_out(frame, shift)
+
+
+class KeepoutLayer(_ZoneLayer):
     """Zones that the robot must not enter; their cells are lethal.
 
     The whole footprint stays outside; with `inflated: false`, only the centre. A robot that stands
@@ -68,11 +79,6 @@ class KeepoutLayer(Layer):
         """Use another map: ways out lead round its walls."""
         super().set_map(grid)
         self._leaving = self._lane = None
-
-    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Draw the zones in the new frame."""
-        super().lay_out(frame, shift)
-        self._cells.lay_out(frame, shift)
 
     def update(self, update: LayerUpdate) -> Box:
         """Open the shortest way out for a robot that stands in a zone."""
@@ -120,7 +126,7 @@ class KeepoutLayer(Layer):
         return self.frame.box_around((x, y), (x + columns * side, y + rows * side))
 
 
-class PreferredLanesLayer(Layer):
+class PreferredLanesLayer(_ZoneLayer):
     """Preferred lanes: cells outside them have a minimum cost.
 
     Use it in the global costmap (`only: global`): a controller that slows down at high costs would
@@ -141,11 +147,6 @@ class PreferredLanesLayer(Layer):
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
         self._cells = ZoneCells(parameters.zones, read_mask(parameters.mask))
-
-    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Draw the lanes in the new frame."""
-        super().lay_out(frame, shift)
-        self._cells.lay_out(frame, shift)
 
     def paint(self, canvas: Canvas) -> None:
         """Raise the cost of known cells outside the lanes."""

@@ -11,18 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
-from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError
 from stack.parameters import parameter
-from stack.planning.endpoints import Endpoints
 from stack.planning.kinematic.moves import HEADINGS, Penalties, pack_moves, steering_moves
-from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse, radius_for
-from stack.planning.kinematic.planning import PosePlanning, pose_planner_kernels
-from stack.planning.kinematic.search import CollisionChecker, Drive, Method
-from stack.planning.kinematic.shaping import Shaping
+from stack.planning.kinematic.parameters import PosePlannerParameters
+from stack.planning.kinematic.planning import PosePlanner
+from stack.planning.kinematic.search import Method
 from stack.planning.kinematic.shortcuts import CurveShortcut
-from stack.planning.search import StepCosts
-from stack.types import CostGrid, Path, Pose2D
 
 _TABLE_REACH, _TABLE_STEP, _TABLE_TURNS = 16, 0.25, 36  # cells to a side; radii; headings
 _RADIUS = 0.4  # m, for robots that turn in place: tight, and smooth at walking speed
@@ -50,7 +46,7 @@ class HybridAstarParameters(PosePlannerParameters):
     )  # fmt: skip
 
 
-class HybridAstar(Planner):
+class HybridAstar(PosePlanner):
     """Hybrid A*: collision-free path of poses for a vehicle with a minimum turning radius.
 
     D. Dolgov, S. Thrun, M. Montemerlo, J. Diebel, "Path Planning for Autonomous Vehicles in Unknown
@@ -70,57 +66,25 @@ class HybridAstar(Planner):
     """
 
     Parameters: ClassVar[type] = HybridAstarParameters
+    parameters: HybridAstarParameters
 
     @staticmethod
     def check(parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         """Raise InputError if `turning_radius` is below the robot's turning radius."""
-        radius_for(robot, parameters.turning_radius, _RADIUS)
+        _radius_for(robot, parameters.turning_radius)
 
     @staticmethod
     def kernels(parameters: HybridAstarParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of a run with this component."""
         from stack.planning.curves.kernels import DISTANCES
 
-        return (*DISTANCES, *pose_planner_kernels(parameters.smoother))
+        return (*DISTANCES, *PosePlanner.kernels(parameters, robot))
 
     def __init__(self, parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         p = parameters
-        self.parameters = p
-        tables = StepCosts.of(p.cost_weight, p.allow_unknown)
-        self._penalties = Penalties(p.reverse_penalty, p.non_straight_penalty, p.change_penalty)
-        self._methods: dict[float, Method] = {}
-        self._radius = radius_for(robot, p.turning_radius, _RADIUS)
-        self._both_ways = p.motion == "reeds_shepp" and may_reverse(robot)
-        self._planning = PosePlanning(
-            footprint=robot.footprint,
-            tables=tables,
-            endpoints=Endpoints.of(p, robot.footprint, tables.traverse),
-            shaping=Shaping(p.smoother, self._radius, tables.traverse),
-            method=self._method,
-            seeds=start_only,
-        )
-
-    def plan(
-        self,
-        costs: CostGrid,
-        start: Pose2D,
-        goal: Pose2D,
-        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
-    ) -> Path:
-        """Return poses at most a cell apart from exactly the start to exactly the goal, map frame.
-
-        If the goal cannot be reached, the path ends at the nearest pose within the tolerance.
-
-        Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
-                GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
-        """
-        return self._planning.plan(costs, start, goal, options)
-
-    def _method(self, resolution: float) -> Method:
-        if resolution not in self._methods:
-            self._methods[resolution] = self._new_method(resolution)
-        return self._methods[resolution]
+        penalties = Penalties(p.reverse_penalty, p.non_straight_penalty, p.change_penalty)
+        super().__init__(p, robot, _radius_for(robot, p.turning_radius), penalties)
+        self._both_ways = p.motion == "reeds_shepp" and robot.limits.reverse_speed > 0.0
 
     def _new_method(self, resolution: float) -> Method:
         p, radius, both_ways = self.parameters, self._radius, self._both_ways
@@ -138,10 +102,25 @@ class HybridAstar(Planner):
         )
 
 
-def start_only(checker: CollisionChecker, start: Pose2D) -> list[Drive]:
-    """Return the start itself as the only seed, for vehicles that cannot turn in place."""
-    pose = np.array([[start.x, start.y, start.heading]])
-    return [Drive(pose, np.zeros(1, np.int64), 0.0)]
+def _radius_for(robot: RobotDescription, requested: float | None) -> float:
+    """Return the minimum turning radius of a path, metres.
+
+    Args:
+        robot: the robot that follows the path.
+        requested: the parameter `turning_radius`; None for the robot's own.
+
+    Raises:
+        InputError: `requested` is below the robot's turning radius.
+    """
+    least = robot.turning_radius
+    if requested is None:
+        return least or _RADIUS
+    if requested < least - 1e-9:
+        raise InputError(
+            f"turning_radius: {requested:g} m is below the turning radius of {robot.name}, "
+            f"{least:.3g} m; leave the parameter out to use the robot's own"
+        )
+    return requested
 
 
 @lru_cache(maxsize=2)

@@ -3,8 +3,7 @@
 
 The search returns to its caller when it needs larger arrays or an analytic expansion to the goal,
 and resumes with the same arrays. `state` (4,) int64 holds the counters that are kept between
-calls; NODES to COUNTDOWN are its indices. The file is a little over 400 lines because numba's cache
-does not notice changes in functions of other modules.
+calls; NODES to COUNTDOWN are its indices.
 """
 
 from typing import NamedTuple
@@ -12,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import b1, f4, f8, i8, njit, types, u1
 from numpy.typing import NDArray
+
+from stack.planning.heap import pop, push
 
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3
 """Indices of `state`: nodes, heap entries, nodes expanded, expansions to the next attempt."""
@@ -229,43 +230,6 @@ def estimate(grid, target, x, y, heading, contacts):
 
 
 @njit(cache=True, nogil=True)
-def _push(heap, count, f, node):
-    """Add an entry to a binary heap ordered by f, then by node."""
-    at = count
-    while at > 0:
-        above = (at - 1) // 2
-        if heap[above, 0] < f or (heap[above, 0] == f and heap[above, 1] <= node):
-            break
-        heap[at] = heap[above]
-        at = above
-    heap[at, 0], heap[at, 1] = f, node
-
-
-@njit(cache=True, nogil=True)
-def _pop(heap, count):
-    """Remove and return the first of `count` heap entries: (f, node)."""
-    f, node = heap[0, 0], heap[0, 1]
-    last_f, last_node = heap[count - 1, 0], heap[count - 1, 1]
-    count -= 1
-    at = 0
-    while True:
-        below = 2 * at + 1
-        if below >= count:
-            break
-        if below + 1 < count and (
-            heap[below + 1, 0] < heap[below, 0]
-            or (heap[below + 1, 0] == heap[below, 0] and heap[below + 1, 1] < heap[below, 1])
-        ):
-            below += 1
-        if last_f < heap[below, 0] or (last_f == heap[below, 0] and last_node <= heap[below, 1]):
-            break
-        heap[at] = heap[below]
-        at = below
-    heap[at, 0], heap[at, 1] = last_f, last_node
-    return f, int(node)
-
-
-@njit(cache=True, nogil=True)
 def _slot(slots, keys, key):
     """Return the slot of a key in the hash table, or the free slot for it."""
     mask = slots.size - 1
@@ -305,7 +269,7 @@ def add_node(grid, moves, target, nodes, state, pose, cost, parent, move, contac
     nodes.poses[node, 0], nodes.poses[node, 1], nodes.poses[node, 2] = x, y, heading
     nodes.costs[node], nodes.contacts[node] = cost, contacts
     nodes.parents[node, 0], nodes.parents[node, 1] = parent, move
-    _push(nodes.heap, state[WAITING], cost + to_go, node)
+    push(nodes.heap, state[WAITING], cost + to_go, node)
     state[WAITING] += 1
 
 
@@ -347,7 +311,7 @@ def expand(grid, moves, target, nodes, state, max_expansions, bound, cancelled):
         room = min(nodes.costs.size - state[NODES], nodes.heap.shape[0] - state[WAITING])
         if room <= count:
             return GROW, -1
-        f, node = _pop(nodes.heap, state[WAITING])
+        f, node = pop(nodes.heap, state[WAITING])
         state[WAITING] -= 1
         if nodes.closed[node]:
             continue

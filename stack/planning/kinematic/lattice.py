@@ -7,20 +7,21 @@ from typing import ClassVar
 
 import numpy as np
 
-from stack.compilation import KernelTypes
-from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import parameter
-from stack.planning.endpoints import Endpoints
-from stack.planning.kinematic.moves import Penalties, lattice_headings, lattice_moves, pack_moves
-from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse
-from stack.planning.kinematic.planning import PosePlanning, pose_planner_kernels
+from stack.planning.kinematic.moves import (
+    Penalties,
+    lattice_headings,
+    lattice_moves,
+    pack_moves,
+    turned,
+)
+from stack.planning.kinematic.parameters import PosePlannerParameters
+from stack.planning.kinematic.planning import PosePlanner
 from stack.planning.kinematic.search import CollisionChecker, Drive, Method
-from stack.planning.kinematic.shaping import Shaping
-from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn, turned
-from stack.planning.search import StepCosts
-from stack.types import CostGrid, Path, Pose2D, wrap_angle
+from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn
+from stack.types import Pose2D, wrap_angle
 
 _RADIUS = 0.5  # m
 
@@ -48,7 +49,7 @@ class LatticeParameters(PosePlannerParameters):
     )  # fmt: skip
 
 
-class Lattice(Planner):
+class Lattice(PosePlanner):
     """State lattice: collision-free path of straights, arcs and turns in place.
 
     M. Pivtoraiko, A. Kelly, "Efficient constrained path planning via search in state lattices",
@@ -65,6 +66,7 @@ class Lattice(Planner):
     """
 
     Parameters: ClassVar[type] = LatticeParameters
+    parameters: LatticeParameters
 
     @staticmethod
     def check(parameters: LatticeParameters, robot: RobotDescription) -> None:
@@ -75,67 +77,32 @@ class Lattice(Planner):
                 f"{robot.name} is {robot.turning_radius:.3g} m; use hybrid_astar"
             )
 
-    @staticmethod
-    def kernels(parameters: LatticeParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
-        return pose_planner_kernels(parameters.smoother)
-
     def __init__(self, parameters: LatticeParameters, robot: RobotDescription) -> None:
         p = parameters
-        self.parameters = p
-        tables = StepCosts.of(p.cost_weight, p.allow_unknown)
-        self._penalties = Penalties(
+        self.check(p, robot)
+        radius = _RADIUS if p.turning_radius is None else p.turning_radius
+        penalties = Penalties(
             p.reverse_penalty, p.non_straight_penalty, p.change_penalty, p.rotation_penalty
         )
-        self.check(parameters, robot)
-        self._methods: dict[float, Method] = {}
-        self._radius = _RADIUS if p.turning_radius is None else p.turning_radius
-        self._reverse = p.allow_reverse and may_reverse(robot)
-        self._planning = PosePlanning(
-            footprint=robot.footprint,
-            tables=tables,
-            endpoints=Endpoints.of(p, robot.footprint, tables.traverse),
-            shaping=Shaping(p.smoother, self._radius, tables.traverse),
-            method=self._method,
-            seeds=self._seeds,
+        super().__init__(p, robot, radius, penalties)
+        self._reverse = p.allow_reverse and robot.limits.reverse_speed > 0.0
+
+    def _new_method(self, resolution: float) -> Method:
+        p, penalties = self.parameters, self._penalties
+        moves = lattice_moves(self._radius, resolution, self._reverse)
+        return Method(
+            moves=pack_moves(moves, penalties, lattice_headings()),
+            shortcuts=(
+                TurnDriveTurn(penalties),
+                CurveShortcut(self._reverse, self._radius, penalties),
+            ),
+            table=np.zeros((1, 1, 1), np.float32),
+            table_step=1.0,
+            table_slack=0.0,
+            ratio=p.analytic_ratio * 2.0 * resolution,
+            max_expansions=p.max_expansions,
+            penalties=penalties,
         )
-
-    def plan(
-        self,
-        costs: CostGrid,
-        start: Pose2D,
-        goal: Pose2D,
-        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
-    ) -> Path:
-        """Return poses at most a cell apart from exactly the start to exactly the goal, map frame.
-
-        A turn in place is a corner of the path. If the goal cannot be reached, the path ends at
-        the nearest pose within the tolerance.
-
-        Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
-                GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
-        """
-        return self._planning.plan(costs, start, goal, options)
-
-    def _method(self, resolution: float) -> Method:
-        if resolution not in self._methods:
-            p = self.parameters
-            moves = lattice_moves(self._radius, resolution, self._reverse)
-            self._methods[resolution] = Method(
-                moves=pack_moves(moves, self._penalties, lattice_headings()),
-                shortcuts=(
-                    TurnDriveTurn(self._penalties),
-                    CurveShortcut(self._reverse, self._radius, self._penalties),
-                ),
-                table=np.zeros((1, 1, 1), np.float32),
-                table_step=1.0,
-                table_slack=0.0,
-                ratio=p.analytic_ratio * 2.0 * resolution,
-                max_expansions=p.max_expansions,
-                penalties=self._penalties,
-            )
-        return self._methods[resolution]
 
     def _seeds(self, checker: CollisionChecker, start: Pose2D) -> list[Drive]:
         """Return the start turned to the two nearest lattice headings.
@@ -152,4 +119,4 @@ class Lattice(Planner):
             if checker.weight(poses, contacts) > 0.0:
                 cost = self._penalties.rotation * abs(angle)
                 seeds.append(Drive(poses, np.zeros(len(poses), np.int64), cost))
-        return seeds or [Drive(pose[None], np.zeros(1, np.int64), 0.0)]
+        return seeds or super()._seeds(checker, start)

@@ -20,6 +20,7 @@ LATTICE_DIRECTIONS = (
 
 IN_PLACE = 9
 _PARTS = 1440  # entries of the table from direction to heading bin: a quarter of a degree
+_TURN_STEP = 0.1  # rad between the poses of a turn in place
 _REACH = 40  # cells; search radius for the end of a lattice arc
 
 
@@ -154,10 +155,7 @@ def _moves_from(turn: int, radius: float, resolution: float, reverse: bool) -> l
         poses, length = _bend(turn, other, radius, resolution)
         moves.append(Move(poses, length, side))
         angle = wrap_angle(float(headings[other] - headings[turn]))
-        steps = max(1, ceil(abs(angle) / 0.1))
-        turned = np.zeros((steps, 3))
-        turned[:, 2] = angle * np.arange(1, steps + 1) / steps
-        moves.append(Move(turned, abs(angle), IN_PLACE))
+        moves.append(Move(turned(np.zeros(3), angle), abs(angle), IN_PLACE))
     return moves
 
 
@@ -190,8 +188,8 @@ def _bend(turn: int, other: int, radius: float, resolution: float) -> tuple[Floa
     length, first, last = best
     tangent = min(first, last)
     straight, curved = (arc(0.0, rest, resolution) for rest in (first - tangent, last - tangent))
-    turned = arc(angle / abs(angle) * bend / tangent, tangent / bend * abs(angle), resolution)
-    return _chained([straight, turned, curved]), length
+    bent = arc(angle / abs(angle) * bend / tangent, tangent / bend * abs(angle), resolution)
+    return _chained([straight, bent, curved]), length
 
 
 def _chained(pieces: list[FloatArray]) -> FloatArray:
@@ -208,3 +206,13 @@ def _chained(pieces: list[FloatArray]) -> FloatArray:
         chain.append(moved)
         x, y, heading = moved[-1]
     return np.vstack(chain)
+
+
+def turned(pose: FloatArray, angle: float) -> FloatArray:
+    """Return poses (n, 3) of a turn in place by an angle in radians, without the first pose."""
+    steps = ceil(abs(angle) / _TURN_STEP - 1e-9)
+    if steps == 0:
+        return np.empty((0, 3))
+    poses = np.repeat(pose[None], steps, axis=0)
+    poses[:, 2] += angle * np.arange(1, steps + 1) / steps
+    return poses

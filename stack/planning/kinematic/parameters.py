@@ -1,11 +1,9 @@
-"""Parameters shared by the pose planners, and limits that follow from the robot."""
+"""Parameters shared by the pose planners."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
 from stack.parameters import parameter
 from stack.planning.parameters import PlannerParameters
 from stack.planning.smoothers.choice import SMOOTHERS
@@ -34,30 +32,3 @@ class PosePlannerParameters(PlannerParameters):
     smoother: str = parameter(
         "constrained", one_of=SMOOTHERS, public=True, help="smoother for the path between cusps"
     )
-
-
-def radius_for(robot: RobotDescription, requested: float | None, default: float) -> float:
-    """Return the minimum turning radius of a path, metres.
-
-    Args:
-        robot: the robot that follows the path.
-        requested: the parameter `turning_radius`; None for the robot's own.
-        default: default for robots that can turn in place.
-
-    Raises:
-        InputError: `requested` is below the robot's turning radius.
-    """
-    least = robot.turning_radius
-    if requested is None:
-        return least or default
-    if requested < least - 1e-9:
-        raise InputError(
-            f"turning_radius: {requested:g} m is below the turning radius of {robot.name}, "
-            f"{least:.3g} m; leave the parameter out to use the robot's own"
-        )
-    return requested
-
-
-def may_reverse(robot: RobotDescription) -> bool:
-    """Return whether the robot can drive backward."""
-    return robot.limits.reverse_speed > 0.0

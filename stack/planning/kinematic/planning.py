@@ -1,9 +1,10 @@
-"""Common part of the pose planners: ends, reachability, partial plans and errors."""
+"""Base class of the pose planners: ends, reachability, partial plans and errors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from abc import abstractmethod
+from dataclasses import replace
+from functools import cache
 from math import inf
 from typing import Any
 
@@ -11,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
-from stack.components import CancelToken, PlanOptions
+from stack.components import DEFAULT_PLAN_OPTIONS, CancelToken, Planner, PlanOptions
+from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError
 from stack.geometry.path_progress import split_at_cusps
 from stack.planning.endpoints import (
@@ -22,6 +24,7 @@ from stack.planning.endpoints import (
     unreachable_goal,
     xy_text,
 )
+from stack.planning.kinematic.moves import Penalties
 from stack.planning.kinematic.search import (
     CollisionChecker,
     Drive,
@@ -33,7 +36,7 @@ from stack.planning.kinematic.search import (
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.search import StepCosts
 from stack.planning.smoothers.choice import shape_kernels
-from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, wrap_angle
+from stack.types import CostGrid, FailureCode, Path, Pose2D, wrap_angle
 
 _FLOOD_MARGIN = 0.3  # the cost-to-go field covers costs this share above the start's
 _PARTIAL_REACH = 3.0  # m; search radius for a clear pose near a blocked goal of a partial plan
@@ -49,64 +52,91 @@ way of most long paths through narrow doors now and then; the controller gets pa
 """
 
 
-@dataclass(frozen=True)
-class PosePlanning:
-    """Pose planner for a footprint and a search method.
+class PosePlanner(Planner):
+    """Searches over poses with motion primitives, and smooths what it has found.
 
-    Attributes:
-        footprint: outline in the base frame.
-        tables: step costs of the 2D cost-to-go field.
-        endpoints: tolerances.
-        shaping: smoother of the poses found.
-        method: returns the search method for a grid resolution in metres.
-        seeds: returns the first drives from a start pose.
+    Subclasses choose the moves.
+
+    Args:
+        parameters: weights and tolerances.
+        robot: its footprint stays clear of lethal cells, its base of inscribed ones.
+        radius: minimum turning radius of the path, metres.
+        penalties: of the moves.
     """
 
-    footprint: Footprint
-    tables: StepCosts
-    endpoints: Endpoints
-    shaping: Shaping
-    method: Callable[[float], Method]
-    seeds: Callable[[CollisionChecker, Pose2D], list[Drive]]
+    def __init__(
+        self, parameters: Any, robot: RobotDescription, radius: float, penalties: Penalties
+    ) -> None:
+        super().__init__(parameters, robot)
+        self._footprint, self._radius, self._penalties = robot.footprint, radius, penalties
+        self._tables = StepCosts.of(parameters.cost_weight, parameters.allow_unknown)
+        traverse = self._tables.traverse
+        self._endpoints = Endpoints.of(parameters, robot.footprint, traverse)
+        self._shaping = Shaping(parameters.smoother, radius, traverse)
+        self._method = cache(self._new_method)
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions) -> Path:
-        """Return a collision-free path of poses from start to goal.
+    @staticmethod
+    def kernels(parameters: Any, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        return pose_planner_kernels(parameters.smoother)
+
+    @abstractmethod
+    def _new_method(self, resolution: float) -> Method:
+        """Return the search method for cells of a side in metres."""
+
+    def _seeds(self, checker: CollisionChecker, start: Pose2D) -> list[Drive]:
+        """Return the first drives: the start itself, for vehicles that cannot turn in place."""
+        pose = np.array([[start.x, start.y, start.heading]])
+        return [Drive(pose, np.zeros(1, np.int64), 0.0)]
+
+    def plan(
+        self,
+        costs: CostGrid,
+        start: Pose2D,
+        goal: Pose2D,
+        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
+    ) -> Path:
+        """Return poses at most a cell apart from exactly the start to exactly the goal, map frame.
+
+        A turn in place is a corner of the path. If the goal cannot be reached, the path ends at
+        the nearest pose within the tolerance.
 
         Raises:
-            NavigationError: as `Planner.plan`.
+            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
+                GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        return replace(self, endpoints=self.endpoints.with_options(options))._plan(
-            costs, start, goal, options
-        )
+        from stack.planning.kinematic import kernels
 
-    def _plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions) -> Path:
+        ends = self._endpoints.with_options(options)
         cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
         cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
-        checker = CollisionChecker.of(costs, self.footprint, self.tables)
+        checker = CollisionChecker.of(costs, self._footprint, self._tables)
         options.cancel.check()
-        begin = self._start_cell(checker, start)
-        end = self._clear_goal(checker, goal)
+        begin = ends.passable_start(costs, start)
+        end = _clear_goal(ends, checker, goal)
         field, horizon = self._field(costs, end, begin, options.cancel)
         if field[begin] >= self._unreached:
-            end = self._reachable(checker, start, goal, begin, options.cancel)
+            end = self._reachable(ends, checker, (start, goal), begin, options.cancel)
             field, horizon = self._field(costs, end, begin, options.cancel)
         contacts = checker.allowed_contacts(start)
-        escape = self.endpoints.escape_distance if contacts else 0.0
-        method = self.method(costs.resolution)
-        query = Query(
-            start, self.seeds(checker, start), end, field, horizon,
-            escape, float(field[begin]), contacts, options.direction,
-            _cost_of(options.current, end, method, checker),
+        escape = ends.escape_distance if contacts else 0.0
+        method = self._method(costs.resolution)
+        target = kernels.Target(
+            np.array([end.x, end.y, end.heading]), field, horizon, method.table, method.table_step,
+            method.table_slack, method.ratio, np.array([start.x, start.y]), escape,
+            float(field[begin]), contacts,
         )  # fmt: skip
+        below = _cost_of(options.current, end, method, checker)
+        query = Query(self._seeds(checker, start), target, options.direction, below)
         outcome = PoseSearch(method, checker, query).run(options.cancel)
         if outcome.drive is None and query.below < inf:
             raise NavigationError(
                 FailureCode.NO_VALID_PATH, "found no path cheaper than the current one"
             )
-        drive = outcome.drive or self._nearest(outcome, start, goal)
+        drive = outcome.drive or _nearest(ends, outcome, start, goal)
         if len(drive.poses) < 2:
             drive = Drive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
-        path = self.endpoints.mark_partial(self.shaping.path(checker, drive), goal)
+        path = ends.mark_partial(self._shaping.path(checker, drive), goal)
         turned = abs(wrap_angle(path.goal.heading - goal.heading))
         return replace(path, partial=True) if turned > _HEADING_TOLERANCE else path
 
@@ -116,107 +146,42 @@ class PosePlanning:
 
         return kernels.UNREACHED
 
-    def _start_cell(self, checker: CollisionChecker, start: Pose2D) -> Cell:
-        """Return the start's cell, or the nearest free cell if that is impassable."""
-        costs = checker.costs
-        cell = costs.cell_at(start.x, start.y)
-        if self.tables.traverse[costs.cells[cell]] > 0:
-            return cell
-        near = self.endpoints.escape_cell(costs, start)
-        if near is None:
-            raise NavigationError(
-                FailureCode.START_OCCUPIED,
-                f"start {xy_text(start)} is too close to an obstacle and no cell within "
-                f"{self.endpoints.escape_distance:.2f} m is free; "
-                f"{self.endpoints.free_place(costs, start)}",
-            )
-        return near
-
-    def _clear_goal(self, checker: CollisionChecker, goal: Pose2D) -> Pose2D:
-        """Return the goal, or the nearest clear pose with its heading within the tolerance.
-
-        A partial plan searches farther and with other headings.
-        """
-        if checker.contacts(goal) == 0:
-            return goal
-        partial = self.endpoints.partial
-        reach = max(self.endpoints.tolerance, _PARTIAL_REACH if partial else 0.0)
-        turns = np.arange(_ANY_HEADING) if partial else np.zeros(1)
-        for x, y in _cells_around(checker.costs, goal, reach):
-            for turn in turns:
-                pose = Pose2D(x, y, goal.heading + float(turn) * 2.0 * np.pi / _ANY_HEADING)
-                if checker.contacts(pose) == 0:
-                    return pose
-        raise NavigationError(
-            FailureCode.GOAL_OCCUPIED,
-            f"the robot does not fit at goal {xy_text(goal)} with heading {goal.heading:.2f} rad; "
-            f"{self.endpoints.free_place(checker.costs, goal)}",
-        )
-
     def _field(
         self, costs: CostGrid, goal: Pose2D, begin: Cell, cancel: CancelToken
     ) -> tuple[NDArray[np.float32], float]:
         from stack.planning.cost_to_go import kernels
 
         flood: Any = kernels.cost_to_go
-        scale = costs.resolution / float(self.tables.traverse[0])
+        scale = costs.resolution / float(self._tables.traverse[0])
         field, horizon = flood(
-            costs.cells, self.tables.traverse, self.tables.diagonal,
+            costs.cells, self._tables.traverse, self._tables.diagonal,
             costs.cell_at(goal.x, goal.y), begin, _FLOOD_MARGIN, scale, cancel.flag,
         )  # fmt: skip
         cancel.check()
         return field, float(horizon)
 
     def _reachable(
-        self,
-        checker: CollisionChecker,
-        start: Pose2D,
-        goal: Pose2D,
-        begin: Cell,
+        self, ends: Endpoints, checker: CollisionChecker, asked: tuple[Pose2D, Pose2D], begin: Cell,
         cancel: CancelToken,
-    ) -> Pose2D:
-        """Return the clear pose nearest to the goal that a point robot can reach."""
-        costs = checker.costs
+    ) -> Pose2D:  # fmt: skip
+        """Return the clear pose nearest to the goal, asked for with the start, that is reachable.
+
+        Reachable for a point robot.
+        """
+        costs, (start, goal) = checker.costs, asked
         field, _ = self._field(costs, Pose2D(*costs.centre_of(*begin)), (-1, -1), cancel)
         cells = np.argwhere(field < self._unreached)
         middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
         away = np.hypot(middles[:, 0] - goal.x, middles[:, 1] - goal.y)
         order = np.argsort(away, kind="stable")
         nearest = middles[order[0]]
-        reach = inf if self.endpoints.partial else self.endpoints.tolerance
+        reach = inf if ends.partial else ends.tolerance
         for index in order[away[order] <= reach]:
             x, y = (float(value) for value in middles[index])
             pose = Pose2D(x, y, goal.heading)
             if checker.contacts(pose) == 0:
                 return pose
         raise unreachable_goal(start, goal, (float(nearest[0]), float(nearest[1])))
-
-    def _nearest(self, outcome: Outcome, start: Pose2D, goal: Pose2D) -> Drive:
-        """Return the drive to the reached pose nearest to the goal, if it is acceptable."""
-        reached = outcome.reached
-        if not len(reached):
-            raise NavigationError(
-                FailureCode.NO_VALID_PATH,
-                f"start {xy_text(start)} is enclosed: the robot cannot move away from it",
-            )
-        away = np.hypot(reached[:, 0] - goal.x, reached[:, 1] - goal.y)
-        turned = np.abs(np.angle(np.exp(1j * (reached[:, 2] - goal.heading))))
-        index = int(np.lexsort((turned, away))[0])
-        near = np.flatnonzero((away <= self.endpoints.tolerance) & (turned <= _HEADING_TOLERANCE))
-        if near.size:
-            return outcome.drive_to(int(near[np.lexsort((turned[near], away[near]))[0]]))
-        if self.endpoints.partial:
-            return outcome.drive_to(index)
-        if outcome.limited:
-            raise out_of_expansions(start, goal, outcome.expanded)
-        if away[index] <= self.endpoints.tolerance:
-            raise NavigationError(
-                FailureCode.NO_VALID_PATH,
-                f"{xy_text(goal)} can be reached from {xy_text(start)}, but not with heading "
-                f"{goal.heading:.2f} rad: the nearest reachable heading is "
-                f"{reached[index, 2]:.2f} rad",
-            )
-        raise unreachable_goal(start, goal, (float(reached[index, 0]), float(reached[index, 1])))
 
 
 def pose_planner_kernels(smoother: str) -> KernelTypes:
@@ -230,6 +195,56 @@ def pose_planner_kernels(smoother: str) -> KernelTypes:
     rounding = kernels.ROUNDING if smoother == "simple" else shape_kernels(smoother)
     costing = () if smoother == "none" else COSTING
     return (*POSES, *COST_TO_GO, *CURVES, *kernels.ENDPOINTS, *rounding, *costing)
+
+
+def _clear_goal(ends: Endpoints, checker: CollisionChecker, goal: Pose2D) -> Pose2D:
+    """Return the goal, or the nearest clear pose with its heading within the tolerance.
+
+    A partial plan searches farther and with other headings.
+    """
+    if checker.contacts(goal) == 0:
+        return goal
+    partial = ends.partial
+    reach = max(ends.tolerance, _PARTIAL_REACH if partial else 0.0)
+    turns = np.arange(_ANY_HEADING) if partial else np.zeros(1)
+    for x, y in _cells_around(checker.costs, goal, reach):
+        for turn in turns:
+            pose = Pose2D(x, y, goal.heading + float(turn) * 2.0 * np.pi / _ANY_HEADING)
+            if checker.contacts(pose) == 0:
+                return pose
+    raise NavigationError(
+        FailureCode.GOAL_OCCUPIED,
+        f"the robot does not fit at goal {xy_text(goal)} with heading {goal.heading:.2f} rad; "
+        f"{ends.free_place(checker.costs, goal)}",
+    )
+
+
+def _nearest(ends: Endpoints, outcome: Outcome, start: Pose2D, goal: Pose2D) -> Drive:
+    """Return the drive to the reached pose nearest to the goal, if it is acceptable."""
+    reached = outcome.reached
+    if not len(reached):
+        raise NavigationError(
+            FailureCode.NO_VALID_PATH,
+            f"start {xy_text(start)} is enclosed: the robot cannot move away from it",
+        )
+    away = np.hypot(reached[:, 0] - goal.x, reached[:, 1] - goal.y)
+    turned = np.abs(np.angle(np.exp(1j * (reached[:, 2] - goal.heading))))
+    index = int(np.lexsort((turned, away))[0])
+    near = np.flatnonzero((away <= ends.tolerance) & (turned <= _HEADING_TOLERANCE))
+    if near.size:
+        return outcome.drive_to(int(near[np.lexsort((turned[near], away[near]))[0]]))
+    if ends.partial:
+        return outcome.drive_to(index)
+    if outcome.limited:
+        raise out_of_expansions(start, goal, outcome.expanded)
+    if away[index] <= ends.tolerance:
+        raise NavigationError(
+            FailureCode.NO_VALID_PATH,
+            f"{xy_text(goal)} can be reached from {xy_text(start)}, but not with heading "
+            f"{goal.heading:.2f} rad: the nearest reachable heading is "
+            f"{reached[index, 2]:.2f} rad",
+        )
+    raise unreachable_goal(start, goal, (float(reached[index, 0]), float(reached[index, 1])))
 
 
 def _cells_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[float, float]]:

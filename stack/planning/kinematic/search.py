@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +40,9 @@ class Drive:
     cost: float
 
 
-class Shortcut(Protocol):
-    """Connects two poses without a collision check."""
-
-    def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
-        """Return poses from start (3,) to goal (3,), without the start, and the cost if free."""
-        ...
+Shortcut = Callable[[FloatArray, FloatArray, float], Drive]
+"""Connects two poses (3,) without a collision check: start, goal and spacing in metres to the poses
+without the start, and the cost if free."""
 
 
 @dataclass(frozen=True)
@@ -164,26 +162,14 @@ class Query:
     """Query of a search.
 
     Attributes:
-        start: pose, map frame.
         seeds: initial drives: the start itself, or the start turned in place.
-        goal: end pose, map frame.
-        field: (rows, columns) float32 cost to the goal for a point robot.
-        horizon: lower bound of the cost to go of cells that the field does not cover.
-        escape: metres around the start within which the footprint may be in contact.
-        escape_cost: cost to the goal from the start's nearest free cell.
-        contacts: number of footprint samples that may be in contact there.
+        target: `kernels.Target`.
         direction: +1 or -1 if the robot arrives driving forward or backward, 0 at standstill.
         below: only drives that cost less are of use; a search for them is short.
     """
 
-    start: Pose2D
     seeds: list[Drive]
-    goal: Pose2D
-    field: NDArray[np.float32]
-    horizon: float
-    escape: float
-    escape_cost: float
-    contacts: int
+    target: Any
     direction: int = 0
     below: float = np.inf
 
@@ -220,13 +206,6 @@ class PoseSearch:
 
         self._kernels: Any = kernels
         self._method, self._checker, self._query = method, checker, query
-        goal = query.goal
-        self._goal = np.array([goal.x, goal.y, goal.heading])
-        self._target = kernels.Target(
-            self._goal, query.field, query.horizon, method.table, method.table_step,
-            method.table_slack, method.ratio, np.array([query.start.x, query.start.y]),
-            query.escape, query.escape_cost, query.contacts,
-        )  # fmt: skip
         self._nodes: Any = self._allocate(_INITIAL_CAPACITY)
         self._state = np.array([0, 0, 0, 1], dtype=np.int64)
         for seed in query.seeds:
@@ -245,8 +224,8 @@ class PoseSearch:
             most = max(_LEAST_MORE, int(_SHARE_FOR_BETTER * most))
         while True:
             status, node = kernels.expand(
-                self._checker.grid, self._method.moves, self._target, self._nodes, state, most,
-                bound, cancel.flag,
+                self._checker.grid, self._method.moves, self._query.target, self._nodes, state,
+                most, bound, cancel.flag,
             )  # fmt: skip
             cancel.check()
             if status == kernels.GROW:
@@ -281,7 +260,7 @@ class PoseSearch:
         x, y, heading = (float(value) for value in seed.poses[-1])
         contacts = self._checker.contacts(Pose2D(x, y, heading))
         self._kernels.add_node(
-            self._checker.grid, self._method.moves, self._target, self._nodes, self._state,
+            self._checker.grid, self._method.moves, self._query.target, self._nodes, self._state,
             (x, y, heading), seed.cost, -1, self._arrival_move(), contacts,
         )  # fmt: skip
 
@@ -296,10 +275,10 @@ class PoseSearch:
         before = int(self._nodes.parents[node, 1])
         kind = int(self._method.moves.kinds[before]) if before >= 0 else self._kernels.IN_PLACE
         start = self._nodes.poses[node].copy()
-        allowed = self._query.contacts if self._nodes.contacts[node] > 0 else 0
+        allowed = self._query.target.contacts if self._nodes.contacts[node] > 0 else 0
         best: Drive | None = None
         for shortcut in self._method.shortcuts:
-            drive = shortcut(start, self._goal, self._checker.costs.resolution)
+            drive = shortcut(start, self._query.target.goal, self._checker.costs.resolution)
             weight = self._checker.weight(drive.poses, allowed)
             cost = weight * drive.cost
             if _reverses(kind, drive.directions):

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.planning.kinematic.search import CollisionChecker, Drive
 from stack.planning.smoothers.choice import shape
-from stack.planning.smoothing import SPACING
+from stack.planning.smoothing import SPACING, PathCosts
 from stack.types import FloatArray, Path
 
 _ROUNDING = 1.05  # uneven chords of an arc bend up to this factor more than the arc
 _SHARES = (1.0, 0.6, 0.3)  # shares of the displacement to the smooth line, tried in this order
 _PINNED = 2  # fixed points at each end of a segment, which keep its heading
+_ROUNDED = 0.3  # m; rounding changes about this length on both sides of a corner
 _SAME_PLACE = 1e-9  # m
 
 
@@ -59,40 +59,22 @@ class Shaping:
         even = evenly(poses, direction)
         if len(even) <= 2 * _PINNED + 1:
             return poses
-        points = even[:, :2]
+        points, on = even[:, :2], PathCosts(checker.costs, self.traverse)
         if self.smoother == "simple":
-            shaped = self._rounded(checker, points)
+            shaped = points.copy()
+            shaped[1:-1] = on.in_metres(on.rounded(on.in_cells(points[1:-1]), _ROUNDED))
         else:
             shaped = shape(self.smoother, checker.costs, points, self.radius, _PINNED)
-        dearest = self._cost(checker, even)
+        dearest = on.of(on.in_cells(points))
         for share in _SHARES:
             moved = _with_headings(points + share * (shaped - points), even, direction)
             if (
                 bends_within(moved, direction, self.radius / _ROUNDING)
                 and checker.weight(moved) > 0.0
-                and self._cost(checker, moved) <= dearest
+                and on.of(on.in_cells(moved[:, :2])) <= dearest
             ):
                 return moved
         return poses
-
-    def _cost(self, checker: CollisionChecker, poses: FloatArray) -> float:
-        from stack.planning.geodesic import kernels
-
-        cost: Any = kernels.path_cost
-        scale, origin = checker.costs.resolution, np.array(checker.costs.origin)
-        return float(cost(checker.costs.cells, self.traverse, (poses[:, :2] - origin) / scale))
-
-    def _rounded(self, checker: CollisionChecker, points: FloatArray) -> FloatArray:
-        from stack.planning import kernels
-
-        pull: Any = kernels.round_corners
-        scale, origin = checker.costs.resolution, np.array(checker.costs.origin)
-        data = 0.3 * (SPACING / 0.3) ** 2
-        inner = (points[1:-1] - origin) / scale
-        moved = pull(checker.costs.cells, self.traverse, inner, data, 0.3, self.traverse[160], 80)
-        shaped = points.copy()
-        shaped[1:-1] = moved * scale + origin
-        return shaped
 
 
 def evenly(poses: FloatArray, direction: int) -> FloatArray:

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from stack.planning.kinematic.moves import Penalties
+from stack.planning.kinematic.moves import Penalties, turned
 from stack.planning.kinematic.search import Drive
 from stack.types import FloatArray, wrap_angle
-
-_TURN_STEP = 0.1  # rad between the poses of a turn in place
 
 
 @dataclass(frozen=True)
@@ -85,13 +83,3 @@ class TurnDriveTurn:
         if len(poses):
             poses[-1] = goal
         return Drive(poses, directions.astype(np.int64), cost)
-
-
-def turned(pose: FloatArray, angle: float) -> FloatArray:
-    """Return poses (n, 3) of a turn in place by an angle in radians, without the first pose."""
-    steps = ceil(abs(angle) / _TURN_STEP - 1e-9)
-    if steps == 0:
-        return np.empty((0, 3))
-    poses = np.repeat(pose[None], steps, axis=0)
-    poses[:, 2] += angle * np.arange(1, steps + 1) / steps
-    return poses

@@ -10,7 +10,9 @@ from math import atan2, hypot, inf, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.costs_under import costs_under
 from stack.planning.routes.graph import RouteEdge, RouteGraph
+from stack.planning.routes.parameters import RouteParameters
 from stack.planning.routes.search import Arc
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Pose2D, wrap_angle
 
@@ -30,30 +32,23 @@ MARGIN = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """Cost rates of driving.
+    """Cost rates of driving: seconds or metres, at a top speed of the robot in m/s."""
 
-    Attributes:
-        by_time: costs are seconds instead of metres.
-        top_speed: of the robot, m/s.
-        off_route: cost factor of a metre (or second) off the lanes.
-        detour: metres by which a detour around an obstacle may be longer than the lane.
-        places: number of edges and of nodes tried as entries and exits.
-    """
-
-    by_time: bool
+    parameters: RouteParameters
     top_speed: float
-    off_route: float
-    detour: float
-    places: int
 
     def of_lane(self, edge: RouteEdge, length: float) -> float:
         """Return the cost of `length` metres of a lane."""
         speed = min(self.top_speed, edge.limit(self.top_speed))
-        return edge.weight * (length / speed if self.by_time else length)
+        return edge.weight * (length / speed if self._by_time else length)
 
     def of_connection(self, length: float) -> float:
         """Return the cost of a connection of `length` metres."""
-        return self.off_route * (length / self.top_speed if self.by_time else length)
+        return self.parameters.off_route * (length / self.top_speed if self._by_time else length)
+
+    @property
+    def _by_time(self) -> bool:
+        return self.parameters.cost == "time"
 
 
 @dataclass(slots=True)
@@ -224,7 +219,7 @@ class Network:
             for at in (max(0.0, along - lead), min(length, along + lead)):
                 found.append((distance, lane, at))
         found.sort(key=lambda item: item[0])
-        near = found[: 2 * self._rates.places]
+        near = found[: 2 * self._rates.parameters.places]
         ends = [
             (hypot(x - place[0], y - place[1]), lane, at)
             for lane in self._lanes.values()
@@ -232,12 +227,12 @@ class Network:
             for x, y in lane.edge.line.at(np.array([at]))
         ]
         ends.sort(key=lambda item: item[0])
-        near += ends[: 2 * self._rates.places]
+        near += ends[: 2 * self._rates.parameters.places]
         return [(lane, at) for _, lane, at in near if self._is_free(lane, at)]
 
     def _find_detours(self) -> None:
         """Add detours around obstacles: back to the same lane, or to the next one past a node."""
-        if self._rates.detour <= 0.0:
+        if self._rates.parameters.detour <= 0.0:
             return
         for lane in self._lanes.values():
             for begin, end in _widened(lane.obstacles, lane.edge.line.length):
@@ -251,7 +246,7 @@ class Network:
             for start, there in arrivals:
                 for end, on in self._departures.get(node, ()):
                     if start != end:
-                        longest = there + on + self._rates.detour
+                        longest = there + on + self._rates.parameters.detour
                         self._detours.append(self._connection(start, end, longest))
 
     def _vertex_beside(self, lane: _Lane, along: float, *, toward_end: bool) -> int | None:
@@ -262,7 +257,7 @@ class Network:
         return self._cut(lane, along)
 
     def _add_detours(self, lane: _Lane, before: int, after: int, length: float) -> None:
-        longest = length + self._rates.detour
+        longest = length + self._rates.parameters.detour
         self._detours.append(self._connection(before, after, longest))
         if not lane.edge.one_way:
             self._detours.append(self._connection(after, before, longest))
@@ -282,13 +277,8 @@ class Network:
 
 def blocked(costs: CostGrid, points: FloatArray) -> NDArray[np.bool_]:
     """Return (n,) bool: whether the cells at points (n, 2), map frame, are inscribed or lethal."""
-    rows, columns = costs.cells.shape
-    column, row = np.floor((points - costs.origin) / costs.resolution).astype(int).T
-    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-    found = np.zeros(len(points), dtype=np.bool_)
-    under = costs.cells[row[inside], column[inside]]
-    found[inside] = (under >= INSCRIBED_COST) & (under <= LETHAL_COST)
-    return found
+    under = costs_under(costs, points)
+    return (under >= INSCRIBED_COST) & (under <= LETHAL_COST)
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:

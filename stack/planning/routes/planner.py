@@ -71,10 +71,7 @@ class Route(Planner):
         self._connect: Planner = choice.create(robot)
         self._is_car = robot.turning_radius > 0.0
         top = robot.limits.linear_speed
-        self._rates = Rates(
-            parameters.cost == "time", top, parameters.off_route, parameters.detour,
-            parameters.places,
-        )  # fmt: skip
+        self._rates = Rates(parameters, top)
         radius = max(parameters.corner_radius, 1.1 * robot.turning_radius)
         self._shape = Shape(radius, top, keeps_connections=self._is_car)
 

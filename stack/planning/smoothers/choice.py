@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from stack.compilation import KernelTypes
-from stack.planning.smoothers.shapes import Descent, savitzky_golay
-from stack.planning.smoothing import SPACING, Smoother, resampled, unsmoothed, with_headings
+from stack.planning.smoothers.shapes import constrained, savitzky_golay
+from stack.planning.smoothing import (
+    SPACING,
+    PathCosts,
+    resampled,
+    smoothed,
+    unsmoothed,
+    with_headings,
+)
 from stack.types import CostGrid, FloatArray, Path
 
 SMOOTHERS = ("simple", "savitzky_golay", "constrained", "none")
@@ -29,26 +32,6 @@ _SWITCH = 0.1
 _GENTLE = 0.5  # m; target radius of the constrained smoother for robots that can turn in place
 
 
-class PointSmoother(Protocol):
-    """Smoother that turns a polyline into a path."""
-
-    def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
-        """Return a path with the ends of points (n, 2), in metres, and this last heading."""
-        ...
-
-
-def point_smoother(name: str, traverse: NDArray[np.int64]) -> PointSmoother:
-    """Return the smoother called `name`, for planners of points.
-
-    Args:
-        name: one of SMOOTHERS.
-        traverse: (256,) cost of a straight step by cell cost, 0 if impassable.
-    """
-    if name == "simple":
-        return Smoother(traverse)
-    return _Shaping(name, traverse)
-
-
 def point_smoother_kernels(name: str) -> KernelTypes:
     """Return the kernels of the point smoother called `name`."""
     from stack.planning import kernels
@@ -59,56 +42,43 @@ def point_smoother_kernels(name: str) -> KernelTypes:
     return () if name == "none" else (*shape_kernels(name), *kernels.BLOCKED, *BLENDING)
 
 
-@dataclass(frozen=True)
-class _Shaping:
-    """Smooths an evenly spaced polyline where this adds neither cost nor collisions."""
+def smooth(name: str, on: PathCosts, points: FloatArray, heading: float) -> Path:
+    """Return the path along points (n, 2) in metres, smoothed where this adds no cost.
 
-    name: str
-    traverse: NDArray[np.int64]
+    Of the smoothers other than `simple` the candidates in order are: smoothed, mixes with less and
+    less of it, unsmoothed. The result is the first that costs no more than the unsmoothed path, by
+    interpolated cell costs, and has no more steps over impassable cells.
 
-    def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
-        """Return the smoothed path, or the mix with the unsmoothed one that is no dearer.
-
-        Candidates in order: smoothed, mixes with less and less of it, unsmoothed. The result is the
-        first that costs no more than the unsmoothed path, by interpolated cell costs, and has no
-        more steps over impassable cells.
-        """
-        raw = resampled(points, SPACING)
-        if self.name == "none":
-            return unsmoothed(points, heading)
-        shaped = shape(self.name, costs, raw, _GENTLE, pinned=1)
-        scale, origin = costs.resolution, np.array(costs.origin)
-        before = (raw - origin) / scale
-        allowed, dearest = self._blocked(costs, before), self._cost(costs, before)
-        for candidate in self._candidates(costs, before, (shaped - origin) / scale):
-            even = resampled(candidate, SPACING / scale)
-            if self._blocked(costs, even) <= allowed and self._cost(costs, even) <= dearest:
-                return with_headings(even * scale + origin, heading)
+    Args:
+        name: one of SMOOTHERS.
+        on: costmap.
+        points: from start to end, map frame.
+        heading: of the last pose.
+    """
+    if name == "simple":
+        return smoothed(on, points, heading)
+    if name == "none":
         return unsmoothed(points, heading)
+    raw = resampled(points, SPACING)
+    before = on.in_cells(raw)
+    after = on.in_cells(shape(name, on.costs, raw, _GENTLE, pinned=1))
+    allowed, dearest = on.blocked_steps(before), on.of(before)
+    for candidate in _candidates(on, before, after):
+        even = resampled(candidate, SPACING / on.costs.resolution)
+        if on.blocked_steps(even) <= allowed and on.of(even) <= dearest:
+            return with_headings(on.in_metres(even), heading)
+    return unsmoothed(points, heading)
 
-    def _candidates(
-        self, costs: CostGrid, before: FloatArray, after: FloatArray
-    ) -> Iterator[FloatArray]:
-        """Yield points in cells: smoothed, then mixes of both paths."""
-        from stack.planning.geodesic import kernels
 
-        blend: Any = kernels.blend
-        yield after
-        step = float(self.traverse[0]) * SPACING / costs.resolution
-        for surcharge in _SURCHARGES:
-            yield blend(costs.cells, self.traverse, before, after, surcharge * step, _SWITCH * step)
+def _candidates(on: PathCosts, before: FloatArray, after: FloatArray) -> Iterator[FloatArray]:
+    """Yield points in cells: smoothed, then mixes of both paths."""
+    from stack.planning.geodesic import kernels
 
-    def _cost(self, costs: CostGrid, points: FloatArray) -> float:
-        from stack.planning.geodesic import kernels
-
-        cost: Any = kernels.path_cost
-        return float(cost(costs.cells, self.traverse, points))
-
-    def _blocked(self, costs: CostGrid, points: FloatArray) -> int:
-        from stack.planning import kernels
-
-        count: Any = kernels.blocked_steps
-        return int(count(costs.cells, self.traverse, points))
+    blend: Any = kernels.blend
+    yield after
+    step = float(on.traverse[0]) * SPACING / on.costs.resolution
+    for surcharge in _SURCHARGES:
+        yield blend(on.costs.cells, on.traverse, before, after, surcharge * step, _SWITCH * step)
 
 
 def shape(name: str, costs: CostGrid, points: FloatArray, radius: float, pinned: int) -> FloatArray:
@@ -122,7 +92,7 @@ def shape(name: str, costs: CostGrid, points: FloatArray, radius: float, pinned:
         pinned: number of fixed points at each end.
     """
     if name == "constrained":
-        return Descent(radius).shape(costs, points, pinned)
+        return constrained(costs, points, radius, pinned)
     shaped = savitzky_golay(points).copy()
     shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
     return shaped

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.savitzky_golay import savitzky_golay_weights
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray
 
 WINDOW, ORDER, PASSES = 7, 3, 2
@@ -27,15 +26,6 @@ _RADIUS_MARGIN = 1.15  # target radius over required radius: the descent stops s
 _UNKNOWN_VALUE = UNKNOWN_COST // 2  # unknown cells repel like half-inflated ones
 
 
-@lru_cache(maxsize=4)
-def _coefficients(window: int, order: int) -> FloatArray:
-    """Return (window,) weights: the value at the centre of a least-squares polynomial."""
-    half = window // 2
-    powers = np.vander(np.arange(-half, half + 1), order + 1, increasing=True)
-    row: FloatArray = np.linalg.pinv(powers)[0]
-    return row
-
-
 def savitzky_golay(points: FloatArray) -> FloatArray:
     """Return points (n, 2) after the filter of Savitzky and Golay (1964); the ends are fixed.
 
@@ -44,7 +34,7 @@ def savitzky_golay(points: FloatArray) -> FloatArray:
     half = WINDOW // 2
     if len(points) <= half:
         return points
-    weights = _coefficients(WINDOW, ORDER)
+    weights = savitzky_golay_weights(half, ORDER)
     for _ in range(PASSES):
         before = 2.0 * points[0] - points[half:0:-1]
         after = 2.0 * points[-1] - points[-2 : -half - 2 : -1]
@@ -53,33 +43,30 @@ def savitzky_golay(points: FloatArray) -> FloatArray:
     return points
 
 
-@dataclass(frozen=True)
-class Descent:
-    """The constrained smoother: smoothness, clearance and curvature together.
+def constrained(costs: CostGrid, points: FloatArray, radius: float, pinned: int) -> FloatArray:
+    """Return points (n, 2) after a descent of smoothness, clearance and curvature together.
 
-    Attributes:
+    Args:
+        costs: map frame.
+        points: metres, map frame.
         radius: metres; arcs tighter than this are widened.
+        pinned: number of fixed points at each end.
     """
+    from stack.planning.smoothers import kernels
 
-    radius: float
-
-    def shape(self, costs: CostGrid, points: FloatArray, pinned: int) -> FloatArray:
-        """Return smoothed points (n, 2) in metres, map frame; `pinned` at each end are fixed."""
-        from stack.planning.smoothers import kernels
-
-        if len(points) <= 2 * pinned:
-            return points
-        descend: Any = kernels.descend
-        scale, origin = costs.resolution, np.array(costs.origin)
-        low, high = _box(costs, points)
-        field = _field(costs.cells[low[1] : high[1], low[0] : high[0]])
-        tightest = scale / (_RADIUS_MARGIN * self.radius)
-        moved = (points - origin) / scale - low
-        for stride, iterations, weights in _STAGES if pinned == 1 else _STAGES_WITH_HEADINGS:
-            moved = descend(field, moved, pinned, stride, tightest, weights, iterations)
-        shaped: FloatArray = (moved + low) * scale + origin
-        shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
-        return shaped
+    if len(points) <= 2 * pinned:
+        return points
+    descend: Any = kernels.descend
+    scale, origin = costs.resolution, np.array(costs.origin)
+    low, high = _box(costs, points)
+    field = _field(costs.cells[low[1] : high[1], low[0] : high[0]])
+    tightest = scale / (_RADIUS_MARGIN * radius)
+    moved = (points - origin) / scale - low
+    for stride, iterations, weights in _STAGES if pinned == 1 else _STAGES_WITH_HEADINGS:
+        moved = descend(field, moved, pinned, stride, tightest, weights, iterations)
+    shaped: FloatArray = (moved + low) * scale + origin
+    shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
+    return shaped
 
 
 def _box(costs: CostGrid, points: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -3,13 +3,12 @@
 
 `weights` (256,) float64 is the cost of one cell length of line, by cell cost, 0 if impassable.
 Positions are cell centres, lengths are in cells; the index of a cell is row * columns + column.
-
-The heap is duplicated in kinematic/kernels.py: numba's cache does not notice changes in a function
-of another module.
 """
 
 import numpy as np
 from numba import b1, f8, i4, i8, njit, u1
+
+from stack.planning.heap import pop, push
 
 NOT_REACHED = 1.0e300
 FOUND, NO_PATH, LIMIT, STOPPED = 0, 1, 2, 3
@@ -73,43 +72,6 @@ def line_cost(cells, weights, row, column, end_row, end_column, budget):
         weight = weights[cells[row, column]]
     total += weight * scale * (whole - travelled)
     return total if weight > 0.0 and total <= budget else np.inf
-
-
-@njit(cache=True, nogil=True)
-def _push(heap, count, f, cell):
-    """Add an entry to a binary heap ordered by f, then by cell."""
-    at = count
-    while at > 0:
-        above = (at - 1) // 2
-        if heap[above, 0] < f or (heap[above, 0] == f and heap[above, 1] <= cell):
-            break
-        heap[at] = heap[above]
-        at = above
-    heap[at, 0], heap[at, 1] = f, cell
-
-
-@njit(cache=True, nogil=True)
-def _pop(heap, count):
-    """Remove and return the first of `count` heap entries: (f, cell)."""
-    f, cell = heap[0, 0], heap[0, 1]
-    last_f, last_cell = heap[count - 1, 0], heap[count - 1, 1]
-    count -= 1
-    at = 0
-    while True:
-        below = 2 * at + 1
-        if below >= count:
-            break
-        if below + 1 < count and (
-            heap[below + 1, 0] < heap[below, 0]
-            or (heap[below + 1, 0] == heap[below, 0] and heap[below + 1, 1] < heap[below, 1])
-        ):
-            below += 1
-        if last_f < heap[below, 0] or (last_f == heap[below, 0] and last_cell <= heap[below, 1]):
-            break
-        heap[at] = heap[below]
-        at = below
-    heap[at, 0], heap[at, 1] = last_f, last_cell
-    return f, np.int64(cell)
 
 
 @njit(cache=True, nogil=True)
@@ -179,7 +141,7 @@ def search(
     rise, run = start // columns - goal_row, start % columns - goal_column
     first_f = least * np.sqrt(float(rise * rise + run * run))
     level = 0
-    _push(heap, 0, first_f, start)
+    push(heap, 0, first_f, start)
     while in_heap > 0 or waiting > 0:
         if in_heap == 0:
             level += 1
@@ -189,14 +151,14 @@ def search(
                 if not closed[waiting_cells[entry]]:
                     if in_heap == heap.shape[0]:
                         heap = _longer(heap, in_heap)
-                    _push(heap, in_heap, waiting_f[entry], waiting_cells[entry])
+                    push(heap, in_heap, waiting_f[entry], waiting_cells[entry])
                     in_heap += 1
                 waiting -= 1
                 after = links[entry]
                 links[entry] = spare
                 spare, entry = entry, after
             continue
-        _, cell = _pop(heap, in_heap)
+        _, cell = pop(heap, in_heap)
         in_heap -= 1
         if closed[cell]:
             continue
@@ -237,7 +199,7 @@ def search(
             if bucket <= level:
                 if in_heap == heap.shape[0]:
                     heap = _longer(heap, in_heap)
-                _push(heap, in_heap, f, near)
+                push(heap, in_heap, f, near)
                 in_heap += 1
                 continue
             if spare >= 0:
@@ -256,21 +218,5 @@ def search(
     return NO_PATH, expanded
 
 
-@njit(cache=True, nogil=True)
-def nearest_closed(closed, columns, row, column):
-    """Return the index of the closed cell nearest to fractional (row, column), or -1."""
-    best, found = np.inf, -1
-    for cell in range(closed.size):
-        if closed[cell]:
-            rise, run = cell // columns + 0.5 - row, cell % columns + 0.5 - column
-            square = rise * rise + run * run
-            if square < best:
-                best, found = square, cell
-    return found
-
-
-SEARCH = (
-    (search, (u1[:, ::1], f8[::1], f8, f8[::1], i4[::1], b1[::1], i8, i8, i8, u1[::1])),
-    (nearest_closed, (b1[::1], i8, f8, f8)),
-)
-"""Entry points, with the types that Theta* calls them with."""
+SEARCH = ((search, (u1[:, ::1], f8[::1], f8, f8[::1], i4[::1], b1[::1], i8, i8, i8, u1[::1])),)
+"""Entry point, with the types that Theta* calls it with."""

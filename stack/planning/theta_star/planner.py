@@ -9,28 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
-from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
-from stack.planning.endpoints import (
-    Cell,
-    Endpoints,
-    cell_index,
-    cell_on_map,
-    enclosed_start,
-    fractional_cell,
-    straight_path,
-    through_centres,
-)
-from stack.planning.outline_check import fallback_kernels
-from stack.planning.parameters import PlannerParameters
-from stack.planning.search import SearchLimits, StepCosts, Workspace
-from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, point_smoother_kernels
-from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
+from stack.planning.cell_planner import CellPlanner, CellPlannerParameters, CellQuery
+from stack.planning.endpoints import Cell, cell_index, enclosed_start
+from stack.planning.search import StepCosts, Workspace, nearest_marked
+from stack.types import FloatArray, Pose2D
 
 
 @dataclass(frozen=True)
-class ThetaStarParameters(PlannerParameters):
+class ThetaStarParameters(CellPlannerParameters):
     """Parameters of the Theta* planner."""
 
     euclidean_weight: float = parameter(
@@ -40,12 +28,9 @@ class ThetaStarParameters(PlannerParameters):
         3.0, at_least=0.0, at_most=50.0,
         help="extra cost of a metre at the highest passable cell cost (252)",
     )  # fmt: skip
-    smoother: str = parameter(
-        "simple", one_of=SMOOTHERS, public=True, help="smoother for the straight lines"
-    )
 
 
-class ThetaStar(Planner):
+class ThetaStar(CellPlanner):
     """Lazy Theta*: any-angle path of straight lines by length and cell costs, smoothed.
 
     A. Nash, S. Koenig, C. Tovey, "Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in
@@ -59,87 +44,65 @@ class ThetaStar(Planner):
     """
 
     Parameters: ClassVar[type] = ThetaStarParameters
-    ignores_outline: ClassVar[bool] = True
 
     @staticmethod
     def kernels(parameters: ThetaStarParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of a run with this component."""
-        from stack.planning import kernels
         from stack.planning.theta_star.kernels import SEARCH
 
-        used = (*SEARCH, *kernels.EXTRACTION, *kernels.ENDPOINTS)
-        more = fallback_kernels(robot)
-        return (*used, *point_smoother_kernels(parameters.smoother), *more)
+        return (*SEARCH, *CellPlanner.kernels(parameters, robot))
 
     def __init__(self, parameters: ThetaStarParameters, robot: RobotDescription) -> None:
-        self.parameters = parameters
         share = parameters.traversal_weight / parameters.euclidean_weight
-        self._tables = StepCosts.of(share, parameters.allow_unknown)
+        super().__init__(parameters, robot, StepCosts.of(share, parameters.allow_unknown))
         self._weights: FloatArray = self._tables.traverse.astype(np.float64) * (
             parameters.euclidean_weight / 100.0
         )
-        self._endpoints = Endpoints.of(parameters, robot.footprint, self._tables.traverse)
-        self._smoother = point_smoother(parameters.smoother, self._tables.traverse)
 
-    def plan(
-        self,
-        costs: CostGrid,
-        start: Pose2D,
-        goal: Pose2D,
-        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
-    ) -> Path:
-        """Return a path of poses 5 cm apart from exactly the start to exactly the goal, map frame.
+    def _search(self, query: CellQuery) -> tuple[Cell, NDArray[np.int64]]:
+        from stack.planning.theta_star import kernels
 
-        Headings follow the path, except that the last one is the goal's. If the goal cannot be
-        reached, the path ends at the nearest reachable cell within the tolerance. From a start in
-        an inscribed or lethal cell the path first takes the cheapest route to a passable cell.
-
-        Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
-                GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
-        """
-        ends = self._endpoints.with_options(options)
-        limits = SearchLimits(self.parameters.max_expansions, options.cancel)
-        start_cell = ends.start_cell(costs, start)
-        goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
-        target = ends.goal_cell(costs, goal)
-        escape_path = self._escape_path(costs, start_cell, target, limits)
+        costs, last = query.costs, query.target
+        escape_path = self._escape_path(query)
         if not escape_path:
-            raise enclosed_start(start)
-        search = _Search.run(self._weights, costs, (escape_path[-1], target), limits)
-        if not search.found:
-            near = search.nearest(costs, goal)
-            if search.limited:
-                ends.check_limited(costs, (start, goal), near, search.expanded)
-            target = ends.accept_nearest(costs, start, goal, near)
-        corners = np.array([*escape_path[:-1], *search.corners(costs, target)], dtype=np.int64)
-        end = goal
-        if target != goal_cell:
-            end = Pose2D(*costs.centre_of(*target), goal.heading)
-        if start_cell == target:
-            return ends.mark_partial(straight_path(start, end), goal)
-        points = through_centres(costs, corners[1:-1], start, end)
-        return ends.mark_partial(self._smoother.smooth(costs, points, end.heading), goal)
+            raise enclosed_start(query.start)
+        search: Any = kernels.search
+        size, columns = costs.cells.size, int(costs.cells.shape[1])
+        so_far = np.full(size, kernels.NOT_REACHED)
+        parents, closed = np.empty(size, np.int32), np.zeros(size, np.bool_)
+        status, expanded = search(
+            costs.cells, self._weights, float(self._weights[0]), so_far, parents, closed,
+            cell_index(costs, escape_path[-1]), cell_index(costs, last),
+            query.limits.max_expansions, query.limits.cancel.flag,
+        )  # fmt: skip
+        query.limits.cancel.check()
+        if status != kernels.FOUND:
+            limited = int(expanded) if status == kernels.LIMIT else None
+            last = query.nearest(nearest_marked(costs, closed, query.goal), limited)
+        cells = [cell_index(costs, last)]
+        while parents[cells[-1]] != cells[-1]:
+            cells.append(int(parents[cells[-1]]))
+        corners = [divmod(cell, columns) for cell in reversed(cells)]
+        whole = np.array([*escape_path[:-1], *corners], dtype=np.int64)
+        return last, whole[1:-1]
 
-    def _escape_path(
-        self, costs: CostGrid, start: Cell, target: Cell, limits: SearchLimits
-    ) -> list[Cell]:
+    def _escape_path(self, query: CellQuery) -> list[Cell]:
         """Return the cells of A*'s path from an impassable start to the first passable cell.
 
         Returns only the start if it is passable, and nothing if no passable cell can be reached.
         """
-        tables = self._tables
-        if tables.traverse[costs.cells[start]] > 0:
-            return [start]
+        tables, costs, end = self._tables, query.costs, query.target
+        if tables.traverse[costs.cells[query.start_cell]] > 0:
+            return [query.start_cell]
         from stack.planning import kernels
 
         extract: Any = kernels.extract
         rows, columns = costs.cells.shape
         workspace = Workspace(rows, columns, tables)
-        reach, end = round(self._endpoints.escape_distance / costs.resolution), target
-        begin = cell_index(costs, start)
-        if not workspace.run(costs, begin, cell_index(costs, target), reach, limits):
-            near = workspace.nearest_reached(costs, Pose2D(*costs.centre_of(*target)))
+        reach = round(self._endpoints.escape_distance / costs.resolution)
+        begin = cell_index(costs, query.start_cell)
+        if not workspace.run(costs, begin, cell_index(costs, end), reach, query.limits):
+            near = workspace.nearest_reached(costs, Pose2D(*costs.centre_of(*end)))
             if near is None:
                 return []
             end = near
@@ -147,60 +110,3 @@ class ThetaStar(Planner):
         path = [(int(row), int(column)) for row, column in cells]
         free = [n for n, cell in enumerate(path) if tables.traverse[costs.cells[cell]] > 0]
         return path[: free[0] + 1] if free else path
-
-
-@dataclass(frozen=True)
-class _Search:
-    """Result of a search from cell to cell.
-
-    Attributes:
-        found: whether it reached its target.
-        limited: whether it stopped at its limit of expansions.
-        expanded: number of cells expanded.
-        parents: (cells,) int32, valid where closed.
-        closed: (cells,) bool.
-    """
-
-    found: bool
-    limited: bool
-    expanded: int
-    parents: NDArray[np.int32]
-    closed: NDArray[np.bool_]
-
-    @staticmethod
-    def run(
-        weights: FloatArray, costs: CostGrid, ends: tuple[Cell, Cell], limits: SearchLimits
-    ) -> _Search:
-        """Search from the first cell to the second."""
-        from stack.planning.theta_star import kernels
-
-        search: Any = kernels.search
-        size = costs.cells.size
-        so_far = np.full(size, kernels.NOT_REACHED)
-        parents, closed = np.empty(size, np.int32), np.zeros(size, np.bool_)
-        status, expanded = search(
-            costs.cells, weights, float(weights[0]), so_far, parents, closed,
-            cell_index(costs, ends[0]), cell_index(costs, ends[1]),
-            limits.max_expansions, limits.cancel.flag,
-        )  # fmt: skip
-        limits.cancel.check()
-        found, limited = status == kernels.FOUND, status == kernels.LIMIT
-        return _Search(found, limited, int(expanded), parents, closed)
-
-    def nearest(self, costs: CostGrid, goal: Pose2D) -> Cell:
-        """Return the closed cell nearest to a pose."""
-        from stack.planning.theta_star import kernels
-
-        nearest: Any = kernels.nearest_closed
-        columns = costs.cells.shape[1]
-        row, column = divmod(
-            int(nearest(self.closed, columns, *fractional_cell(costs, goal))), columns
-        )
-        return row, column
-
-    def corners(self, costs: CostGrid, target: Cell) -> list[Cell]:
-        """Return the corner cells of the path to a closed cell, both ends included."""
-        cells = [cell_index(costs, target)]
-        while self.parents[cells[-1]] != cells[-1]:
-            cells.append(int(self.parents[cells[-1]]))
-        return [divmod(cell, costs.cells.shape[1]) for cell in reversed(cells)]

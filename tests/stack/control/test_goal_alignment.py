@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState, GoalTolerance, StopCriterion
-from stack.control.arrival import Arrival
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
+from stack.control.path_follower import Arrival
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.geometry.path_segment import PathSegment

@@ -40,7 +40,7 @@ def manoeuvres(robot_=None, points=None, pose=None):
     described = robot_ or robot()
     swept = SweptFootprint(described.footprint, padding=0.02, exact=True)
     if points is not None:
-        swept.seen = pose.transform(points)
+        swept.see(pose.transform(points))
     return Manoeuvres(swept, described)
 
 
@@ -59,7 +59,7 @@ def test_arcs_keep_the_padding_from_what_the_scan_shows():
     costs = CostGrid(np.zeros((120, 120), np.uint8), CELL)
     swept = SweptFootprint(RECTANGLE, padding=0.02, exact=True)
     pose = Pose2D(3.0, 3.0, pi / 3)
-    swept.seen = pose.transform(np.array([[1.0, 0.0]]))
+    swept.see(pose.transform(np.array([[1.0, 0.0]])))
     assert swept.arc(costs, pose, Twist(1.0), 2.0)[0] == pytest.approx(0.73, abs=0.005)
     assert swept.arc(costs, pose, Twist(-1.0), 2.0)[0] == inf
 

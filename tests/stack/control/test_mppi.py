@@ -14,8 +14,7 @@ from stack.control.mppi import kernels
 from stack.control.mppi.critics import critics
 from stack.control.mppi.critics import kernels as critic_kernels
 from stack.control.mppi.critics.critics import CriticData, aim
-from stack.control.mppi.noise import NoiseTable
-from stack.control.mppi.optimiser import bounds, savitzky_golay
+from stack.control.mppi.optimiser import NoiseTable, bounds
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
 from stack.drivetrain.limits import limit_speed
@@ -223,17 +222,6 @@ def seen(rollouts, obstacles, footprint=RECTANGLE, **parameters):
     return rollouts
 
 
-def test_distances_are_exact_wherever_the_memory_lies():
-    """Squares of distances in cells are whole numbers: sqrt(n) × 5 cm to the last bit."""
-    random = np.random.default_rng(3)
-    lethal = [tuple(cell) for cell in random.integers(0, 12, (5, 2))]
-    obstacles = scene(lethal)
-    rows, columns = np.mgrid[:41, :41]
-    squares = np.min([(rows - r) ** 2 + (columns - c) ** 2 for r, c in lethal], axis=0)
-    expected = np.sqrt(squares.astype(np.float32)) * np.float32(0.05)
-    assert np.array_equal(obstacles.distance, expected)
-
-
 def test_cells_under_the_robot_do_not_hold_it():
     assert scene([(20, 20)]).distance.min() > 1e5
     assert scene([(20, 30)]).distance[20, 30] == 0.0
@@ -321,9 +309,8 @@ def test_path_align_compares_at_equal_length():
 
 def test_path_follow_aims_beyond_what_is_reached_at_an_open_point():
     rollouts = placed([(0.0, 0.0), (0.5, 0.4)])
-    nearest = np.zeros(1, np.int64)
     path = straight_path()
-    furthest = critic_kernels.furthest_reached(rollouts.poses, rollouts.hits, path.points, nearest)
+    furthest = critic_kernels.furthest_reached(rollouts.poses, rollouts.hits, path.points)
     assert furthest == 5
     # aims at 0.5 + 0.3 = 0.8 m: sqrt(0.3² + 0.4²) = 0.5 m away
     assert judged(critics.path_follow, rollouts, furthest=5) == pytest.approx(5.0 * 0.5, rel=1e-5)
@@ -344,7 +331,7 @@ def test_only_rollouts_without_collision_say_how_far_the_path_is_reached():
     rollouts = Rollouts(2, 2, 2)
     rollouts.poses[0, -1] = [1.0, 0.4]
     rollouts.hits[:] = [1, 2]  # the one that goes farther collides
-    reached = (rollouts.poses, rollouts.hits, straight_path().points, np.zeros(2, np.int64))
+    reached = (rollouts.poses, rollouts.hits, straight_path().points)
     assert critic_kernels.furthest_reached(*reached) == 4
     rollouts.hits[:] = 1
     assert critic_kernels.furthest_reached(*reached) == 10
@@ -388,13 +375,6 @@ def test_the_pull_is_the_inverse_covariance_times_the_plan():
     lags = abs(np.arange(6)[:, None] - np.arange(6))
     expected = np.linalg.inv(0.25 * 0.7**lags) @ plan[0]
     assert noise.pull(plan)[0] == pytest.approx(expected, rel=1e-4, abs=1e-4)
-
-
-def test_smoothing_keeps_parabolas():
-    """Savitzky and Golay 1964, table I: nine points, quadratic: (-21, 14, 39, 54, 59, …) / 231."""
-    weights = savitzky_golay(4, 2)
-    expected = np.array([-21, 14, 39, 54, 59, 54, 39, 14, -21]) / 231
-    assert weights == pytest.approx(expected, abs=1e-12)
 
 
 def test_discs_cover_a_footprint_and_its_core_lies_within():

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
+from stack.costmap.layer import LayerUpdate, Posed
 from stack.costmap.layers.obstacle_layer import ObstacleLayer
 from stack.costmap.layers.range_layer import RangeLayer
 
 
 def seen(pose, scan, time, *, source="lidar", readings=(), tracks=None):
     """An update with at most one scan, taken at the pose."""
-    scans = {} if scan is None else {source: PosedScan(scan, pose)}
-    heard = tuple(PosedReading(reading, pose) for reading in readings)
+    scans = {} if scan is None else {source: Posed(scan, pose)}
+    heard = tuple(Posed(reading, pose) for reading in readings)
     return LayerUpdate(pose, time, scans, heard, None if tracks is None else tuple(tracks))
 
 

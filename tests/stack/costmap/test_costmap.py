@@ -79,29 +79,6 @@ def test_a_turning_cost_raises_the_cost_where_a_long_robot_cannot_turn():
     assert (np.diff(table.astype(int)) <= 0).all()
 
 
-@given(
-    st.lists(st.tuples(st.integers(0, 29), st.integers(0, 39)), max_size=20),
-    st.lists(st.tuples(st.integers(0, 29), st.integers(0, 39)), max_size=20),
-)
-@settings(deadline=None, max_examples=60)
-def test_inflation_is_the_exact_distance_to_the_nearest_obstacle(occupied, unknown):
-    cells = room(30, 40)
-    for cell in unknown:
-        cells.cells[cell] = UNKNOWN
-    for cell in occupied:
-        cells.cells[cell] = OCCUPIED
-    table = inflation_costs(CostmapParameters(), ROUND, 0.05)
-    grid = np.indices((30, 40)).reshape(2, -1).T
-    expected = np.where(cells.cells == UNKNOWN, UNKNOWN_COST, FREE_COST)
-    if occupied:
-        apart = grid[:, None] - np.array(occupied)[None]
-        squared = (apart**2).sum(axis=2).min(axis=1).reshape(30, 40)
-        cost = np.where(squared < table.size, table[np.minimum(squared, table.size - 1)], 0)
-        known = expected != UNKNOWN_COST
-        expected = np.where(known | (cost >= INSCRIBED_COST), cost, expected)
-    assert np.array_equal(Costmap(CostmapParameters(), ROUND, cells).grid.cells, expected)
-
-
 def test_returns_mark_and_beams_clear_what_they_pass():
     costmap = Costmap(ONLY_CELLS, TINY, room())
     costmap.update(seen(Pose2D(0.025, 0.025), scan([1.0]), 0.0))
@@ -175,14 +152,6 @@ def test_without_decay_marks_stay():
     assert sensed(costmap).any()
 
 
-def test_denoise_drops_single_cells_and_keeps_pairs():
-    costmap = Costmap(replace(ONLY_CELLS, denoise=True), TINY, room())
-    costmap.update(seen(Pose2D(0.025, 0.025), scan([1.0, 1.5, 1.5], angle_increment=0.03), 0.0))
-    assert np.count_nonzero(sensed(costmap)) == 3
-    assert at(costmap, 1.025, 0.025) == FREE_COST
-    assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 2
-
-
 def test_denoise_drops_what_becomes_single_when_its_neighbour_fades():
     costmap = Costmap(replace(ONLY_CELLS, denoise=True, decay=10.0), TINY, room())
     pose = Pose2D(0.025, 0.025)
@@ -199,21 +168,6 @@ def test_the_robots_own_footprint_is_clear():
     costmap.update(seen(Pose2D(0.0, 0.0), scan([1.0]), 0.0))
     costmap.update(seen(Pose2D(1.0, 0.1), None, 0.1))
     assert not sensed(costmap).any() and at(costmap, 1.0, 0.1) == FREE_COST
-
-
-def test_updates_give_the_same_cells_as_a_new_costmap():
-    random = np.random.default_rng(4)
-    static = room()
-    static.cells[random.integers(0, 100, 30), random.integers(0, 120, 30)] = OCCUPIED
-    static.cells[:10] = UNKNOWN
-    costmap = Costmap(replace(CostmapParameters(), decay=1.0), ROUND, static)
-    for step in range(30):
-        ranges = random.uniform(0.5, 3.5, 90)
-        pose = Pose2D(0.05 * step, 0.3, 0.1 * step)
-        costmap.update(seen(pose, scan(ranges, angle_increment=0.07), 0.1 * step))
-    patched = costmap.grid.cells
-    costmap.configure(costmap.parameters)  # composes and inflates everything
-    assert np.array_equal(costmap.grid.cells, patched)
 
 
 def test_version_grows_only_when_cells_change_and_grids_are_kept():

@@ -15,37 +15,19 @@ from stack.costmap.layer import CellProvenance, Layer, edges
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import InputError, ParameterError
 from stack.types import (
-    FREE,
     FREE_COST,
     LETHAL_COST,
     OCCUPIED,
     UNKNOWN_COST,
-    Footprint,
-    OccupancyGrid,
     Pose2D,
     RangeReading,
-    Scan,
     TrackedObject,
 )
 from tests.stack.costmap.marks import seen, sensed
+from tests.stack.costmap.test_costmap import ONLY_CELLS, ROUND, TINY, at, room, scan
 from tests.stack.mapping.written_maps import write_ros_map
 
-ROUND, TINY = Footprint.circle(0.22), Footprint.circle(0.02)
-ONLY_CELLS = CostmapParameters(inflation_radius=0.0)
 SQUARE = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]]
-
-
-def room(rows=100, columns=120, value=FREE, origin=(-1.0, -2.0)):
-    return OccupancyGrid(np.full((rows, columns), value, dtype=np.int8), 0.05, origin)
-
-
-def scan(ranges, angle_min=0.0, angle_increment=0.01):
-    array = np.array(ranges, dtype=np.float32)
-    return Scan(0.0, array, angle_min, angle_increment, 0.08, 12.0)
-
-
-def at(costmap, x, y):
-    return int(costmap.grid.cells[costmap.grid.cell_at(x, y)])
 
 
 def made(*layers, parameters=ONLY_CELLS, footprint=TINY, static=None, window=None):

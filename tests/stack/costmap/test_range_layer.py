@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robots.load import find_robot, read_robot
-from stack.costmap.layer import Frame, LayerUpdate, PosedReading
+from stack.costmap.layer import Frame, LayerUpdate, Posed
 from stack.costmap.layers.range_layer import RangeLayer
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.sonar import Sonar
@@ -46,7 +46,7 @@ def driven(direction, panes, poses, **parameters):
     for step, pose in enumerate(poses):
         base, time = frame.compose(pose), 0.1 * step
         readings = (sonar.reading(base, SceneState(), 50 * step, time) for sonar in sonars)
-        posed = tuple(PosedReading(reading, base) for reading in readings)
+        posed = tuple(Posed(reading, base) for reading in readings)
         layer.update(LayerUpdate(base, time, readings=posed))
     rows, columns = np.nonzero(layer.marked)
     middles = np.column_stack([columns + 0.5, rows + 0.5]) * CELL - HALF

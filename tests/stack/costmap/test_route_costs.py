@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from stack.costmap.route_costs import blocked_at, costs_under, route_cost
+from stack.costmap.route_costs import blocked_at, route_cost
+from stack.geometry.costs_under import costs_under
 from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid, Pose2D
 
 AWAY = Pose2D(0.0, 50.0)

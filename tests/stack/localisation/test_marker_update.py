@@ -5,7 +5,7 @@ from math import hypot, pi
 import numpy as np
 import pytest
 
-from stack.component_bases import Estimator
+from stack.components import Estimator
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.mcl.localiser import Localiser

@@ -11,8 +11,8 @@ from stack.planning.geodesic import kernels
 from stack.planning.kinematic.search import CollisionChecker, Drive
 from stack.planning.kinematic.shaping import Shaping, evenly
 from stack.planning.search import StepCosts
-from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, shape
-from stack.planning.smoothing import SPACING, resampled
+from stack.planning.smoothers.choice import SMOOTHERS, shape, smooth
+from stack.planning.smoothing import SPACING, PathCosts, resampled
 from stack.types import INSCRIBED_COST, CostGrid, Footprint, Pose2D
 from tests.benchmarks.navfn import navfn_path, path_cost
 from tests.benchmarks.planners import measured, queries_for
@@ -46,7 +46,7 @@ def test_a_smoothed_path_never_costs_more_than_it_did(smoother, seed, cells_of_p
     before, after = (
         kernels.path_cost(costs.cells, TRAVERSE, path.points[:, :2] / SPACING)
         for path in (
-            point_smoother(name, TRAVERSE).smooth(costs, raw, 0.0) for name in ("none", smoother)
+            smooth(name, PathCosts(costs, TRAVERSE), raw, 0.0) for name in ("none", smoother)
         )
     )
     assert after <= before * (1.0 + 1e-9) + 1e-5
@@ -65,10 +65,10 @@ def path_with_two_bends():
 
 def test_only_the_parts_of_a_path_that_cost_no_more_are_smoothed():
     costs, raw = path_with_two_bends()
-    smooth = shape("constrained", costs, raw, 0.5, 1)
-    path = point_smoother("constrained", TRAVERSE).smooth(costs, raw, 0.0).points[:, :2]
+    shaped = shape("constrained", costs, raw, 0.5, 1)
+    path = smooth("constrained", PathCosts(costs, TRAVERSE), raw, 0.0).points[:, :2]
     price = partial(kernels.path_cost, costs.cells, TRAVERSE)
-    assert price(smooth / SPACING) > price(raw / SPACING) >= price(path / SPACING)
+    assert price(shaped / SPACING) > price(raw / SPACING) >= price(path / SPACING)
     far = [min(np.hypot(*(path - SPACING * np.array(corner)).T)) for corner in BENDS]
     assert far[0] > 0.05 and far[1] < 0.02  # rounded over open floor, kept among dear cells
 

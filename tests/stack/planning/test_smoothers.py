@@ -5,9 +5,11 @@ import pytest
 
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
+from stack.geometry.savitzky_golay import savitzky_golay_weights
 from stack.planning.search import StepCosts
-from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, shape
-from stack.planning.smoothers.shapes import _coefficients, savitzky_golay
+from stack.planning.smoothers.choice import SMOOTHERS, shape, smooth
+from stack.planning.smoothers.shapes import savitzky_golay
+from stack.planning.smoothing import PathCosts
 from stack.types import (
     FREE,
     INSCRIBED_COST,
@@ -31,8 +33,10 @@ def bends(points):
 
 
 def test_the_filter_has_the_published_coefficients():
-    # Savitzky and Golay 1964, table I: seven points, quadratic or cubic
-    assert _coefficients(7, 3) * 21 == pytest.approx([-2, 3, 6, 7, 6, 3, -2])
+    # Savitzky and Golay 1964, table I: seven points, quadratic or cubic; nine points
+    assert savitzky_golay_weights(3, 3) * 21 == pytest.approx([-2, 3, 6, 7, 6, 3, -2])
+    nine = [-21, 14, 39, 54, 59, 54, 39, 14, -21]
+    assert savitzky_golay_weights(4, 2) * 231 == pytest.approx(nine)
 
 
 def test_the_filter_keeps_cubics_and_ends_and_removes_noise():
@@ -72,7 +76,7 @@ def test_the_raw_line_stays_where_smoothing_would_collide(name):
     costs.cells[:] = LETHAL_COST
     costs.cells[64, 20:65] = costs.cells[20:65, 64] = 0  # an angle one cell wide
     corner = np.array([[1.025, 3.225], [3.225, 3.225], [3.225, 1.025]])
-    path = point_smoother(name, TRAVERSE).smooth(costs, corner, 0.5)
+    path = smooth(name, PathCosts(costs, TRAVERSE), corner, 0.5)
     assert path.points[[0, -1], :2] == pytest.approx(corner[[0, -1]])
     assert path.points[-1, 2] == 0.5
     assert max(costs.cells[costs.cell_at(x, y)] for x, y, _ in path.points) < INSCRIBED_COST
@@ -80,5 +84,5 @@ def test_the_raw_line_stays_where_smoothing_would_collide(name):
 
 @pytest.mark.parametrize("name", SMOOTHERS)
 def test_two_points_are_enough(name):
-    path = point_smoother(name, TRAVERSE).smooth(open_floor(), np.array([[1, 1], [1.3, 1]]), 0.0)
+    path = smooth(name, PathCosts(open_floor(), TRAVERSE), np.array([[1, 1], [1.3, 1]]), 0.0)
     assert path.length == pytest.approx(0.3)

@@ -4,15 +4,12 @@ import heapq
 from dataclasses import replace
 from itertools import pairwise
 from math import hypot, inf
-from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.drivetrain.description import RobotDescription
-from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
 from stack.planning.smoothers.choice import SMOOTHERS
 from stack.planning.theta_star import kernels
@@ -20,17 +17,13 @@ from stack.planning.theta_star.planner import ThetaStar, ThetaStarParameters
 from stack.types import (
     INSCRIBED_COST,
     LETHAL_COST,
-    UNKNOWN_COST,
     CostGrid,
     FailureCode,
-    Footprint,
     Pose2D,
 )
 from tests.stack.planning.office_maps import office_costs
+from tests.stack.planning.test_astar import ROBOT, cost_arrays
 
-ROBOT = RobotDescription(
-    "round", Footprint.circle(0.22), 0.4, FilePath("none.urdf"), Wheels((), (), 0.05, 0.3)
-)
 EXACT = ThetaStarParameters(tolerance=0.0)
 WEIGHTS = ThetaStar(EXACT, ROBOT)._weights
 
@@ -73,18 +66,6 @@ def search(cells, start, goal):
     while found and parents[corners[-1]] != corners[-1]:
         corners.append(int(parents[corners[-1]]))
     return found, so_far[ends[1]], [divmod(cell, columns) for cell in reversed(corners)]
-
-
-@st.composite
-def cost_arrays(draw):
-    random = np.random.default_rng(draw(st.integers(0, 2**32)))
-    shape = draw(st.integers(1, 24)), draw(st.integers(1, 24))
-    cells = random.integers(0, 253, shape).astype(np.uint8)
-    cells[random.random(shape) < draw(st.sampled_from([0.0, 0.5, 0.9]))] = 0
-    blocked = random.random(shape) < draw(st.sampled_from([0.0, 0.2, 0.4]))
-    cells[blocked] = random.choice([INSCRIBED_COST, LETHAL_COST], np.count_nonzero(blocked))
-    cells[random.random(shape) < 0.05] = UNKNOWN_COST
-    return cells
 
 
 @given(cost_arrays(), st.data())
@@ -262,17 +243,3 @@ def test_an_occupied_start_is_left_on_its_own_side_of_the_wall():
     assert points[:, 0].max() > 3.9
     inside = [grid.cells[grid.cell_at(x, y)] for x, y, _ in points]
     assert max(inside) == INSCRIBED_COST and inside[10:].count(INSCRIBED_COST) == 0
-
-
-FAILURES = [
-    (Pose2D(-1.0, 1.0), Pose2D(1.0, 1.0), FailureCode.START_OUTSIDE_MAP),
-    (Pose2D(1.0, 1.0), Pose2D(1.0, 6.0), FailureCode.GOAL_OUTSIDE_MAP),
-    (Pose2D(1.0, 1.0), Pose2D(1.0, 2.4), FailureCode.GOAL_OCCUPIED),
-]
-
-
-@pytest.mark.parametrize(("start", "goal", "code"), FAILURES)
-def test_failures_have_the_codes_of_astar(start, goal, code):
-    with pytest.raises(NavigationError) as caught:
-        ThetaStar(EXACT, ROBOT).plan(split_floor(), start, goal)
-    assert caught.value.failure.code == code

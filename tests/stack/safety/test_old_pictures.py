@@ -18,9 +18,9 @@ RIM = SCOUT.footprint.circumscribed_radius
 
 def limited(wanted, steps=60, **ages):
     """The twist after some steps with these ages, and why it is limited."""
-    safety = SafetyStage(SCOUT, SafetyParameters(), 0.05)
+    safety, twist = SafetyStage(SCOUT, SafetyParameters(), 0.05), STANDSTILL
     for _ in range(steps):
-        motion = Odometry(0.0, Pose2D(0.0, 0.0), safety._smoother.last)
+        motion = Odometry(0.0, Pose2D(0.0, 0.0), twist)
         twist = safety.limit(wanted, motion, ObstaclePoints(ages={"lidar": 0.05, **ages}))
     return twist, safety.reason
 

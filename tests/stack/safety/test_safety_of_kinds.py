@@ -24,8 +24,8 @@ def smoothed(robot, wishes):
     """What the smoother makes of wishes, one a period of 0.05 s."""
     smoother, given_ = VelocitySmoother(robot, 0.05), []
     for wish in wishes:
-        smoother.last = smoother.towards(wish)
-        given_.append(smoother.last)
+        given_.append(smoother.towards(wish))
+        smoother.continue_from(given_[-1])
     return given_
 
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from stack.errors import ParameterError
+from stack.parameters import build
 from stack.safety.parameters import SafetyParameters
 from stack.types import Footprint, Pose2D, Twist
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
-from tests.stack.safety.obstacles import SafetyStage
+from tests.stack.safety.obstacles import SafetyStage, drive_until_still
 
 PARAMETERS = SafetyParameters()
 
@@ -89,3 +91,18 @@ def test_only_a_round_robot_turns_freely_where_it_touches_a_wall(footprint, spee
     for _ in range(20):
         twist = safety.limit(Twist(angular=1.0), world.odometry, world.obstacles)
     assert twist.angular == pytest.approx(speed)
+
+
+@pytest.mark.parametrize(
+    ("given", "least"), [({"creep_speed": 0.0}, 0.005), ({"slow_time": 0.25}, 0.02)]
+)
+def test_settings_with_which_it_would_creep_into_an_obstacle_are_refused(given, least):
+    """It stops creep_speed x slow_time before one: this must be more than the slack of 5 mm."""
+    with pytest.raises(ParameterError, match="does not creep into the obstacle") as caught:
+        build(SafetyParameters, given)
+    assert caught.value.hint == f"use more than {least:g} m/s, or a longer slow_time"
+    world = ToyWorld(room(3, 3), robot(), Pose2D(1.5, 1.5), beams=720)
+    parameters = build(SafetyParameters, {**given, "creep_speed": 1.1 * least})
+    safety = SafetyStage(world.robot, parameters, world.period)
+    drive_until_still(world, safety, Twist(0.3), 60.0)
+    assert safety.reason.startswith("stopped") and world.nearest > 0.0

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from stack.drivetrain.description import LidarDescription
 from stack.geometry.polygons import outline_points
+from stack.safety.monitor import UnseenGroundLimit
 from stack.safety.parameters import SafetyParameters
-from stack.safety.unseen import UnseenGroundLimit
 from stack.types import STANDSTILL, Pose2D, SeenGround, Twist
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
 from tests.stack.safety.obstacles import SafetyStage

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from stack.errors import ParameterError
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import beyond_dead_band
-from stack.safety.zone_monitor import ZoneMonitor
-from stack.safety.zones import SafetyZone, read_zones
+from stack.safety.zones import SafetyZone, ZoneMonitor, read_zones
 from stack.types import STANDSTILL, Footprint, Pose2D, Twist
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 from tests.stack.safety.obstacles import SafetyStage, standing

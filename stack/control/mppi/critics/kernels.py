@@ -75,6 +75,16 @@ def _touches(
 
 
 @njit(cache=True, nogil=True)
+def _reach(discs: Array32) -> np.float32:
+    """Radius of the circle about the base that contains discs (k, 3)."""
+    reach = ZERO
+    for i in range(discs.shape[0]):
+        offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
+        reach = max(reach, np.float32(offset) + discs[i, 2])
+    return reach
+
+
+@njit(cache=True, nogil=True)
 def near_obstacles(
     poses: Array32, cells: NDArray[np.uint8], distance: Array32,
     lethal: NDArray[np.int32], geometry: Array32,
@@ -108,11 +118,7 @@ def near_obstacles(
     wanted, critical, ratio = margins[0], margins[1], margins[2]
     doubt = np.float32(0.5) * resolution
     diagonal = np.float32(1.4143) * resolution
-    reach = ZERO
-    for i in range(discs.shape[0]):
-        offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
-        reach = max(reach, np.float32(offset) + discs[i, 2])
-    far = reach + max(wanted, doubt) + diagonal
+    far = _reach(discs) + max(wanted, doubt) + diagonal
     share = ONE / np.float32(HIGHEST_PASSABLE)
     by_value = np.zeros(256, np.float32)
     for value in range(LETHAL + 1):
@@ -190,10 +196,7 @@ def near_moving(
         hits: (batch,), updated: step of the first collision; the number of steps: none.
     """
     _, steps, batch = poses.shape
-    wanted, seconds, reach = np.float32(margin), np.float32(step), ZERO
-    for i in range(discs.shape[0]):
-        offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
-        reach = max(reach, np.float32(offset) + discs[i, 2])
+    wanted, seconds, reach = np.float32(margin), np.float32(step), _reach(discs)
     for b in range(batch):
         closeness[b] = ZERO
     for k in range(moving.shape[0]):
@@ -289,28 +292,24 @@ def mean_turn(poses: Array32, heading: float, term: Array32) -> None:
 
 
 @njit(cache=True, nogil=True)
-def furthest_reached(
-    poses: Array32, hits: NDArray[np.int64], path: Array32, nearest: NDArray[np.int64]
-) -> int:  # fmt: skip
+def furthest_reached(poses: Array32, hits: NDArray[np.int64], path: Array32) -> int:
     """Highest path index nearest to the end of a rollout, of collision-free rollouts if any.
 
     Args:
         poses: (5, steps, batch).
         hits: (batch,) step of the first collision; the number of steps: none.
         path: (n, 2) points.
-        nearest: (batch,), written: index of the path point nearest to each rollout's end.
     """
     _, steps, batch = poses.shape
-    best, found = np.full(batch, FAR), np.zeros(batch, np.int32)
+    best, nearest = np.full(batch, FAR), np.zeros(batch, np.int32)
     xs, ys = poses[0, steps - 1], poses[1, steps - 1]
     for i in range(path.shape[0]):
         px, py, index = path[i, 0], path[i, 1], np.int32(i)
         for b in range(batch):  # without branches it is vectorised
             dx, dy = xs[b] - px, ys[b] - py
             square = dx * dx + dy * dy
-            found[b] = index if square < best[b] else found[b]
+            nearest[b] = index if square < best[b] else nearest[b]
             best[b] = min(square, best[b])
-    nearest[:] = found
     clear, furthest = -1, 0
     for b in range(batch):
         furthest = max(furthest, nearest[b])
@@ -401,7 +400,7 @@ CRITICS = (
     (driven_backward, (f4[:, :, ::1], f8, f4[::1])),
     (end_bearing, (f4[:, :, ::1], f8, f8, f4[::1])),
     (end_distance, (f4[:, :, ::1], f8, f8, f4[::1])),
-    (furthest_reached, (f4[:, :, ::1], i8[::1], f4[:, ::1], i8[::1])),
+    (furthest_reached, (f4[:, :, ::1], i8[::1], f4[:, ::1])),
     (mean_distance, (f4[:, :, ::1], f8, f8, f4[::1])),
     (mean_turn, (f4[:, :, ::1], f8, f4[::1])),
     (near_moving, (f4[:, :, ::1], f4[:, ::1], f4[:, ::1], f8, f8, f4[::1], i8[::1])),
