@@ -18,7 +18,7 @@ import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 if TYPE_CHECKING:
     from stack.types import FailureCode
@@ -39,14 +39,37 @@ class Mark:
         return f"{self.file}:{self.line}:{self.column}"
 
 
+class Hint(str):
+    """A suggestion for people, and the text that replaces the wrong one, if it is known."""
+
+    __slots__ = ("fix",)
+    fix: str
+
+    def __new__(cls, text: str = "", fix: str = "") -> Self:
+        hint = super().__new__(cls, text)
+        hint.fix = fix
+        return hint
+
+    def __add__(self, more: str) -> Hint:
+        return Hint(super().__add__(more), self.fix)
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """An error or warning about a file: `file:line:column error[E012] sentence; hint`."""
+    """An error or warning about a file: `file:line:column error[E012] sentence; hint`.
+
+    Sentence and hint are for people. A program that mends the file uses `mark` and `fix`.
+    """
 
     mark: Mark
     code: str
     sentence: str
     hint: str = ""
+
+    @property
+    def fix(self) -> str:
+        """The text that replaces the word at the mark; "" if none is known."""
+        return self.hint.fix if isinstance(self.hint, Hint) else ""
 
     @property
     def severity(self) -> Literal["error", "warning"]:

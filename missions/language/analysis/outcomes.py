@@ -108,7 +108,7 @@ class OutcomeCheck:
             sentence = f"never reached: {before.title} (line {before.mark.line}) never {word}"
             why, hint = _constant_condition(before)
             hint = hint or _ways_to_end(before) or "change the order, or remove it"
-            self.findings.error("E160", after.mark, sentence + why, hint)
+            self.findings.add("E160", after.mark, sentence + why, hint)
             return
 
     def _retries(self, step: Step) -> None:
@@ -117,26 +117,26 @@ class OutcomeCheck:
         for word, modifier in (("retry", modifiers.retry), ("recover", modifiers.recover)):
             if modifier and not attempt.failure:
                 sentence = f"`{word}` has no effect: {step.title} cannot fail"
-                self.findings.warning("W108", step.mark, sentence, f"remove `{word}`")
+                self.findings.add("W108", step.mark, sentence, f"remove `{word}`")
         if modifiers.keep_going and not self._before_on_failure(step).failure:
             sentence = f"`on_failure` has no effect: {step.title} cannot fail"
-            self.findings.warning("W108", step.mark, sentence, "remove `on_failure`")
+            self.findings.add("W108", step.mark, sentence, "remove `on_failure`")
         if modifiers.every is None:
             return
         counted = modifiers.repeat is not None and not is_endless(step)
         if counted and body.success:
             sentence = "`repeat` also counts results that `every` only repeats"
-            self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
+            self.findings.add("W109", step.mark, sentence, "move one of them to a child node")
         if modifiers.retry and body.failure:
             sentence = "`retry` also counts results that `every` only repeats"
-            self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
+            self.findings.add("W109", step.mark, sentence, "move one of them to a child node")
 
     def _restarted(self, step: Step) -> None:
         for child in step.children()[:-1]:
             if self.takes_time(child):
                 sentence = f"after its success {child.title} starts again on every tick"
                 hint = "use a sequence, or make it the last child"
-                self.findings.warning("W106", child.mark, sentence, hint)
+                self.findings.add("W106", child.mark, sentence, hint)
 
     @once_per_step
     def takes_time(self, step: Step) -> bool:
@@ -159,7 +159,7 @@ class OutcomeCheck:
             first, second = at_once[:2]
             sentence = f"{second.title} moves the robot at the same time as {first.title}"
             hint = "use a sequence"
-            self.findings.error("E162", second.mark, f"{sentence} (line {first.mark.line})", hint)
+            self.findings.add("E162", second.mark, f"{sentence} (line {first.mark.line})", hint)
             return
         for number, second in enumerate(drivers):
             first_or_none = next((item for item in drivers[:number] if _both(item, second)), None)
@@ -168,7 +168,7 @@ class OutcomeCheck:
                 sentence = f"{second.title} may move the robot at the same time as "
                 sentence += f"{first_or_none.title} (line {line})"
                 hint = "use a sequence, or conditions that exclude each other"
-                self.findings.warning("W105", second.mark, sentence, hint)
+                self.findings.add("W105", second.mark, sentence, hint)
                 return
 
     @once_per_step

@@ -34,7 +34,7 @@ def numbers(findings: Findings, element: Element | None, count: int) -> FloatArr
         wanted = "a number" if count == 1 else f"{count} numbers"
         shown = element.text if len(element.text) <= 60 else element.text[:57] + "..."
         sentence = f"<{element.tag}>: expected {wanted}, got {shown!r}"
-        findings.error(SHAPE, element.mark, sentence)
+        findings.add(SHAPE, element.mark, sentence)
         return None
     return np.array(values)
 
@@ -46,7 +46,7 @@ def read_pose(findings: Findings, pose: Element) -> FloatArray | None:
     if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
         values = numbers(findings, pose, 7)
         if values is not None and float(np.linalg.norm(values[3:])) < 1e-6:
-            findings.error(SHAPE, pose.mark, "<pose>: the quaternion 0 0 0 0 is not a rotation")
+            findings.add(SHAPE, pose.mark, "<pose>: the quaternion 0 0 0 0 is not a rotation")
             return None
         return None if values is None else shapes.from_quaternion(values[:3], values[3:])
     values = numbers(findings, pose, 6)
