@@ -86,10 +86,10 @@ def find_robot(name_or_path: str, beside: Path) -> Path:
         except OSError as error:
             raise InputError(f"robot {name_or_path:.60}…: {error.strerror}") from None
     if name_or_path not in robot_names():
-        hint = likely(name_or_path, robot_names())
+        hint: str = likely(name_or_path, robot_names())
         if not hint:
             hint = f"available: {', '.join(robot_names())}; a path has a slash: ./{name_or_path}"
-        raise InputError(f"there is no robot {name_or_path!r}; {hint}")
+        raise InputError(f"there is no robot {name_or_path!r}", hint)
     return HERE / name_or_path / "robot.yaml"
 
 

@@ -100,13 +100,15 @@ class InputError(TreepilotError):
     """The user's input is wrong. No robot has moved; the command line exits with 2.
 
     Attributes:
-        findings: what is wrong, each with its position; empty if constructed from a text.
+        findings: what is wrong, each with its position; empty if constructed from a sentence.
+        sentence, hint: what is wrong and a suggestion, without a position; else empty.
     """
 
-    def __init__(self, findings: Sequence[Finding] | str) -> None:
+    def __init__(self, findings: Sequence[Finding] | str, hint: str = "") -> None:
         self.findings: tuple[Finding, ...] = () if isinstance(findings, str) else tuple(findings)
-        text = findings if isinstance(findings, str) else "\n".join(map(str, findings))
-        super().__init__(_printable(text))
+        self.sentence, self.hint = findings if isinstance(findings, str) else "", hint
+        text = self.sentence or "\n".join(map(str, self.findings))
+        super().__init__(_printable(f"{text}; {hint}" if hint else text))
 
 
 class ParameterError(TreepilotError):

@@ -327,7 +327,7 @@ class HeaderReader:
     def _add(self, error: InputError, mark: Mark, code: str) -> None:
         """Add the findings of another reader; report a missing file where it is named."""
         if not error.findings:
-            self.findings.add(code, mark, str(error))
+            self.findings.add(code, mark, error.sentence, error.hint)
         for item in error.findings:
             if item.code == "E001":
                 sentence = f"{item.mark.file}: {item.sentence}"

@@ -69,10 +69,10 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
         return folder / Path(name_or_path).expanduser()
     known = [file.stem for file in shipped.glob("*.yaml")]
     if name_or_path not in known:
-        hint = likely(name_or_path, known)
+        hint: str = likely(name_or_path, known)
         if not hint:
             hint = f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}.yaml"
-        raise InputError(f"there is no world {name_or_path!r}; {hint}")
+        raise InputError(f"there is no world {name_or_path!r}", hint)
     return shipped / f"{name_or_path}.yaml"
 
 
