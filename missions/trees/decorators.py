@@ -103,10 +103,16 @@ class Repeat(Decorator):
 
     def _is_over(self) -> bool:
         times = self.times()
-        self.feedback_message = f"{self.done} of {times}" if times else f"{self.done} times"
+        self.feedback_message = f"{self.done} of {times}" if times else self._runs()
         if self.until is not None:
             return bool(self.until())
         return times is not None and self.done >= times
+
+    def _runs(self) -> str:
+        """Words for the number of runs; results that an `every` below only repeats are none."""
+        if isinstance(self.child, Every):
+            return ""
+        return f"{self.done} times" if self.until is not None else f"{self.done} runs"
 
 
 class Timeout(Decorator):

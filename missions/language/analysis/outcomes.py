@@ -12,6 +12,7 @@ from typing import Any
 from missions.language.analysis.data_flow import children_of, once_per_step
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.analysis.ranges import range_hint
+from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.step import Order, Outcomes, Step, Tree
 from missions.language.values import Constant, may_fail
 from stack.documents import Findings
@@ -34,6 +35,8 @@ class OutcomeCheck:
             self._reached(step)
         if step.order is Order.AFTER_SUCCESS and step.starts_again:
             self._restarted(step)
+        elif step.order is Order.AFTER_SUCCESS:
+            self._overwritten(step)
         if step.order is Order.TOGETHER:
             self._wheels(step)
         for child in children_of(step):
@@ -137,6 +140,35 @@ class OutcomeCheck:
                 sentence = f"after its success {child.title} starts again on every tick"
                 hint = "use a sequence, or make it the last child"
                 self.findings.add("W106", child.mark, sentence, hint)
+
+    def _overwritten(self, step: Step) -> None:
+        """Report a key that the next node surely overwrites before anything can have read it."""
+        for first, second in pairwise(step.children()):
+            if any(node.uses or node.modifiers.when is not None for node in (first, second)):
+                continue
+            lost = {*first.writes()} & {*second.writes()} - {*second.symbols_read()}
+            for symbol in sorted(lost, key=lambda item: item.name):
+                if self._may_survive(symbol, second):
+                    continue
+                sentence = f"${symbol.name} of line {first.mark.line} is overwritten here "
+                sentence += "before anything reads it"
+                hint = "use another key, or remove one of them"
+                self.findings.add("W130", second.mark, sentence, hint)
+
+    def _may_survive(self, symbol: Symbol, step: Step) -> bool:
+        """Return whether a key may keep its value: its default, if the node does not succeed.
+
+        `set` computes all values before it writes. A behaviour that fails unsets the targets of its
+        outputs that have no initial value; one that is halted leaves them.
+        """
+        modifiers = step.modifiers
+        if modifiers.every or modifiers.timeout or modifiers.while_:
+            return True
+        for value in step.reads():
+            if symbol in value.writes():
+                return value.may_fail()
+        unset_by_failure = symbol in step.results().values() and symbol.value is UNSET
+        return self._body(step).failure and not unset_by_failure
 
     @once_per_step
     def takes_time(self, step: Step) -> bool:
