@@ -297,4 +297,4 @@ CODES: dict[str, Code] = {
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",
                  "add the case, or a `default`"),
 }  # fmt: skip
-"""Finding code -> its text in `treepilot explain` and in docs/language.md."""
+"""Finding code -> its text in `treepilot explain` and in docs/reference.md."""

@@ -23,7 +23,7 @@ from missions.trees.show import dot
 from tests.missions.mission_fakes import read_text
 from tui.terminal.ascii_glyphs import GLYPHS
 
-PAGE = (Path(__file__).parents[3] / "docs" / "language.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "reference.md").read_text("utf-8")
 
 HEAD = "mission: m\nrobot: scout\nworld: office\n"
 
