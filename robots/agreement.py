@@ -206,7 +206,7 @@ class _WheelChecks:
 
     def _error(self, key: str, sentence: str, hint: str) -> None:
         node = (self._node.get(key) if key else None) or self._node
-        self._findings.error(URDF, node.mark, f"wheels: {sentence}", hint)
+        self._findings.add(URDF, node.mark, f"wheels: {sentence}", hint)
 
 
 def compare_body(
@@ -228,7 +228,7 @@ def compare_body(
                 f"{key}: the URDF's link {farthest!r} reaches {found[farthest]:.3f} m {where}"
             )
             mark = (top.node.get(key) or top.node).mark
-            top.findings.warning(DIFFERS, mark, sentence, origin)
+            top.findings.add(DIFFERS, mark, sentence, origin)
     _compare_mounts(top, model, base, robot)
     _check_supports(top, model, points)
 
@@ -245,7 +245,7 @@ def _check_supports(top: Section, model: RobotModel, points: Mapping[str, FloatA
         )
         hint = "use a sphere as its <collision>, a caster without friction, or raise it by 1 cm"
         mark = (top.node.get("wheels") or top.node).mark
-        top.findings.warning(DIFFERS, mark, sentence, hint)
+        top.findings.add(DIFFERS, mark, sentence, hint)
 
 
 def _compare_mounts(
@@ -272,7 +272,7 @@ def _compare_mounts(
                 f"{kind}: it is at {_listed(positions[0])} m, but the URDF's sensor on "
                 f"{sensor.link!r} is at {_listed(modelled)} m in the base frame, {off:.3f} m away"
             )
-            top.findings.warning(DIFFERS, node.mark, sentence)
+            top.findings.add(DIFFERS, node.mark, sentence)
 
 
 def _compare_roll(
@@ -285,7 +285,7 @@ def _compare_roll(
         way, roll = ("upside down", "180 deg") if up < 0.0 else ("upright", "0")
         sentence = f"lidar: roll: the URDF's sensor on {sensor.link!r} is {way}"
         hint = f"write `roll: {roll}`, or correct the URDF: its angles run the other way"
-        top.findings.warning(DIFFERS, (node.get("roll") or node).mark, sentence, hint)
+        top.findings.add(DIFFERS, (node.get("roll") or node).mark, sentence, hint)
 
 
 def _beyond(points: FloatArray, corners: FloatArray) -> float:

@@ -115,7 +115,7 @@ def body_kind(name: str) -> type[BodyKind]:
         return BUILT_IN[name]
     plugged = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name not in plugged:
-        raise InputError(f"there is no body {name!r}; {suggestion(name, [*BUILT_IN, *plugged])}")
+        raise InputError(f"there is no body {name!r}", suggestion(name, [*BUILT_IN, *plugged]))
     try:
         found: Any = plugged[name].load()
     except Exception as error:  # a plugin's module may raise any exception

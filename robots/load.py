@@ -158,7 +158,7 @@ def _footprint(top: Section) -> Footprint | None:
         return None if radius is None else Footprint.circle(radius)
     if not node.is_sequence:
         sentence = f"footprint: expected {{radius: 22 cm}} or corners, got {node.words()}"
-        top.findings.error(FOOTPRINT, node.mark, sentence)
+        top.findings.add(FOOTPRINT, node.mark, sentence)
         return None
     corners = [top.parts(f"footprint[{n}]", item, (X, Y)) for n, item in enumerate(node.items)]
     if any(corner is None for corner in corners):
@@ -169,7 +169,7 @@ def _footprint(top: Section) -> Footprint | None:
 def _polygon(top: Section, node: Node, points: FloatArray) -> Footprint | None:
     if len(points) < 3:
         sentence = f"footprint: a polygon has at least 3 corners, got {len(points)}"
-        top.findings.error(FOOTPRINT, node.mark, sentence)
+        top.findings.add(FOOTPRINT, node.mark, sentence)
         return None
     following = np.roll(points, -1, axis=0)
     repeated = np.all(points == following, axis=1)
@@ -179,12 +179,12 @@ def _polygon(top: Section, node: Node, points: FloatArray) -> Footprint | None:
     area = float(crosses.sum()) / 2
     if abs(area) < 1e-6:
         sentence = f"footprint: these {len(points)} corners enclose no area"
-        top.findings.error(FOOTPRINT, node.mark, sentence)
+        top.findings.add(FOOTPRINT, node.mark, sentence)
         return None
     if not points_inside(np.zeros((1, 2)), points)[0]:
         sentence = "footprint: the base frame's origin [0, 0] is not inside"
         hint = "give corners relative to the point midway between the drive wheels"
-        top.findings.error(FOOTPRINT, node.mark, sentence, hint)
+        top.findings.add(FOOTPRINT, node.mark, sentence, hint)
         return None
     return Footprint(points if area > 0 else points[::-1].copy())
 
@@ -197,7 +197,7 @@ def _source(top: Section, path: Path) -> UrdfSource | None:
     if not node.is_mapping:
         if isinstance(node.value, str):
             return UrdfSource(path.parent / node.value)
-        top.findings.error(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
+        top.findings.add(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
         return None
     section = Section(node, top.findings, "`urdf`", SHAPE)
     file, packages = section.value(URDF_FILE), section.value(PACKAGES)
@@ -250,14 +250,14 @@ def _body(top: Section) -> tuple[str, dict[str, Any]]:
     name = values.pop("use", None)
     if not isinstance(name, str):
         sentence = f"body must be a name, or a mapping with `use`, got {node.words()}"
-        top.findings.error(SHAPE, node.mark, sentence)
+        top.findings.add(SHAPE, node.mark, sentence)
         return RobotDescription.body, {}
     try:
         find_body(name, values)
     except ParameterError as error:
-        top.findings.error(SHAPE, node.mark, str(error), error.hint)
+        top.findings.add(SHAPE, node.mark, str(error), error.hint)
     except InputError as error:
-        top.findings.error(SHAPE, node.mark, str(error))
+        top.findings.add(SHAPE, node.mark, str(error))
     return name, values
 
 
@@ -273,7 +273,7 @@ def _components(top: Section) -> dict[str, Any]:
         use = node.get("use") if node.is_mapping else node
         if use is not None and not (isinstance(use.value, str) and use.value):
             expected = "a name or {use: name, parameter: value}"
-            top.findings.error(SHAPE, use.mark, f"{kind} must be {expected}, got {use.words()}")
+            top.findings.add(SHAPE, use.mark, f"{kind} must be {expected}, got {use.words()}")
             continue
         found[kind] = node.plain() if node.is_mapping else {"use": node.value}
     return found

@@ -96,7 +96,7 @@ def read_lidar(section: Section) -> LidarDescription:
     ):
         if worst >= limit:
             mark = (section.node.get(key) or section.node).mark
-            section.findings.error(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
+            section.findings.add(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
     return lidar
 
 
@@ -110,7 +110,7 @@ def _upside_down(section: Section) -> bool:
         tilt = degrees(across if key == "roll" else abs(pitch))
         sentence = f"{key}: a lidar tilted by {tilt:.0f} deg does not scan parallel to the floor"
         hint = "mount it level, or upside down (`roll: 180 deg`); tilted lidars are not supported"
-        section.findings.error(SHAPE, mark, sentence, hint)
+        section.findings.add(SHAPE, mark, sentence, hint)
     return bool(abs(roll) > pi / 2)
 
 
@@ -121,14 +121,14 @@ def _mask(section: Section) -> tuple[tuple[float, float], ...]:
         return ()
     if not node.is_sequence:
         sentence = f"mask: expected a list of [from, to], got {node.words()}"
-        section.findings.error(SHAPE, node.mark, sentence, "such as [[-32 deg, -28 deg]]")
+        section.findings.add(SHAPE, node.mark, sentence, "such as [[-32 deg, -28 deg]]")
         return ()
     read = [section.parts(f"mask[{n}]", item, MASK) for n, item in enumerate(node.items)]
     for item, limits in zip(node.items, read, strict=True):
         if limits is not None and not 0.0 < (width := (limits[1] - limits[0]) % (2 * pi)) <= pi:
             sentence = f"mask: from `from` anticlockwise to `to` it is {degrees(width):.0f} deg"
             hint = "write the smaller angle first; a mask has at most half a turn"
-            section.findings.error(SHAPE, item.mark, sentence, hint)
+            section.findings.add(SHAPE, item.mark, sentence, hint)
     return tuple((limits[0], limits[1]) for limits in read if limits is not None)
 
 
@@ -142,7 +142,7 @@ def read_camera(section: Section) -> CameraDescription:
             f"exposure: {camera.exposure:g} s must be at most {limit:g} s, the time between two "
             "pictures and twice the latency, which counts from the middle of the exposure"
         )
-        section.findings.error(SHAPE, mark, sentence)
+        section.findings.add(SHAPE, mark, sentence)
     return camera
 
 
@@ -153,7 +153,7 @@ def read_depth_camera(section: Section) -> DepthCameraDescription:
     if camera.range_min >= camera.range_max:
         mark = (section.node.get("range_min") or section.node).mark
         sentence = f"range_min: {camera.range_min:g} must be below {camera.range_max:g}"
-        section.findings.error(SHAPE, mark, sentence)
+        section.findings.add(SHAPE, mark, sentence)
     return camera
 
 
@@ -161,7 +161,7 @@ def _scan(section: Section) -> DepthScanDescription:
     scan = parameters_of(section, DepthScanDescription)
     if scan.low >= scan.high:
         mark = (section.node.get("low") or section.node).mark
-        section.findings.error(SHAPE, mark, f"low: {scan.low:g} must be below {scan.high:g}")
+        section.findings.add(SHAPE, mark, f"low: {scan.low:g} must be below {scan.high:g}")
     return scan
 
 
@@ -190,7 +190,7 @@ def _focal_lengths(section: Section, width: int) -> tuple[float, float | None]:
     node = section.node.get("field_of_view")
     if node is not None:
         sentence = "field_of_view: follows from focal_length; only one of the two can be set"
-        section.findings.error(SHAPE, node.mark, sentence, "remove `field_of_view`")
+        section.findings.add(SHAPE, node.mark, sentence, "remove `field_of_view`")
     return given[0], given[1]
 
 
@@ -209,12 +209,12 @@ def _check_lens(section: Section, model: CameraModel) -> None:
             f"principal_point: [{model.cx:g}, {model.cy:g}] is outside the picture of "
             f"{model.width} x {model.height} pixels"
         )
-        section.findings.error(SHAPE, node.mark, sentence)
+        section.findings.add(SHAPE, node.mark, sentence)
     node = section.node.get("distortion")
     if node is not None and not model.is_invertible():
         sentence = "distortion: some pixels at the border have no ray with these coefficients"
         hint = "calibrate with the board in the corners of the picture, or set k3 and k2 to 0"
-        section.findings.error(SHAPE, node.mark, sentence, hint)
+        section.findings.add(SHAPE, node.mark, sentence, hint)
 
 
 def check_scan_names(
@@ -225,7 +225,7 @@ def check_scan_names(
         scan = f"{name}{SCAN_SUFFIX}"
         if camera.scan is not None and scan in lidars:
             sentence = f"lidars: the name `{scan}` is that of the scan of the depth camera `{name}`"
-            top.findings.error(SHAPE, top.node.mark, sentence)
+            top.findings.add(SHAPE, top.node.mark, sentence)
 
 
 def optional(top: Section, key: str, read: Callable[[Section], T]) -> T | None:
@@ -240,7 +240,7 @@ def named(top: Section, key: str, read: Callable[[Section], T]) -> dict[str, T]:
     found: dict[str, T] = {}
     for name, node in section.node.entries if section is not None else ():
         if name.value in RESERVED:
-            top.findings.error(SHAPE, name.mark, f"{key}: the name `{name.value}` is reserved")
+            top.findings.add(SHAPE, name.mark, f"{key}: the name `{name.value}` is reserved")
             continue
         part = Section(node, top.findings, f"`{key}.{name.value}`", SHAPE)
         found[str(name.value)] = read(part)

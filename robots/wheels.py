@@ -101,13 +101,13 @@ def check_lateral_speed(top: Section, wheels: WheelGeometry | None, limits: Limi
     moves_sideways = wheels.drivetrain(limits).can_move_sideways
     if moves_sideways and limits.lateral_speed <= 0.0:
         sentence = "limits: an omnidirectional robot needs a lateral_speed above 0"
-        top.findings.error(SHAPE, node.mark, sentence, "add e.g. lateral_speed: 0.5 m/s")
+        top.findings.add(SHAPE, node.mark, sentence, "add e.g. lateral_speed: 0.5 m/s")
     elif not moves_sideways and limits.lateral_speed > 0.0:
         sentence = (
             f"lateral_speed: these wheels cannot drive sideways, got {limits.lateral_speed:g}"
         )
         hint = "remove it, or describe omnidirectional wheels (drive: omni)"
-        top.findings.error(SHAPE, node.mark, sentence, hint)
+        top.findings.add(SHAPE, node.mark, sentence, hint)
 
 
 def read_skid(top: Section, wheels: WheelGeometry | None) -> Skid:
@@ -116,7 +116,7 @@ def read_skid(top: Section, wheels: WheelGeometry | None) -> Skid:
     if section is not None and wheels is not None and not wheels.drivetrain(Limits()).skids:
         sentence = "skid: these wheels do not skid in turns"
         hint = f"remove it, or describe a skid-steered drive (drive: {SkidSteered.kind})"
-        top.findings.error(SHAPE, section.node.mark, sentence, hint)
+        top.findings.add(SHAPE, section.node.mark, sentence, hint)
     return parameters_of(section, Skid)
 
 
@@ -133,11 +133,11 @@ def check_joints(top: Section, model: RobotModel, wheels: WheelGeometry) -> bool
         if joint is None:
             sentence = f"wheels: the URDF has no joint {named.name!r}"
             hint = suggestion(named.name, model.joints)
-            top.findings.error(URDF, named.node.mark, sentence, hint)
+            top.findings.add(URDF, named.node.mark, sentence, hint)
         elif joint.kind != named.wanted:
             sentence = f"wheels: the URDF's joint {named.name!r} is {joint.kind}"
             hint = f"a {named.role} joint must be {named.wanted}"
-            top.findings.error(URDF, named.node.mark, sentence, hint)
+            top.findings.add(URDF, named.node.mark, sentence, hint)
         elif named.wanted == "revolute":
             limit = wheels.drivetrain(Limits()).steering_limit
             _check_joint_limit(top, named, joint.element, limit)
@@ -154,7 +154,7 @@ def _listed(section: Section, kind: str) -> WheelGeometry | None:
         try:
             wheels.check_turning(wheels.track, "rear wheels")
         except ValueError as error:
-            section.findings.error(SHAPE, section.node.mark, str(error), TIGHT)
+            section.findings.add(SHAPE, section.node.mark, str(error), TIGHT)
             return None
     return wheels
 
@@ -167,11 +167,11 @@ def _value(section: Section, declared: Declaration) -> Any:
     node = section.node.get(name) or section.node
     if declared in (STEERING, REAR) and len(value) != 2:
         sentence = f"{name}: expected [left, right], got {len(value)} joints"
-        section.findings.error(SHAPE, node.mark, sentence)
+        section.findings.add(SHAPE, node.mark, sentence)
         return None
     if not value:
         hint = f"add one, e.g. {name}: [{name}_wheel]"
-        section.findings.error(SHAPE, section.node.mark, f"wheels: {name} has no joint", hint)
+        section.findings.add(SHAPE, section.node.mark, f"wheels: {name} has no joint", hint)
     return tuple(value) or None
 
 
@@ -200,11 +200,11 @@ def _check_mounts(section: Section, wheels: OmniWheels) -> None:
     node = section.node.get("mounts") or section.node
     if len(wheels.mounts) < 3:
         sentence = f"mounts: at least 3 wheels are required, got {len(wheels.mounts)}"
-        section.findings.error(SHAPE, node.mark, sentence)
+        section.findings.add(SHAPE, node.mark, sentence)
     elif float(np.linalg.svd(wheels.jacobian, compute_uv=False)[-1]) < LEAST_SINGULAR_VALUE:
         sentence = "mounts: these wheels cannot drive forward, sideways and turn independently"
         hint = "their lines of driving must not all be parallel nor all meet in one point"
-        section.findings.error(SHAPE, node.mark, sentence, hint)
+        section.findings.add(SHAPE, node.mark, sentence, hint)
 
 
 def as_modelled(
@@ -220,7 +220,7 @@ def as_modelled(
     try:
         return wheels.as_modelled(at)
     except ValueError as error:
-        top.findings.error(SHAPE, top.node.mark, str(error), TIGHT)
+        top.findings.add(SHAPE, top.node.mark, str(error), TIGHT)
         return wheels
 
 
@@ -237,7 +237,7 @@ def _report_misplaced(section: Section, kind: str) -> None:
         assert node is not None
         others = " or ".join(its_kinds)
         sentence = f"wheels: {name!r} is for drive: {others}, but this is drive: {kind}"
-        section.findings.error(SHAPE, node.mark, sentence)
+        section.findings.add(SHAPE, node.mark, sentence)
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,4 +277,4 @@ def _check_joint_limit(top: Section, named: _NamedJoint, joint: Element, inner: 
             f"but the inner wheel of the tightest arc needs {inner:.3f} rad"
         )
         hint = "widen the joint's <limit>, or reduce steering_angle"
-        top.findings.error(URDF, named.node.mark, sentence, hint)
+        top.findings.add(URDF, named.node.mark, sentence, hint)

@@ -195,7 +195,7 @@ def component(kind: str, name: str) -> type:
     # Scanning the entry points of all installed packages is slow: skip it for built-in components.
     known = BUILT_IN[kind] if name in BUILT_IN[kind] else available(kind)
     if name not in known and ":" not in name:
-        raise InputError(f"there is no {noun(kind)} {name!r}; {suggestion(name, known)}")
+        raise InputError(f"there is no {noun(kind)} {name!r}", suggestion(name, known))
     where = known.get(name, name)
     module, _, attribute = where.partition(":")
     if name not in known and module not in sys.modules and module not in _OWN_MODULES:

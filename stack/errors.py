@@ -18,7 +18,7 @@ import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 if TYPE_CHECKING:
     from stack.types import FailureCode
@@ -39,14 +39,37 @@ class Mark:
         return f"{self.file}:{self.line}:{self.column}"
 
 
+class Hint(str):
+    """A suggestion for people, and the text that replaces the wrong one, if it is known."""
+
+    __slots__ = ("fix",)
+    fix: str
+
+    def __new__(cls, text: str = "", fix: str = "") -> Self:
+        hint = super().__new__(cls, text)
+        hint.fix = fix
+        return hint
+
+    def __add__(self, more: str) -> Hint:
+        return Hint(super().__add__(more), self.fix)
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """An error or warning about a file: `file:line:column error[E012] sentence; hint`."""
+    """An error or warning about a file: `file:line:column error[E012] sentence; hint`.
+
+    Sentence and hint are for people. A program that mends the file uses `mark` and `fix`.
+    """
 
     mark: Mark
     code: str
     sentence: str
     hint: str = ""
+
+    @property
+    def fix(self) -> str:
+        """The text that replaces the word at the mark; "" if none is known."""
+        return self.hint.fix if isinstance(self.hint, Hint) else ""
 
     @property
     def severity(self) -> Literal["error", "warning"]:
@@ -77,13 +100,15 @@ class InputError(TreepilotError):
     """The user's input is wrong. No robot has moved; the command line exits with 2.
 
     Attributes:
-        findings: what is wrong, each with its position; empty if constructed from a text.
+        findings: what is wrong, each with its position; empty if constructed from a sentence.
+        sentence, hint: what is wrong and a suggestion, without a position; else empty.
     """
 
-    def __init__(self, findings: Sequence[Finding] | str) -> None:
+    def __init__(self, findings: Sequence[Finding] | str, hint: str = "") -> None:
         self.findings: tuple[Finding, ...] = () if isinstance(findings, str) else tuple(findings)
-        text = findings if isinstance(findings, str) else "\n".join(map(str, findings))
-        super().__init__(_printable(text))
+        self.sentence, self.hint = findings if isinstance(findings, str) else "", hint
+        text = self.sentence or "\n".join(map(str, self.findings))
+        super().__init__(_printable(f"{text}; {hint}" if hint else text))
 
 
 class ParameterError(TreepilotError):

@@ -5,9 +5,8 @@ A test follows one page from top to bottom in a folder of its own, as a reader w
 * `python` with `file=NAME` is saved as NAME. Tests among these files pass; the others load as
   plugins. Other `python` blocks are executed.
 * `yaml` is read by its first key: `mission`, `world` or `robot` is a whole file and has no
-  findings. A comment names a JSON Schema; the page's mission is valid under it. Anything else is a
-  snippet: its keys complete the page's mission, a list of nodes is a `run`. A snippet without `run`
-  stays in force for the rest of the page. Cases under `tests` pass.
+  findings. Anything else is a snippet: its keys complete the page's mission, a list of nodes is a
+  `run`. A snippet without `run` stays in force for the rest of the page. Cases under `tests` pass.
 * `sh` lines are executed. OPTIONS and PARSED_ONLY say which `treepilot` lines are shortened. The
   targets of `make` exist, and so do the names and options of `python -m tests.benchmarks`.
 * `json` is a route graph, `toml` and `lua` name entry points and commands that exist.
@@ -19,7 +18,6 @@ one.
 
 from __future__ import annotations
 
-import json
 import re
 import shlex
 import subprocess
@@ -34,7 +32,6 @@ from shutil import copytree
 from textwrap import indent
 from xml.etree import ElementTree
 
-import jsonschema
 import pytest
 import typer
 import yaml
@@ -200,14 +197,8 @@ class Follower:
             self.robot(block)
         elif key == "markers":
             assert read_marker_map(self.folder / "markers.yaml", block.text)
-        elif key:
-            self.snippet(block)
         else:
-            schema = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)\n", block.text)[1]
-            validator = jsonschema.Draft202012Validator(
-                json.loads((self.folder / schema).read_text("utf-8"))
-            )
-            validator.validate(self.mission)
+            self.snippet(block)
 
     def robot(self, block: Block) -> None:
         """The robot file beside a URDF with the joints that it names."""

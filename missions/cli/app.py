@@ -23,6 +23,7 @@ from missions.cli.inspection.nav2 import nav2
 from missions.cli.inspection.parameters import parameters
 from missions.cli.inspection.show import show
 from missions.cli.inspection.trace import trace
+from missions.cli.lsp import lsp
 from missions.cli.map import map_app
 from missions.cli.new import new_app
 from missions.cli.running.drive import drive
@@ -30,7 +31,6 @@ from missions.cli.running.run import run
 from missions.cli.running.runs import runs_app
 from missions.cli.running.tell import tell_app
 from missions.cli.running.watch import watch
-from missions.cli.schema import lsp, schema
 from missions.cli.test import test
 from missions.cli.tune import EPILOG as TUNE_EPILOG
 from missions.cli.tune import tune
@@ -54,7 +54,6 @@ app.command()(show)
 app.command("list")(list_)
 app.command()(describe)
 app.command()(parameters)
-app.command()(schema)
 app.command()(nav2)
 app.command()(calibrate)
 app.command()(lsp)

@@ -1,4 +1,4 @@
-"""Editor support: JSON Schemas and a language server, derived from the installed behaviours.
+"""Editor support: a language server.
 
 The rules of the language are defined by the reader and the declarations, not here.
 """

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from behaviours.catalogue import BehaviourKind
 from missions.editor.document import CURSOR, Reading
 from missions.editor.hover import parameters_of, signature_of_kind, symbol_text, tree_text
 from missions.editor.markdown import behaviour_text, declaration_text, word_text
-from missions.editor.node_schemas import allowed_modifiers
 from missions.execution.component_choices import NAVIGATION_KINDS
 from missions.execution.resources import world_files
 from missions.language.expressions.functions import FUNCTIONS
@@ -25,11 +25,11 @@ from missions.language.expressions.value_types import (
     TEXT,
     type_of,
 )
-from missions.language.keys import ANY_KEY, MISSION, Keys
+from missions.language.keys import ANY_KEY, MISSION, MODIFIERS, Keys
 from missions.language.kinds import NODES
 from missions.language.reading.cases import FIXED_VALUES
 from missions.language.reading.words import Word, WordRole
-from missions.language.sections import SECTIONS
+from missions.language.sections import ONLY_FOR, SECTIONS
 from robots.load import robot_names
 from stack.components import DEFAULTS, available
 from stack.parameters import Declaration
@@ -121,8 +121,17 @@ def _kinds(reading: Reading, word: Word) -> Iterator[Candidate]:
 def _modifiers(reading: Reading, word: Word) -> Iterator[Candidate]:
     catalogue = reading.words.catalogue
     kind = catalogue.get(word.owner) if catalogue and word.owner not in NODES else None
-    for name in allowed_modifiers(word.owner, kind):
+    for name in _allowed_modifiers(word.owner, kind):
         yield Candidate(name, "keyword", text=word_text(name), key=True)
+
+
+def _allowed_modifiers(word: str, kind: BehaviourKind | None) -> list[str]:
+    """Return the modifiers allowed for a type; `kind` is set for a behaviour."""
+    allowed = [name for name in MODIFIERS if word in ONLY_FOR.get(name, (word,))]
+    takes_outputs = NODES[word].takes_outputs if word in NODES else kind and kind.outputs
+    if not takes_outputs:
+        allowed.remove("out")
+    return allowed
 
 
 def _ports(reading: Reading, word: Word) -> Iterator[Candidate]:

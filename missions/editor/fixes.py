@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from missions.editor.words import end_of_value
 from stack.documents import Finding
 
-_SUGGESTED = re.compile(r"did you mean (['\"])(.+?)\1\?")
-_WRITE = re.compile(r"write (\$\w+|`[^`]+`)$")
 _NAME = re.compile(r"\$?\{?[A-Za-z_][\w.]*\}?")
 
 
@@ -26,12 +24,8 @@ class Fix:
 
 
 def fix_of(finding: Finding, lines: Sequence[str]) -> Fix | None:
-    """Return the fix that a finding suggests; None if it suggests no word."""
-    found = _SUGGESTED.search(finding.hint) or _SUGGESTED.search(finding.sentence)
-    text = found[2] if found else ""
-    if not text:
-        written = _WRITE.search(finding.hint)
-        text = written[1].strip("`") if written and finding.code in ("E135", "E132") else ""
+    """Return the edit for the fix of a finding; None if it has none."""
+    text = finding.fix
     line, column = finding.mark.line, finding.mark.column
     if not text or not 1 <= line <= len(lines):
         return None

@@ -95,7 +95,7 @@ def chosen(kind: str, wanted: Mapping[str, Any], *, mapped: bool = True) -> Choi
             raise ParameterError("use", f"{kind} has settings only; remove `use`")
         return _settings(kind, values)
     if kind not in DEFAULTS:
-        raise InputError(f"navigation has no {kind!r}; {suggestion(kind, [*DEFAULTS, *SETTINGS])}")
+        raise InputError(f"navigation has no {kind!r}", suggestion(kind, [*DEFAULTS, *SETTINGS]))
     choice = choose(kind, wanted.get("use", default_of(kind, mapped=mapped)), values)
     if not mapped and issubclass(choice.component, Estimator) and choice.component.needs_map:
         sentence = f"the estimator {choice.name!r} needs a map, and this mission has `map: none`"

@@ -21,7 +21,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.mapping.limits import FARTHEST
 from stack.mapping.marker_maps import MARKERS_YAML, read_marker_map
-from stack.parameters import nearest
+from stack.parameters import did_you_mean, nearest
 from stack.sim.import_world import read_any_world
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import find_world
@@ -79,7 +79,7 @@ def _near(path: Path, shipped: Mapping[str, Path]) -> str:
     }
     close = nearest(path.stem, list(known))
     if close is not None:
-        return f"did you mean {known[close]!r}?"
+        return did_you_mean(known[close])
     return "give the path of a mission file, or a name from `treepilot list missions`"
 
 
@@ -172,7 +172,7 @@ def catalogue_of(plugins: list[Node], folder: Path, findings: Findings) -> Catal
             sentence = f"{_shown(problem.file, folder)}: {problem.sentence}"
             named = plugins[problem.plugin]
             is_absent = "/" in str(named.value) and not (folder / str(named.value)).exists()
-            findings.error("E110", named.mark, sentence, BESIDE if is_absent else "")
+            findings.add("E110", named.mark, sentence, BESIDE if is_absent else "")
     return catalogue
 
 

@@ -13,7 +13,7 @@ from missions.language.model import Component
 from stack.components import Choice
 from stack.documents import Mark
 from stack.errors import InputError
-from stack.parameters import Declaration, declarations, nearest, values_of
+from stack.parameters import Declaration, declarations, did_you_mean, nearest, values_of
 
 DEFAULT, COMMAND_LINE = "default", "--parameter"
 
@@ -86,7 +86,7 @@ def filtered(origins: list[Origin], wanted: str) -> list[Origin]:
     if not found:
         names = {part for item in origins for part in (item.name, item.name.partition(".")[2])}
         close = nearest(wanted, sorted(kinds | names))
-        hint = f"did you mean {close!r}?" if close else f"kinds: {', '.join(sorted(kinds))}"
+        hint = did_you_mean(close) if close else f"kinds: {', '.join(sorted(kinds))}"
         raise InputError(f"no parameter of the mission has {wanted!r} in its name; {hint}")
     return found
 

@@ -212,6 +212,10 @@ CODES: dict[str, Code] = {
                  "`--parameter KIND.use`, or a later file or key, chooses a component without it",
                  "parameters: [careful.yaml]   # planner: {use: astar, cost_weight: 6}\n"
                  "navigation: {planner: route}", "remove it, or choose its component"),
+    "W115": Code("behaviour of a plugin",
+                 "a file of trees uses a behaviour that is not installed; it has no plugins itself",
+                 "trees: {a: {do: wash_the_dishes}}",
+                 "use it in missions whose `plugins` have the behaviour, or correct the name"),
     "W120": Code("waits for an argument", "the condition is false, and arguments do not change",
                  "arguments: {n: {type: int, default: 3}}\nrun: {wait_until: $n > 5}",
                  "wait for something that changes, or use `check`"),
@@ -293,4 +297,4 @@ CODES: dict[str, Code] = {
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",
                  "add the case, or a `default`"),
 }  # fmt: skip
-"""Finding code -> its text in `treepilot explain` and in docs/language.md."""
+"""Finding code -> its text in `treepilot explain` and in docs/reference.md."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from stack.parameters import likely, nearest, suggestion
+from stack.parameters import did_you_mean, likely, nearest, suggestion
 
 _BY_ITSELF = "leave it out: navigate_to_pose plans, smooths and replans by itself"
 _COMPONENTS = "write `navigation: {planner: …, controller: …}` at the top of the mission"
@@ -139,7 +139,7 @@ MOCK_WORDS = {"result": "returns", "status": "returns", "return": "returns", "ou
 def meant_or_near(word: str, meanings: Mapping[str, str], known: Iterable[str]) -> str:
     """Return the hint for a word that may have a meaning in another tool."""
     meant = meanings.get(word)
-    return f"did you mean {meant!r}?" if meant else suggestion(word, known)
+    return did_you_mean(meant) if meant else suggestion(word, known)
 
 
 def plain(word: str) -> str:
@@ -165,7 +165,7 @@ def node_meaning(word: str, known: Mapping[str, Sequence[str]]) -> str:
     elsewhere = {plain(other): name for name, others in known.items() for other in others}
     meant = {**elsewhere, **{plain(name): name for name in known}}.get(key)
     if meant is not None:
-        return f"did you mean {meant!r}?"
+        return did_you_mean(meant)
     return MODIFIERS.get(key) or likely(snake_case(word), known)
 
 

@@ -1,7 +1,7 @@
 """Table of the keys of mission files: word, meaning, how the value is written, where it stands.
 
-Readers, JSON Schemas, hover, completion and the tables of docs/language.md are made from it. A
-section is a mapping with known keys; missions.language.sections holds them all by name.
+Readers, hover, completion and the tables of docs/reference.md are made from it. A section is a
+mapping with known keys; missions.language.sections holds them all by name.
 """
 
 from __future__ import annotations

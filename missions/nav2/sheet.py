@@ -198,7 +198,7 @@ class Importer:
 
     def warn(self, code: str, part: Section, sentence: str, hint: str = "") -> None:
         """Add a warning about a part of the file, with Nav2's name of it."""
-        self.findings.warning(code, part.node.mark, f"{part.path}: {sentence}", hint)
+        self.findings.add(code, part.node.mark, f"{part.path}: {sentence}", hint)
 
     def settle(self) -> None:
         """Lower the values that are above another one that they must not exceed."""
@@ -208,7 +208,7 @@ class Importer:
                 chosen.values[name] = value
                 mark = chosen.marks.get(name) or next(iter(chosen.marks.values()))
                 chosen.marks[name] = mark
-                self.findings.warning(FITTED, mark, f"{kind}.{name}: {sentence}")
+                self.findings.add(FITTED, mark, f"{kind}.{name}: {sentence}")
 
     def mark_seen(self, part: Section) -> None:
         """Record that a value needs no entry in the list of ignored ones."""
@@ -227,7 +227,7 @@ class Importer:
 
     def _refuse(self, part: Section) -> None:
         sentence = f"{part.path}: {part.node.words()} is not a value that Nav2 accepts"
-        self.findings.error(CODE, part.node.mark, sentence)
+        self.findings.add(CODE, part.node.mark, sentence)
 
     def _ignored(self, part: Section) -> Iterator[Ignored]:
         if any(part.node is node for node in self._seen):

@@ -165,7 +165,9 @@ class _Compiler:
                 frame.value(modifiers.repeat) if endless else frame.checked(modifiers.repeat, TIMES)
             )
             until = modifiers.until.bind(frame) if modifiers.until else None
-            repeated = decorators.Repeat(name, node, self.execution, times, until)
+            repeated = decorators.Repeat(
+                name, node, self.execution, times, until, counts_runs=modifiers.every is None
+            )
             repeated.latches = latches(times)
             node = self.record(repeated, "repeat", step.mark)
         if modifiers.invert:

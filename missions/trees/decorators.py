@@ -80,10 +80,11 @@ class Repeat(Decorator):
 
     def __init__(
         self, name: str, child: Behaviour, execution: Execution, times: Callable[[], int | None],
-        until: Expression | None = None,
+        until: Expression | None = None, *, counts_runs: bool = True,
     ) -> None:  # fmt: skip
         super().__init__(name, child, execution)
-        self.times, self.until, self.done, self.left_out = times, until, 0, 0
+        self.times, self.until, self.counts_runs = times, until, counts_runs
+        self.done = self.left_out = 0
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
@@ -103,10 +104,16 @@ class Repeat(Decorator):
 
     def _is_over(self) -> bool:
         times = self.times()
-        self.feedback_message = f"{self.done} of {times}" if times else f"{self.done} times"
+        self.feedback_message = f"{self.done} of {times}" if times else self._runs()
         if self.until is not None:
             return bool(self.until())
         return times is not None and self.done >= times
+
+    def _runs(self) -> str:
+        """Return the number of runs in words; results that `every` only repeats are none."""
+        if not self.counts_runs:
+            return ""
+        return f"{self.done} times" if self.until is not None else f"{self.done} runs"
 
 
 class Timeout(Decorator):

@@ -81,7 +81,7 @@ class RobotModel:
             if joint.child in self._above:
                 other = self._above[joint.child].name
                 sentence = f"the link {joint.child!r} is the child of two joints, {other!r} and "
-                findings.error(URDF, joint.element.mark, f"{sentence}{joint.name!r}")
+                findings.add(URDF, joint.element.mark, f"{sentence}{joint.name!r}")
             self._above[joint.child] = joint
         findings.raise_errors()  # the tree below a link ends only if each has one parent
         self.root = self._root(findings)
@@ -148,16 +148,16 @@ class RobotModel:
                 f"the links do not form one tree: neither {first!r} nor {second!r} is the child of "
                 "a joint"
             )
-            findings.error(URDF, self.links[second].mark, sentence, "connect them by a joint")
+            findings.add(URDF, self.links[second].mark, sentence, "connect them by a joint")
         root = next(iter(tops), "")
         reached = {root} | ({joint.child for joint in self.downwards(root)} if root else set())
         for name, element in self.links.items():
             if name not in reached and len(tops) < 2:
                 sentence = f"the joints above the link {name!r} form a loop"
-                findings.error(URDF, element.mark, sentence)
+                findings.add(URDF, element.mark, sentence)
                 break
         if not self.links:
-            findings.error(URDF, self.element.mark, "the URDF has no <link>")
+            findings.add(URDF, self.element.mark, "the URDF has no <link>")
         return root
 
 
@@ -166,9 +166,9 @@ def _by_name(root: Element, tag: str, findings: Findings) -> dict[str, Element]:
     found: dict[str, Element] = {}
     for element in root.all(tag):
         if not element.name:
-            findings.error(URDF, element.mark, f"a <{tag}> has no name")
+            findings.add(URDF, element.mark, f"a <{tag}> has no name")
         elif element.name in found:
-            findings.error(URDF, element.mark, f"two {tag}s are named {element.name!r}")
+            findings.add(URDF, element.mark, f"two {tag}s are named {element.name!r}")
         else:
             found[element.name] = element
     return found
@@ -184,17 +184,17 @@ def _joint(element: Element, links: dict[str, Element], findings: Findings) -> J
             sentence = f"the joint {element.name!r} has no <{tag} link=…>"
             if name:
                 sentence = f"the {tag} of the joint {element.name!r}, {name!r}, is not a link"
-            findings.error(URDF, element.mark, sentence)
+            findings.add(URDF, element.mark, sentence)
             return None
     kind = element.attributes.get("type", "")
     if kind not in KINDS:
         sentence = f"the joint {element.name!r} is of type {kind!r}, expected {', '.join(KINDS)}"
-        findings.error(URDF, element.mark, sentence)
+        findings.add(URDF, element.mark, sentence)
         return None
     axis = _three(element.first("axis"), "xyz", (1.0, 0.0, 0.0))
     length = float(np.linalg.norm(axis))
     if length < 1e-6 and kind != "fixed":
-        findings.error(URDF, element.mark, f"the axis of the joint {element.name!r} is 0 0 0")
+        findings.add(URDF, element.mark, f"the axis of the joint {element.name!r} is 0 0 0")
         return None
     return Joint(element, kind, ends[0], ends[1], origin_of(element), axis / max(length, 1e-6))
 

@@ -149,7 +149,7 @@ class _Writer:
                 what = "moves" if above is not None else "is the base"
                 sentence = f"the link {body.name!r} {what} but has no mass"
                 hint = "add <inertial> to it, or to a link that is fixed to it"
-                self._findings.error(URDF, element.mark, sentence, hint)
+                self._findings.add(URDF, element.mark, sentence, hint)
             return 0.0
         moments: FloatArray = np.asarray(np.linalg.eigvalsh(total.inertia), dtype=np.float64)
         lift = _lacking(moments)
@@ -157,11 +157,11 @@ class _Writer:
         told += f"{', '.join(f'{moment:.3g}' for moment in moments)} kg m²"
         if moments[0] < -1e-9 * moments[2] or (moments[2] <= 0.0 and not is_fixed):
             hint = f"of a solid sphere of radius r all three are 0.4 m r²; here m = {total.mass:g}"
-            self._findings.error(URDF, element.mark, told, hint)
+            self._findings.add(URDF, element.mark, told, hint)
         elif lift > SLOPPY * moments[2]:
             sentence = f"{told}, and the largest exceeds the sum of the others"
             hint = f"the simulation adds {lift:.3g} to each"
-            self._findings.warning(LEFT_OUT, element.mark, sentence, hint)
+            self._findings.add(LEFT_OUT, element.mark, sentence, hint)
         return lift
 
     def _joint(self, joint: Joint, parent: str, pose: FloatArray) -> str:

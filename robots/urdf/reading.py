@@ -90,12 +90,12 @@ def read_urdf(source: UrdfSource) -> tuple[Element, list[Finding]]:
     root = parse_xml(raw, name, URDF)
     findings = Findings()
     if root.tag != "robot":
-        findings.error(URDF, root.mark, "not a URDF: expected the element <robot>")
+        findings.add(URDF, root.mark, "not a URDF: expected the element <robot>")
         findings.raise_errors()
     links = list(root.all("link"))
     if len(links) > MAX_LINKS:
         sentence = f"{len(links)} links; at most {MAX_LINKS} are supported"
-        findings.error(URDF, links[MAX_LINKS].mark, sentence)
+        findings.add(URDF, links[MAX_LINKS].mark, sentence)
     for part in (*links, *root.all("joint")):
         for element in part.within():
             _check_numbers(element, findings)
@@ -109,7 +109,7 @@ def _check_numbers(element: Element, findings: Findings) -> None:
     """Check the numbers in the attributes of an element; one finding at most."""
     for name in _REQUIRED.get(element.tag, ()):
         if name not in element.attributes:
-            findings.error(URDF, element.mark, f"<{element.tag}> needs the attribute {name!r}")
+            findings.add(URDF, element.mark, f"<{element.tag}> needs the attribute {name!r}")
             return
     for name, (least, most) in _RANGES.get(element.tag, {}).items():
         if name not in element.attributes:
@@ -123,7 +123,7 @@ def _check_numbers(element: Element, findings: Findings) -> None:
             sentence = f"<{element.tag}>: {name}: expected {count} {word}, got {got}"
         else:
             continue
-        findings.error(URDF, element.mark, sentence)
+        findings.add(URDF, element.mark, sentence)
         return
 
 
@@ -149,12 +149,10 @@ def _check_shapes(link: Element, search: PackageSearch, findings: Findings) -> N
         mark, sentence, hint = problem
         where = f"<{part.tag}> of the link {link.name!r}: {sentence}"
         if part.tag == "collision":
-            findings.error(
-                URDF, mark, where, hint or "correct it, or use a box, sphere or cylinder"
-            )
+            findings.add(URDF, mark, where, hint or "correct it, or use a box, sphere or cylinder")
         else:
             link.children.remove(part)
-            findings.warning(LEFT_OUT, mark, f"{where}; the link is drawn without it", hint)
+            findings.add(LEFT_OUT, mark, f"{where}; the link is drawn without it", hint)
 
 
 def _problem_of(part: Element, search: PackageSearch) -> tuple[Mark, str, str] | None:

@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 from stack.documents.foreign_kinds import BEGINNING, BINARY, recognised, recognised_folder
 from stack.errors import Finding, InputError, Mark
-from stack.parameters import nearest
+from stack.parameters import did_you_mean, nearest
 
 YAML_BYTES = 1_000_000
 """Of a mission, world, robot, map or parameter file, and of a route graph."""
@@ -164,7 +164,7 @@ def near_file(path: Path) -> str:
     beside = [item for item in path.parent.glob(f"*{path.suffix}") if item.is_file()]
     stems = {item.stem: item.name for item in beside}  # equal suffixes are no similarity
     close = nearest(path.stem, sorted(stems))
-    return "" if close is None else f"did you mean {stems[close]!r}?"
+    return "" if close is None else did_you_mean(stems[close])
 
 
 def decoded(raw: bytes, path: Path) -> str:

@@ -16,13 +16,12 @@ class Findings:
     items: list[Finding] = field(default_factory=list)
     _noted: set[Finding] = field(default_factory=set)
 
-    def error(self, code: str, mark: Mark, sentence: str, hint: str = "") -> None:
-        """Add a finding that makes the file unusable."""
-        self._add(Finding(mark, code, sentence, hint))
-
-    def warning(self, code: str, mark: Mark, sentence: str, hint: str = "") -> None:
-        """Add a finding that is probably unintended, but does not make the file unusable."""
-        self._add(Finding(mark, code, sentence, hint))
+    def add(self, code: str, mark: Mark, sentence: str, hint: str = "") -> None:
+        """Add a finding; the letter of its code says whether the file can still be used."""
+        finding = Finding(mark, code, sentence, hint)
+        if finding not in self._noted:
+            self._noted.add(finding)
+            self.items.append(finding)
 
     @property
     def errors(self) -> list[Finding]:
@@ -38,8 +37,3 @@ class Findings:
         """Raise InputError with all errors, if there are any."""
         if self.errors:
             raise InputError(self.errors)
-
-    def _add(self, finding: Finding) -> None:
-        if finding not in self._noted:
-            self._noted.add(finding)
-            self.items.append(finding)

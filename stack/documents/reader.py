@@ -15,7 +15,7 @@ from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.ros_parameters import RosComposer
 from stack.documents.yaml_nodes import Node, compose
 from stack.errors import InputError, ParameterError
-from stack.parameters import REQUIRED, Declaration, nearest, suggestion
+from stack.parameters import REQUIRED, Declaration, did_you_mean, nearest, suggestion
 
 T = TypeVar("T")
 
@@ -96,7 +96,7 @@ def _only_mapping(documents: list[Node], name: str, what: str, findings: Finding
         )
     if not node.is_mapping:
         got = "a list" if node.is_sequence else "a text or number"
-        findings.error("E007", node.mark, f"not a {what}: expected keys with values, got {got}")
+        findings.add("E007", node.mark, f"not a {what}: expected keys with values, got {got}")
     return node
 
 
@@ -139,7 +139,7 @@ class Section:
         self._known: list[str] = []
         if not node.is_mapping:
             sentence = f"{what} must be a mapping of keys, got {node.words()}"
-            findings.error(code, node.mark, sentence)
+            findings.add(code, node.mark, sentence)
 
     def node_of(self, key: str, *, required: bool = False) -> Node | None:
         """The node under a key, or None, which is reported if the key is required."""
@@ -147,7 +147,7 @@ class Section:
         found = self.node.get(key)
         if found is None and required and self.node.is_mapping:
             sentence = f"{self.what} needs the key {key!r}"
-            self.findings.error(self.code, self.node.mark, sentence, f"add `{key}: …`")
+            self.findings.add(self.code, self.node.mark, sentence, f"add `{key}: …`")
         return found
 
     def value(self, declared: Declaration) -> Any:
@@ -161,7 +161,7 @@ class Section:
         value = self.value(declared)
         if value is not None and not is_one_line(value):
             node = self.node_of(declared.name) or self.node
-            self.findings.error(self.code, node.mark, f"{declared.name}: expected one line")
+            self.findings.add(self.code, node.mark, f"{declared.name}: expected one line")
         return value or ""
 
     def read(self, declared: Declaration, node: Node, fallback: T | None = None) -> Any | T:
@@ -169,7 +169,7 @@ class Section:
         try:
             return declared.read(node.plain())
         except ParameterError as error:
-            self.findings.error(
+            self.findings.add(
                 self.code, _inner_mark(node), f"{declared.name}: {error.sentence}", error.hint
             )
             return fallback
@@ -187,7 +187,7 @@ class Section:
         if not node.is_sequence:
             sentence = f"{key}: expected a list, got {node.words()}"
             hint = f"write {key}: [{node.value}]" if node.value is not None else ""
-            self.findings.error(self.code, node.mark, sentence, hint)
+            self.findings.add(self.code, node.mark, sentence, hint)
         return node.items
 
     def parts(
@@ -200,7 +200,7 @@ class Section:
         wanted = f"[{', '.join(part.name for part in declared)}]"
         if not node.is_sequence or len(node.items) != len(declared):
             got = f"a list of {len(node.items)}" if node.is_sequence else node.words()
-            self.findings.error(self.code, node.mark, f"{name}: expected {wanted}, got {got}")
+            self.findings.add(self.code, node.mark, f"{name}: expected {wanted}, got {got}")
             return None
         values = [self.read(part, item) for part, item in zip(declared, node.items, strict=True)]
         return None if any(value is None for value in values) else tuple(values)
@@ -213,7 +213,7 @@ class Section:
             meant = self._meant(key, free) if key.value not in keys else None
             if meant is not None:
                 free.remove(meant)
-                self._unknown(key, keys, f"did you mean {meant!r}?")
+                self._unknown(key, keys, did_you_mean(meant))
                 key = replace(key, value=meant)
             entries.append((key, value))
         return replace(node, value=entries)
@@ -225,7 +225,7 @@ class Section:
     def _unknown(self, key: Node, keys: Sequence[str], hint: str = "") -> None:
         sentence = f"{self.what} has no key {key.words()}"
         hint = hint or suggestion(str(key.value), keys)
-        self.findings.error(self.code, key.mark, sentence, hint)
+        self.findings.add(self.code, key.mark, sentence, hint)
 
     def unread(self) -> list[Node]:
         """The keys that no getter has read."""

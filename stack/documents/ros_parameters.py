@@ -28,7 +28,7 @@ class RosComposer(Composer):
         at = next(at for at, (known, _) in enumerate(entries) if known.value == key.value)
         line = entries[at][0].mark.line
         sentence = f"duplicate key {key.value!r}: the value in line {line} has no effect"
-        self.findings.warning(DUPLICATE, key.mark, sentence, "ROS uses the last one; remove one")
+        self.findings.add(DUPLICATE, key.mark, sentence, "ROS uses the last one; remove one")
         entries[at] = entry
 
     def _entries(self, depth: int) -> list[tuple[Node, Node]]:

@@ -206,7 +206,7 @@ class Composer:
         if depth > MAX_DEPTH:
             raise _too_deep(event)
         if event.tag is not None:
-            self.findings.error("E009", mark, f"tags are not supported, got {event.tag!r}")
+            self.findings.add("E009", mark, f"tags are not supported, got {event.tag!r}")
         if event.anchor is not None:
             self.anchors[event.anchor] = None
         if isinstance(event, yaml.ScalarEvent):
@@ -253,9 +253,9 @@ class Composer:
         for key in self._items(yaml.MappingEndEvent, depth):
             value = self._node(next(self.events), depth + 1)
             if key.kind != "scalar":
-                self.findings.error("E010", key.mark, f"a key must be a word, got {key.words()}")
+                self.findings.add("E010", key.mark, f"a key must be a word, got {key.words()}")
             elif "\n" in str(key.value) or "\t" in str(key.value):
-                self.findings.error("E010", key.mark, f"a key must be one line, got {key.words()}")
+                self.findings.add("E010", key.mark, f"a key must be one line, got {key.words()}")
             elif key.value in seen:
                 self._repeated((key, value), seen[key.value], entries)
             else:
@@ -270,13 +270,13 @@ class Composer:
         key, _ = entry
         sentence = f"duplicate key {key.value!r}"
         hint = f"remove or rename one; the first is in line {first.line}"
-        self.findings.error("E011", key.mark, sentence, hint)
+        self.findings.add("E011", key.mark, sentence, hint)
 
     def _scalar(self, event: Any, mark: Mark) -> Node:
         if printable(event.value) != event.value:
             shown = printable(repr(event.value[:60]))
             sentence = f"the text {shown} contains control characters"
-            self.findings.error("E013", mark, sentence, "remove them")
+            self.findings.add("E013", mark, sentence, "remove them")
         folded = event.end_mark.line > event.start_mark.line
         if event.style in ("'", '"', "|", ">"):
             return Node(event.value, "scalar", mark, quoted=True, folded=folded)
@@ -297,7 +297,7 @@ class Composer:
 
     def _special(self, text: str, mark: Mark) -> float:
         """Deal with an infinite number, or one that is not a number."""
-        self.findings.error("E012", mark, f"{text} is not a finite number")
+        self.findings.add("E012", mark, f"{text} is not a finite number")
         return 0.0
 
     def _whole(self, text: str, base: int, mark: Mark) -> float:
@@ -308,7 +308,7 @@ class Composer:
     def _in_range(self, number: float, text: str, mark: Mark) -> float:
         if isinf(number):
             shown = text if len(text) <= 24 else f"{text[:20]}..."
-            self.findings.error("E012", mark, f"the number {shown} is too large", _LIMITS)
+            self.findings.add("E012", mark, f"the number {shown} is too large", _LIMITS)
             return 0
         if (
             abs(number) >= EXACT
@@ -316,7 +316,7 @@ class Composer:
             and number != int(text.partition(".")[0])
         ):
             sentence = f"the number {text} cannot be stored exactly"
-            self.findings.error("E012", mark, sentence, _LIMITS)
+            self.findings.add("E012", mark, sentence, _LIMITS)
         return number
 
     def _mark(self, event: Any) -> Mark:

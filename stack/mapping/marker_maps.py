@@ -105,7 +105,7 @@ def read_marker_map(path: Path, text: str | None = None) -> tuple[Marker, ...]:
         first = taken.setdefault((dictionary, number), mark)
         if first is not mark:
             sentence = f"duplicate {dictionary} marker {number}"
-            findings.error(IDS, mark, sentence, f"the first is in line {first.line}")
+            findings.add(IDS, mark, sentence, f"the first is in line {first.line}")
 
     found: list[Marker] = []
     for node in top.sequence("markers"):
@@ -194,4 +194,4 @@ def _check_number(findings: Findings, dictionary: str, number: int, mark: Mark, 
     if number >= MARKER_DICTIONARIES[dictionary]:
         sentence = f"{dictionary} has no marker {number}"
         hint = f"its ids are 0 to {MARKER_DICTIONARIES[dictionary] - 1}"
-        findings.error(code, mark, sentence, hint)
+        findings.add(code, mark, sentence, hint)

@@ -92,7 +92,7 @@ def read_ros_map(path: Path, findings: Findings | None = None) -> OccupancyGrid:
     shading = _shading(top)
     for key in top.unread():
         sentence = f"a map file has no key {key.words()}: it is ignored"
-        findings.warning(UNKNOWN_KEY, key.mark, sentence)
+        findings.add(UNKNOWN_KEY, key.mark, sentence)
     findings.raise_errors()
     assert image is not None and named is not None
     picture = _picture(path.parent / named, image, findings)
@@ -255,11 +255,11 @@ def _shading(top: Section) -> Shading:
     if occupied is not None and free is not None and free >= occupied:
         node = top.node.get("free_thresh") or top.node
         sentence = f"free_thresh: {free:g} must be below occupied_thresh {occupied:g}"
-        top.findings.error(SHAPE, node.mark, sentence)
+        top.findings.add(SHAPE, node.mark, sentence)
     negate = top.node_of("negate", required=True)
     if negate is not None and negate.value not in (0, 1):
         sentence = f"negate: expected 0 or 1, got {negate.words()}"
-        top.findings.error(SHAPE, negate.mark, sentence)
+        top.findings.add(SHAPE, negate.mark, sentence)
     return Shading(mode, negate is not None and negate.value == 1, occupied or 0.0, free or 0.0)
 
 
@@ -270,12 +270,12 @@ def _picture(file: Path, named: Node, findings: Findings) -> Picture:
     except FileNotFoundError:
         near = [item.name for item in sorted(file.parent.glob("*")) if is_image(item)]
         sentence = f"image: there is no file {named.value!r} in the folder of this file"
-        findings.error(PICTURE, named.mark, sentence, suggestion(file.name, near))
+        findings.add(PICTURE, named.mark, sentence, suggestion(file.name, near))
     except OSError as error:
         sentence = f"image: {named.value!r} cannot be read: {error.strerror}"
-        findings.error(PICTURE, named.mark, sentence)
+        findings.add(PICTURE, named.mark, sentence)
     except ParameterError as error:
-        findings.error(PICTURE, named.mark, f"image: {named.value!r} {error.sentence}", error.hint)
+        findings.add(PICTURE, named.mark, f"image: {named.value!r} {error.sentence}", error.hint)
     raise InputError(findings.errors)
 
 

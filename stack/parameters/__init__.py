@@ -14,7 +14,7 @@ from stack.parameters.declarations import (
     type_name,
     values_of,
 )
-from stack.parameters.names import likely, nearest, suggestion
+from stack.parameters.names import did_you_mean, likely, nearest, suggestion
 from stack.parameters.poses import FARTHEST
 from stack.parameters.quantities import quantity_unit, read_quantity, units
 
@@ -25,6 +25,7 @@ __all__ = [
     "build",
     "check_relations",
     "declarations",
+    "did_you_mean",
     "has_fields",
     "likely",
     "nearest",

@@ -5,19 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
+from stack.errors import Hint
+
 NONE = "none are available"
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
+def did_you_mean(word: str) -> Hint:
+    """Hint that suggests a word in place of the one at the finding."""
+    return Hint(f"did you mean {word!r}?", word)
+
+
+def suggestion(word: str, known: Iterable[str]) -> Hint:
     """Hint for an unknown word: the most similar word, or all known words."""
     names = sorted(set(known))
-    return likely(word, names) or (f"available: {', '.join(names)}" if names else NONE)
+    return likely(word, names) or Hint(f"available: {', '.join(names)}" if names else NONE)
 
 
-def likely(word: str, known: Iterable[str]) -> str:
+def likely(word: str, known: Iterable[str]) -> Hint:
     """Hint for an unknown word: the most similar word; "" if none is similar."""
     close = nearest(word, sorted(known))
-    return "" if close is None else f"did you mean {close!r}?"
+    return Hint() if close is None else did_you_mean(close)
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:

@@ -2,16 +2,12 @@
 
 from textwrap import dedent
 
-import jsonschema
 import pytest
 from py_trees.common import Status
 
-from behaviours.catalogue import find_behaviours
 from behaviours.testing import ScriptedRobot
-from missions.editor.mission_schema import mission_schema
 from missions.execution.prepare import RunOptions, prepare
 from missions.trees.compiler import compile_mission
-from stack.documents import read_text
 from stack.errors import InputError
 
 PLUGIN = '''
@@ -86,14 +82,3 @@ def test_each_field_is_checked(read, grip, sentence):
     [finding] = caught.value.findings
     assert finding.code == "E132"
     assert sentence in f"{finding.sentence}; {finding.hint}"
-
-
-def test_editors_know_its_fields(read, tmp_path):
-    read(NODE)
-    schema = mission_schema(find_behaviours(["./grasp.py"], tmp_path))
-    head = "mission: m\nrobot: scout\nworld: office\n"
-    check = jsonschema.Draft202012Validator(schema)
-    check.validate(read_text(f"{head}run: {{{NODE}}}", "m").plain())
-    wrong = read_text(f"{head}run: {{grasp: {{grip: {{forse: 3}}}}}}", "m").plain()
-    [error] = check.iter_errors(wrong)
-    assert "'forse' was unexpected" in error.message

@@ -182,7 +182,7 @@ class Verdicts:
             sentence = f"{item.condition.source if whole else text} is always "
             sentence += f"{'true' if value else 'false'}{effect}"
             hint = range_hint(item.condition) or "correct or remove the comparison"
-            self.findings.warning("W107", item.mark, sentence, hint)
+            self.findings.add("W107", item.mark, sentence, hint)
             return
 
     def _report(self, item: _Verdict, value: bool) -> bool:
@@ -195,7 +195,7 @@ class Verdicts:
             if item.of_argument:
                 sentence = f"{what}: {source} is false, and arguments do not change"
                 hint = "wait for something that changes, or use `check`"
-                self.findings.warning("W120", mark, sentence, hint)
+                self.findings.add("W120", mark, sentence, hint)
                 return True
             why = f"{source} is always false"
             hint = range_hint(item.condition) or "correct the condition"
@@ -206,27 +206,27 @@ class Verdicts:
                 why += " or ".join(names)
                 hint = f"write {names[0]} with `set` or `out`, or wait for another value"
             code = "E163" if word == WAIT else "E161"
-            self.findings.error(code, mark, f"{what}: {why}", hint)
+            self.findings.add(code, mark, f"{what}: {why}", hint)
             return True
         if item.of_argument:
             return False
         if word == "while" and not value:
             sentence = f"{item.owner} fails as soon as it starts: {source} is false there"
             hint = f"write {names[0]} before it" if names else "correct the condition"
-            self.findings.error("E164", mark, sentence, hint)
+            self.findings.add("E164", mark, sentence, hint)
             return True
         state = "true" if value else "false"
         effect = _EFFECTS.get((word, value), "")
         if not names:
             hint = range_hint(item.condition) or "correct or remove the condition"
-            self.findings.warning("W107", mark, f"{source} is always {state}{effect}", hint)
+            self.findings.add("W107", mark, f"{source} is always {state}{effect}", hint)
             return True
         who = " or ".join(names)
         sentence = f"{source} is always {state} here{effect}; nothing has written {who}"
         if item.unset_in:
             sentence += f" since line {item.unset_in} unsets it"
         hint = f"write {names[0]} before with `set` or `out`, or remove the condition"
-        self.findings.warning("W107", mark, sentence, hint)
+        self.findings.add("W107", mark, sentence, hint)
         return True
 
 

@@ -77,7 +77,7 @@ def check_recursion(
     total = sum(sizes.of(root, (), 0).nodes for root in roots)
     if total > MAX_STEPS:
         sentence = f"the mission has {total} nodes with all trees expanded; at most {MAX_STEPS}"
-        findings.error("E126", roots[0].mark, sentence)
+        findings.add("E126", roots[0].mark, sentence)
     order = list(sizes.order)
     for name, tree in trees.items():
         if name not in sizes.known:
@@ -120,7 +120,7 @@ class _Sizes:
         name = use.uses
         if name in path:
             chain = " > ".join((*path[path.index(name) :], name))
-            self.findings.error("E125", use.mark, f"the tree uses itself: {chain}")
+            self.findings.add("E125", use.mark, f"the tree uses itself: {chain}")
             return _Size(0, 0)
         self.order[name] = None
         if name not in self.known:
@@ -138,7 +138,7 @@ class _Sizes:
                 f"nodes are nested more than {MAX_LEVELS} levels deep with all trees expanded"
             )
             hint = "each composite, `use` and modifier is a level; use fewer trees in each other"
-            self.findings.error("E126", step.mark, sentence, hint)
+            self.findings.add("E126", step.mark, sentence, hint)
         return levels > MAX_LEVELS
 
 
@@ -165,4 +165,4 @@ def warn_of_other_meaning(use: Step, tree: Tree, scope: Scope, findings: Finding
             same = value.text == f"${symbol.name}" or equal
         if hidden is not None and not same:
             sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}"
-            findings.warning("W101", symbol.mark, sentence, "use another name for it")
+            findings.add("W101", symbol.mark, sentence, "use another name for it")

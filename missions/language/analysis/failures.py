@@ -152,15 +152,14 @@ class FailureCheck:
         if name == "attempt":
             sentence = f"`attempt` is not defined here: {where}, where no attempt is counted"
             hint = "use it inside a retry or recover, or in `unless`"
-        self.findings.error("E154", expression.mark, sentence, hint)
+        self.findings.add("E154", expression.mark, sentence, hint)
 
     def _compared_with(self, term: Term, code: str, mark: Mark, place: _Place) -> None:
         finding: Finding | None = None
         codes = place.codes
         if code and codes is not None and code not in codes | _OF_VALUES:
             known = sorted(str(item) for item in codes)
-            close = nearest(code, known)
-            hint = f"did you mean {close}?" if close else f"it can fail with {', '.join(known)}"
+            hint = f"it can fail with {nearest(code, known) or ', '.join(known)}"
             sentence = f"error is never {code} here: nothing that runs before it fails with {code}"
             finding = Finding(mark, "W131", sentence, hint)
         self.claims.claim(finding, "W131", term)

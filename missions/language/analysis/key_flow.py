@@ -50,15 +50,15 @@ class KeyFlowCheck:
         if writes and not reads and not key.doc and key not in self.results:
             sentence = f"the key {key.name!r} is written, but nothing reads it"
             hint = "remove it; if it is for the report, describe it: `doc: …`"
-            self.findings.warning("W129", key.mark, sentence, hint)
+            self.findings.add("W129", key.mark, sentence, hint)
         elif reads and not writes and key.value is not UNSET:
             sentence = f"the key {key.name!r} is read, but nothing writes it"
             hint = "write it with `set` or `out`, or make it an argument"
-            self.findings.warning("W129", key.mark, sentence, hint)
+            self.findings.add("W129", key.mark, sentence, hint)
         elif reads and not writes:
             sentence = f"the key {key.name!r} never has a value: nothing writes it"
             hint = f"write it with `set`, or with `out: {{…: ${key.name}}}`"
-            self.findings.warning("W129", key.mark, sentence, hint)
+            self.findings.add("W129", key.mark, sentence, hint)
 
     def _step(self, step: Step) -> None:
         self.read.update(_read_for_others(step))
@@ -74,7 +74,7 @@ class KeyFlowCheck:
         if variable not in self.read:
             sentence = f"the loop variable {variable.name!r} is never used: each run does the same"
             hint = f"write ${variable.name} in the node under `do`, or use `repeat`"
-            self.findings.warning("W102", variable.mark, sentence, hint)
+            self.findings.add("W102", variable.mark, sentence, hint)
 
     def _outputs(self, step: Step, outputs: Mapping[str, Symbol]) -> None:
         names: dict[Symbol, str] = {}
@@ -83,7 +83,7 @@ class KeyFlowCheck:
                 first = names[symbol]
                 sentence = f"{first} and {name} of {step.title} both go to ${symbol.name}"
                 hint = "use a key for each output"
-                self.findings.error("E168", step.mark, sentence, hint)
+                self.findings.add("E168", step.mark, sentence, hint)
             names[symbol] = name
 
     def _at_once(self, step: Step) -> None:
@@ -96,7 +96,7 @@ class KeyFlowCheck:
                     sentence = f"{child.title} and {other.title} (line {other.mark.line}) "
                     sentence += f"both write ${symbol.name}: the later one wins"
                     hint = "use a key for each child"
-                    self.findings.warning("W130", child.mark, sentence, hint)
+                    self.findings.add("W130", child.mark, sentence, hint)
 
 
 def keys_changed_by(cases: Sequence[Case]) -> set[str]:

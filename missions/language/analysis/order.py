@@ -268,7 +268,7 @@ class OrderCheck:
             sentence = f"${symbol.name} is read here, but line {line} unsets it, and nothing can "
             sentence += "have written it since"
         hint = "give it an initial value, or test `is set` first"
-        self.findings.error("E143", mark, sentence, hint)
+        self.findings.add("E143", mark, sentence, hint)
 
     def note(
         self, word: str, condition: CheckedExpression, owner: str, mark: Mark, written: Written

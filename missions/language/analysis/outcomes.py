@@ -12,6 +12,7 @@ from typing import Any
 from missions.language.analysis.data_flow import children_of, once_per_step
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.analysis.ranges import range_hint
+from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.step import Order, Outcomes, Step, Tree
 from missions.language.values import Constant, may_fail
 from stack.documents import Findings
@@ -34,6 +35,8 @@ class OutcomeCheck:
             self._reached(step)
         if step.order is Order.AFTER_SUCCESS and step.starts_again:
             self._restarted(step)
+        elif step.order is Order.AFTER_SUCCESS:
+            self._overwritten(step)
         if step.order is Order.TOGETHER:
             self._wheels(step)
         for child in children_of(step):
@@ -108,7 +111,7 @@ class OutcomeCheck:
             sentence = f"never reached: {before.title} (line {before.mark.line}) never {word}"
             why, hint = _constant_condition(before)
             hint = hint or _ways_to_end(before) or "change the order, or remove it"
-            self.findings.error("E160", after.mark, sentence + why, hint)
+            self.findings.add("E160", after.mark, sentence + why, hint)
             return
 
     def _retries(self, step: Step) -> None:
@@ -117,26 +120,55 @@ class OutcomeCheck:
         for word, modifier in (("retry", modifiers.retry), ("recover", modifiers.recover)):
             if modifier and not attempt.failure:
                 sentence = f"`{word}` has no effect: {step.title} cannot fail"
-                self.findings.warning("W108", step.mark, sentence, f"remove `{word}`")
+                self.findings.add("W108", step.mark, sentence, f"remove `{word}`")
         if modifiers.keep_going and not self._before_on_failure(step).failure:
             sentence = f"`on_failure` has no effect: {step.title} cannot fail"
-            self.findings.warning("W108", step.mark, sentence, "remove `on_failure`")
+            self.findings.add("W108", step.mark, sentence, "remove `on_failure`")
         if modifiers.every is None:
             return
         counted = modifiers.repeat is not None and not is_endless(step)
         if counted and body.success:
             sentence = "`repeat` also counts results that `every` only repeats"
-            self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
+            self.findings.add("W109", step.mark, sentence, "move one of them to a child node")
         if modifiers.retry and body.failure:
             sentence = "`retry` also counts results that `every` only repeats"
-            self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
+            self.findings.add("W109", step.mark, sentence, "move one of them to a child node")
 
     def _restarted(self, step: Step) -> None:
         for child in step.children()[:-1]:
             if self.takes_time(child):
                 sentence = f"after its success {child.title} starts again on every tick"
                 hint = "use a sequence, or make it the last child"
-                self.findings.warning("W106", child.mark, sentence, hint)
+                self.findings.add("W106", child.mark, sentence, hint)
+
+    def _overwritten(self, step: Step) -> None:
+        """Report a key that the next node surely overwrites before anything can have read it."""
+        for first, second in pairwise(step.children()):
+            if any(node.uses or node.modifiers.when is not None for node in (first, second)):
+                continue
+            lost = {*first.writes()} & {*second.writes()} - {*second.symbols_read()}
+            for symbol in sorted(lost, key=lambda item: item.name):
+                if self._may_survive(symbol, second):
+                    continue
+                sentence = f"${symbol.name} of line {first.mark.line} is overwritten here "
+                sentence += "before anything reads it"
+                hint = "use another key, or remove one of them"
+                self.findings.add("W130", second.mark, sentence, hint)
+
+    def _may_survive(self, symbol: Symbol, step: Step) -> bool:
+        """Return whether a key may keep its value: its default, if the node does not succeed.
+
+        `set` computes all values before it writes. A behaviour that fails unsets the targets of its
+        outputs that have no initial value; one that is halted leaves them.
+        """
+        modifiers = step.modifiers
+        if modifiers.every or modifiers.timeout or modifiers.while_:
+            return True
+        for value in step.reads():
+            if symbol in value.writes():
+                return value.may_fail()
+        unset_by_failure = symbol in step.results().values() and symbol.value is UNSET
+        return self._body(step).failure and not unset_by_failure
 
     @once_per_step
     def takes_time(self, step: Step) -> bool:
@@ -159,7 +191,7 @@ class OutcomeCheck:
             first, second = at_once[:2]
             sentence = f"{second.title} moves the robot at the same time as {first.title}"
             hint = "use a sequence"
-            self.findings.error("E162", second.mark, f"{sentence} (line {first.mark.line})", hint)
+            self.findings.add("E162", second.mark, f"{sentence} (line {first.mark.line})", hint)
             return
         for number, second in enumerate(drivers):
             first_or_none = next((item for item in drivers[:number] if _both(item, second)), None)
@@ -168,7 +200,7 @@ class OutcomeCheck:
                 sentence = f"{second.title} may move the robot at the same time as "
                 sentence += f"{first_or_none.title} (line {line})"
                 hint = "use a sequence, or conditions that exclude each other"
-                self.findings.warning("W105", second.mark, sentence, hint)
+                self.findings.add("W105", second.mark, sentence, hint)
                 return
 
     @once_per_step

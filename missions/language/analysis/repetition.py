@@ -56,7 +56,7 @@ class RepetitionCheck:
         ):
             if is_literal(value) and number_of(value) == 1:
                 sentence = f"`{word}: 1` has no effect: {step.title} runs once"
-                self.findings.warning("W124", mark_of(value, step.mark), sentence, more)
+                self.findings.add("W124", mark_of(value, step.mark), sentence, more)
 
     def _recoveries(self, step: Step) -> None:
         """Report recoveries that never get a turn, and those that never end."""
@@ -72,11 +72,11 @@ class RepetitionCheck:
         hint = f"use at least `attempts: {count + 1}`: the first run counts as an attempt"
         if most == 1:
             sentence = "no recovery ever runs: there is a single attempt"
-            self.findings.error("E166", mark, sentence, hint)
+            self.findings.add("E166", mark, sentence, hint)
             return
         unused = ", ".join(item.title for item in recover.recoveries[int(most) - 1 :])
         sentence = f"with {most:g} attempts {unused} never runs: {count} recoveries"
-        self.findings.warning("W125", mark, sentence, hint)
+        self.findings.add("W125", mark, sentence, hint)
 
     def _ends(self, step: Step, what: str) -> None:
         ends = self.outcomes.outcomes(step)
@@ -89,10 +89,10 @@ class RepetitionCheck:
             hint = "repeat it a number of times, or put a `timeout` around it"
             if not is_endless(endless):
                 hint = f"set {' or '.join(endless.missing_ends())}, or a `timeout`"
-            self.findings.error("E167", endless.mark, sentence, hint)
+            self.findings.add("E167", endless.mark, sentence, hint)
         elif not ends.failure:
             sentence = f"{what} never ends, so the mission never continues"
-            self.findings.error("E167", step.mark, sentence, "add a `timeout`, or let it end")
+            self.findings.add("E167", step.mark, sentence, "add a `timeout`, or let it end")
 
     def _visit(self, step: Step, again: bool) -> None:
         """Check a step and everything below it; `again`: it can run again after its end."""

@@ -50,9 +50,7 @@ class StructureCheck:
         if step.without_sibling and len(children) == 1:
             why = step.without_sibling.format(child=children[0].title)
             sentence = f"a {step.kind} of one child has no effect: {why}"
-            self.findings.warning(
-                "W132", step.mark, sentence, "add a child, or write the child alone"
-            )
+            self.findings.add("W132", step.mark, sentence, "add a child, or write the child alone")
 
     def _same_goal(self, step: Step) -> None:
         """Report a recovery that drives to the goal of its node."""
@@ -61,7 +59,7 @@ class StructureCheck:
             if step.goal is not None and recovery.goal == step.goal:
                 sentence = "the recovery drives to the goal that has just failed"
                 hint = "clear the costmap, turn, or back up; it tries again by itself"
-                self.findings.warning("W134", recovery.mark, sentence, hint)
+                self.findings.add("W134", recovery.mark, sentence, hint)
 
     def _equality(self, condition: CheckedExpression) -> None:
         """Report `==` of a measured number, which is almost never exactly equal."""
@@ -74,7 +72,7 @@ class StructureCheck:
                     hint = "use `<=` or `>=`"
                     mark = condition.mark
                     if mark is not None:
-                        self.findings.warning("W135", mark, sentence, hint)
+                        self.findings.add("W135", mark, sentence, hint)
 
     def _restarts(self, event: Event, what: str) -> None:
         """Report an event whose condition is still true after its restart of the mission or tree.
@@ -95,7 +93,7 @@ class StructureCheck:
         sentence = f"the event {event.name!r} restarts the {what} for ever: {event.when.source} "
         sentence += "stays true after the restart"
         hint = "make it false in `do`, for example with `set`, or use `then: resume`"
-        self.findings.error("E169", event.when.mark or event.mark, sentence, hint)
+        self.findings.add("E169", event.when.mark or event.mark, sentence, hint)
 
     def _exclusive(self, step: Step, lasting: Around, starting: Around) -> None:
         """Report conditions that the conditions around them exclude.

@@ -11,7 +11,7 @@ from typing import Any
 from missions.language.expressions.value_types import ValueType
 from stack.documents import Mark
 from stack.errors import EvaluationError
-from stack.parameters import nearest
+from stack.parameters import did_you_mean, nearest
 from stack.types import FailureCode
 
 
@@ -108,7 +108,7 @@ class Scope:
         names = sorted(set(self.names()))
         close = nearest(name, names)
         if close is not None:
-            return f"did you mean '${close}'?"
+            return did_you_mean(f"${close}")
         return f"available: {', '.join(f'${known}' for known in names)}" if names else ""
 
     def symbols(self) -> Iterator[Symbol]:

@@ -1,9 +1,9 @@
 """Kinds of nodes: the words that can stand as the type of a node, besides behaviours.
 
 A kind is one file: its word, its doc, its keys, what it answers to the analyses (`Step`), how it is
-read, its node of the tree and an example. The reader, the checks, the compiler, schemas, the
-language server, the tables of docs/language.md, `treepilot describe` and the drawings of trees take
-them from here. A new kind needs its file and its line in `NODES`.
+read, its node of the tree and an example. The reader, the checks, the compiler, the
+language server, the tables of docs/reference.md, `treepilot describe` and the drawings of trees
+take them from here. A new kind needs its file and its line in `NODES`.
 """
 
 from __future__ import annotations

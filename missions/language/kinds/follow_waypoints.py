@@ -206,7 +206,7 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Step |
     drive = reader.catalogue.get(DRIVE)
     if drive is None:
         sentence = f"{head.kind} needs the behaviour {DRIVE}"
-        reader.findings.error("E121", head.mark, sentence)
+        reader.findings.add("E121", head.mark, sentence)
         return None
     owner = Owner(head.kind, head.mark)
     ports = reader.ports.of_behaviour(PORTS, written.body, owner, context)

@@ -161,7 +161,7 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Step |
     if len(entries) != 1 or not IDENTIFIER.fullmatch(str(entries[0][0].value)):
         mark = body.mark if body else head.mark
         sentence = "for_each needs one variable and its list: {shelf: $shelves}"
-        reader.findings.error("E124", mark, sentence, _hint(body))
+        reader.findings.add("E124", mark, sentence, _hint(body))
         reader.skim(value_in(raw, "do"), context)
         return None
     key, node = entries[0]

@@ -35,7 +35,7 @@ from missions.trees.outputs import Outputs
 from missions.trees.slots import Frame
 from stack.documents import Finding, Findings, Mark
 from stack.errors import exception_sentence
-from stack.parameters import Declaration, nearest
+from stack.parameters import Declaration, did_you_mean, nearest
 from stack.types import Assignments, FailureCode
 
 CONDITION_GLYPH, LEAF_GLYPH = "◇", "⚙"
@@ -248,7 +248,7 @@ def read_leaf(
         for name, value in ports.items():
             if not isinstance(value, Constant):
                 sentence = f"{name}: a port of a plain py_trees class must be a literal"
-                reader.findings.error("E132", head.mark, sentence)
+                reader.findings.add("E132", head.mark, sentence)
     if kind.failure_ports:
         code, reason = (ports.get(name) for name in kind.failure_ports)
         _check_failure_code(code, reason, head.mark, reader.findings)
@@ -267,7 +267,7 @@ def _check_failure_code(
             text = nearest(text, list(FailureCode.__members__)) or text
             sentence = f"{str(reason.value)!r} is the reason of the failure here, not its code"
             hint = f"write {{code: {text}, because: a sentence}}"
-            findings.error("E172", mark, sentence, hint)
+            findings.add("E172", mark, sentence, hint)
     if not isinstance(code, Constant) or code.value in FailureCode.__members__:
         return
     text = str(code.value)
@@ -276,5 +276,5 @@ def _check_failure_code(
     ):
         return
     near = nearest(text.upper(), list(FailureCode.__members__))
-    hint = f"did you mean {near!r}?" if near else "write capitals, digits and _: SHELF_EMPTY"
-    findings.error("E172", mark, f"{text!r} is not a failure code", hint)
+    hint = did_you_mean(near) if near else "write capitals, digits and _: SHELF_EMPTY"
+    findings.add("E172", mark, f"{text!r} is not a failure code", hint)

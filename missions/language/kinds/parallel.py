@@ -156,7 +156,7 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Step:
             if key.value not in KEYS:
                 hint = suggestion(str(key.value), KEYS)
                 sentence = f"parallel has no key {key.value!r}"
-                reader.findings.error("E130", key.mark, sentence, hint)
+                reader.findings.add("E130", key.mark, sentence, hint)
         given, succeed_on = body.get("do"), body.get("succeed_on")
     nodes = reader.children(given, head, context, Order.TOGETHER)
     return ParallelStep(*head, nodes, _needed(reader, succeed_on, len(nodes), context))
@@ -168,17 +168,17 @@ def _needed(reader: NodeReading, node: YamlNode | None, children: int, context: 
         return children if node is None or node.value == SUCCEED_WORDS[0] else 1
     if isinstance(node.value, str) and node.value.isalpha():
         sentence = f"succeed_on: expected a whole number, got {node.words()}"
-        findings.error("E132", node.mark, sentence, "write all, one or a number")
+        findings.add("E132", node.mark, sentence, "write all, one or a number")
         return children
     value = reader.values.value(SUCCEED_ON, node, context, options=SUCCEED_WORDS)
     if value is not None and not isinstance(value, Constant):
         sentence = "succeed_on must be known before the mission runs"
-        findings.error("E132", node.mark, sentence, "write a number or an argument")
+        findings.add("E132", node.mark, sentence, "write a number or an argument")
     needed = value.value if isinstance(value, Constant) else children
     if children and needed > children:
         amount = "1 child" if children == 1 else f"{children} children"
         sentence = f"succeed_on is {needed}, but the parallel has {amount}"
-        findings.error("E132", node.mark, sentence)
+        findings.add("E132", node.mark, sentence)
     return int(needed)
 
 

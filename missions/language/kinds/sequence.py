@@ -57,7 +57,6 @@ class SequenceStep(CompositeStep):
     def problems(self) -> Iterator[Finding]:
         for first, second in pairwise(self.nodes):
             yield from _same_drive(first, second)
-            yield from _overwritten(first, second)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,18 +83,6 @@ def _same_drive(first: Step, second: Step) -> Iterator[Finding]:
         sentence = f"the robot is already there: line {first.mark.line} drives to the same goal"
         hint = "use another goal, or remove it"
         yield Finding(second.mark, "W134", sentence, hint)
-
-
-def _overwritten(first: Step, second: Step) -> Iterator[Finding]:
-    """Report a key that the second node overwrites before anything can have read it."""
-    if any(step.uses or step.modifiers.when is not None for step in (first, second)):
-        return
-    lost = {*first.writes()} & {*second.writes()} - {*second.symbols_read()}
-    for symbol in sorted(lost, key=lambda item: item.name):
-        sentence = f"${symbol.name} of line {first.mark.line} is overwritten here "
-        sentence += "before anything reads it"
-        hint = "use another key, or remove one of them"
-        yield Finding(second.mark, "W130", sentence, hint)
 
 
 SEQUENCE = NodeKind(

@@ -137,16 +137,16 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Switch
         got = "nothing" if body is None else body.words()
         sentence = f"switch must be {{value: …, cases: {{…}}, default: …}}, got {got}"
         hint = "indent `value:` and `cases:` below `switch:`"
-        reader.findings.error("E170", body.mark if body else head.mark, sentence, hint)
+        reader.findings.add("E170", body.mark if body else head.mark, sentence, hint)
         return None
     reader.values.words.keys(body, "switch", context.scope)
     for key, _ in body.entries:
         if key.value not in KEYS:
             hint = suggestion(str(key.value), KEYS)
-            reader.findings.error("E170", key.mark, f"switch has no key {key.value!r}", hint)
+            reader.findings.add("E170", key.mark, f"switch has no key {key.value!r}", hint)
     for word in required(KEYS):
         if body.get(word) is None:
-            reader.findings.error("E170", head.mark, f"switch needs `{word}`")
+            reader.findings.add("E170", head.mark, f"switch needs `{word}`")
     given, listed, other = (body.get(word) for word in ("value", "cases", "default"))
     value = reader.values.expression(given, context, TEXT) if given else None
     default = reader.read(other, context) if other else None
@@ -162,12 +162,12 @@ def _cases(reader: NodeReading, listed: YamlNode, context: NameContext) -> dict[
     if not listed.is_mapping or not listed.entries:
         sentence = f"cases must be a mapping {{text: node}}, got {listed.words()}"
         hint = "remove the `- `: each text is a key" if listed.is_sequence else ""
-        reader.findings.error("E170", listed.mark, sentence, hint)
+        reader.findings.add("E170", listed.mark, sentence, hint)
     cases: dict[str, Step] = {}
     for key, node in listed.entries:
         if not isinstance(key.value, str):
             hint = f'write "{key.value}" in quotes'
-            reader.findings.error("E170", key.mark, f"a case is a text, got {key.words()}", hint)
+            reader.findings.add("E170", key.mark, f"a case is a text, got {key.words()}", hint)
         step = reader.read(node, context)
         if step is not None:
             cases[str(key.value)] = step
@@ -187,11 +187,11 @@ def _check_cases(
             hint = suggestion(str(key.value), options)
             if key.value in ("default", "else", "otherwise"):
                 hint = "write `default:` beside `cases:`, not below it"
-            findings.error("E170", key.mark, sentence, hint)
+            findings.add("E170", key.mark, sentence, hint)
     missing = [word for word in options if word not in [key.value for key, _ in listed.entries]]
     if missing and default is None and not own:
         sentence = f"no case for {', '.join(missing)}, and no `default`: the node fails then"
-        findings.warning("W170", listed.mark, sentence)
+        findings.add("W170", listed.mark, sentence)
 
 
 def _options(value: CheckedExpression) -> tuple[tuple[str, ...], bool]:

@@ -86,7 +86,7 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Step |
     head, body = written.head, written.body
     if body is None or (body.kind == "scalar" and body.value is None) or body.is_mapping:
         got = "nothing" if body is None else body.words()
-        reader.findings.error("E171", head.mark, f"unset needs a $key or a list, got {got}")
+        reader.findings.add("E171", head.mark, f"unset needs a $key or a list, got {got}")
         return None
     targets: list[Symbol] = []
     for item in body.items if body.is_sequence else [body]:
@@ -96,7 +96,7 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Step |
         if symbol.value is not NO_VALUE:
             sentence = f"${symbol.name} has an initial value and cannot be unset"
             hint = "remove `initial` and declare it `optional: true`, or use `set`"
-            reader.findings.error("E171", item.mark, sentence, hint)
+            reader.findings.add("E171", item.mark, sentence, hint)
         targets.append(symbol)
     return UnsetStep(*head, tuple(targets))
 

@@ -169,7 +169,7 @@ def _report_unknown(reader: NodeReading, written: Written) -> None:
     if not isinstance(word, str):
         got = body.words() if body is not None else "nothing"
         sentence, hint = f"use needs the name of a tree, got {got}", "write `use: NAME`"
-    reader.findings.error("E122", mark, sentence, hint)
+    reader.findings.add("E122", mark, sentence, hint)
 
 
 def _skim_passed(reader: NodeReading, raw: RawModifiers, context: NameContext) -> None:

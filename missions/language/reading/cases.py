@@ -87,7 +87,7 @@ class CaseReader:
             other = first.setdefault(case.name, case)
             if other is not case:
                 sentence = f"there are two tests {case.name!r} (line {other.mark.line})"
-                self.findings.error("E115", case.mark, sentence, "rename one of them")
+                self.findings.add("E115", case.mark, sentence, "rename one of them")
         return cases
 
     def _case(self, number: int, node: Node) -> Case:
@@ -323,7 +323,7 @@ class CaseReader:
         found = Findings()
         value = ValueReader(found, self.words).value(declared, node, self.context)
         for item in found.items:
-            self.findings.error("E115", item.mark, item.sentence, item.hint)
+            self.findings.add("E115", item.mark, item.sentence, item.hint)
         return value.value if isinstance(value, Constant) else None
 
     def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
@@ -347,7 +347,7 @@ class CaseReader:
         self._error_at(node.mark, sentence, hint)
 
     def _error_at(self, mark: Mark, sentence: str, hint: str = "") -> None:
-        self.findings.error("E115", mark, sentence, hint)
+        self.findings.add("E115", mark, sentence, hint)
 
 
 def _is_own_code(node: Node) -> bool:

@@ -20,7 +20,7 @@ def report_cut_expression(node: Node, findings: Findings) -> bool:
             rest = str(entries[number + 1][0].value)
             sentence = f"YAML ends {value.value} at the comma"
             hint = f"write {value.value}.{rest}, or [{value.value}, {rest}] for two numbers"
-            findings.error("E132", value.mark, sentence, hint)
+            findings.add("E132", value.mark, sentence, hint)
             return True
         if not isinstance(value.value, str) or value.quoted or balance(value.value) <= 0:
             continue
@@ -32,7 +32,7 @@ def report_cut_expression(node: Node, findings: Findings) -> bool:
         if text != value.value:
             sentence = f"{value.value!r} has no end: YAML ends it at the comma"
             hint = f'put it in quotes: {key.value}: "{text}"'
-            findings.error("E150", value.mark, sentence, hint)
+            findings.add("E150", value.mark, sentence, hint)
             return True
     return False
 

@@ -27,7 +27,7 @@ from missions.language.step import Tree
 from missions.language.values import Constant
 from stack.documents import Findings, Mark, Node, Section, read_text
 from stack.errors import InputError, ParameterError
-from stack.parameters import Declaration, quantity_unit, suggestion, units
+from stack.parameters import Declaration, did_you_mean, quantity_unit, suggestion, units
 from stack.types import Pose2D
 
 Layer = dict[str, Symbol]
@@ -61,7 +61,7 @@ class DeclarationReader:
             try:
                 pose = Declaration(name, Pose2D).read(entry.plain())
             except ParameterError as error:
-                self.findings.error("E106", entry.mark, str(error), error.hint)
+                self.findings.add("E106", entry.mark, str(error), error.hint)
                 pose = Pose2D(nan, nan)  # reported once: no goal there is judged
             layer[name] = Symbol(name, Role.PLACE, POSE, key.mark, pose)
         return layer
@@ -87,7 +87,7 @@ class DeclarationReader:
             keep = bool(section.value(KEEP))
             if keep and not kind.is_storable:
                 sentence = f"{key.value!r} has the type {kind}, which cannot be kept"
-                self.findings.error("E136", key.mark, sentence, "remove `keep`")
+                self.findings.add("E136", key.mark, sentence, "remove `keep`")
             doc = section.value(Declaration("doc", str, default=""))
             section.done()
             value = UNSET
@@ -125,7 +125,7 @@ class DeclarationReader:
                 value = value if override is UNSET else override  # one finding for one mistake
             elif default is None:
                 hint = f"use --set {name}=… or add a default"
-                self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)
+                self.findings.add("E108", key.mark, f"the argument {name!r} has no value", hint)
             kind = ANYTHING if value is UNSET else type_of(declared)
             layer[name] = Symbol(
                 name, Role.ARGUMENT, kind, key.mark, value, one_of=declared.one_of,
@@ -149,7 +149,7 @@ class DeclarationReader:
             if isinstance(entry.value, str) and quantity_unit(entry.value):
                 guess = _OF_UNITS.get(units()[quantity_unit(entry.value) or ""][0], "float")
             hint = f"write {key.value}: {{type: {guess}, {value}: {text_of(entry)}}}"
-        self.findings.error("E101", entry.mark, sentence, hint)
+        self.findings.add("E101", entry.mark, sentence, hint)
         known = UNSET if role is Role.ARGUMENT else None
         return Symbol(str(key.value), role, ANYTHING, key.mark, known)
 
@@ -165,7 +165,7 @@ class DeclarationReader:
             sentence = (
                 f"the tree {key.value!r} needs the key 'do'; {other.words()} is no key of a tree"
             )
-            self.findings.error("E101", other.mark, sentence, f"write do: {{{other.value}: …}}")
+            self.findings.add("E101", other.mark, sentence, f"write do: {{{other.value}: …}}")
             return Tree(str(key.value), key.mark, {}, {})
         inputs = self._inputs(section.node_of("in"), scope)
         outputs = self._outputs(section.node_of("out"))
@@ -176,7 +176,7 @@ class DeclarationReader:
         for name in inputs:
             if name in outputs:
                 mark = outputs[name].mark
-                self.findings.error(
+                self.findings.add(
                     "E144", mark, f"{name!r} is in both `in` and `out`; rename one of them"
                 )
         return Tree(str(key.value), key.mark, inputs, outputs, doc=str(doc.value) if doc else "")
@@ -228,7 +228,7 @@ class DeclarationReader:
                 hint = "write the least and the greatest value: [1, 5]"
                 if len(ends) == 2 and not limits.is_sequence:
                     hint = f"write [{ends[0]}, {ends[1]}]"
-                self.findings.error("E108", limits.mark, sentence, hint)
+                self.findings.add("E108", limits.mark, sentence, hint)
         if options is not None:
             words = tuple(str(item.value) for item in options.items)
             return replace(declared, one_of=words)
@@ -244,7 +244,7 @@ class DeclarationReader:
         if factor != 1.0 or not (of_list or kind in (NUMBER, ANYTHING)):
             hint = "write an SI unit, e.g. m; types such as `duration` have their unit"
             sentence = f"unit needs `type: float` or a list, and an SI unit, got {unit.words()}"
-            self.findings.error("E107", unit.mark, sentence, hint)
+            self.findings.add("E107", unit.mark, sentence, hint)
         return (
             replace(kind, item=replace(NUMBER, unit=dimension))
             if of_list
@@ -261,13 +261,13 @@ class DeclarationReader:
         kind = named_type(node.value) if isinstance(node.value, str) else "write a type's name"
         if isinstance(kind, str):
             meant = TYPES.get(str(node.value).lower())
-            hint = f"did you mean {meant!r}?" if meant else kind
+            hint = did_you_mean(meant) if meant else kind
             if _LIST_WORD.match(str(node.value)):
                 inner = re.findall(r"\w+", str(node.value))[-1]
                 hint = "write the type of its items: list of int, list of Pose"
                 if isinstance(named_type(inner), ValueType):
                     hint = f"write list of {inner}"
-            self.findings.error("E107", node.mark, f"there is no type {node.words()}", hint)
+            self.findings.add("E107", node.mark, f"there is no type {node.words()}", hint)
             return ANYTHING
         return kind
 
@@ -282,7 +282,7 @@ class DeclarationReader:
             self.findings.items.append(replace(item, code=code))
         if value is not None and not isinstance(value, Constant):
             sentence = f"{declared.name}: the value must be known before the mission runs"
-            self.findings.error("E108", node.mark, sentence)
+            self.findings.add("E108", node.mark, sentence)
         return value.value if isinstance(value, Constant) else UNSET
 
     def _override(self, declared: Declaration, given: str | Node, scope: Scope) -> Any:
@@ -302,9 +302,9 @@ class DeclarationReader:
 
     def _wrong_override(self, name: str, given: str | Node, sentence: str, hint: str) -> None:
         if isinstance(given, Node):
-            self.findings.error("E115", given.mark, sentence, hint)
+            self.findings.add("E115", given.mark, sentence, hint)
         else:
-            self.findings.error("E109", Mark(f"--set {name}"), sentence, hint)
+            self.findings.add("E109", Mark(f"--set {name}"), sentence, hint)
 
     def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
         """Return the entries of a section whose keys are valid names."""
@@ -314,7 +314,7 @@ class DeclarationReader:
             names = [str(item.value) for item in node.items if item.kind == "scalar"]
             hint = f"write {names[0] if names else 'name'}: {_FORMS[what]} for each"
             sentence = f"{what} must be a mapping, got {node.words()}"
-            self.findings.error("E101", node.mark, sentence, hint)
+            self.findings.add("E101", node.mark, sentence, hint)
         good = []
         inside = [entry for item in node.items for entry in item.entries]
         for key, value in node.entries or inside:  # a list has been reported
@@ -327,7 +327,7 @@ class DeclarationReader:
                 if IDENTIFIER.fullmatch(better):
                     hint += f": {better}"
                 self.values.refused.add(str(key.value))
-                self.findings.error("E144", key.mark, sentence, hint)
+                self.findings.add("E144", key.mark, sentence, hint)
         return good
 
 

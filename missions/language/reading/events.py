@@ -27,9 +27,7 @@ class EventReader:
             return ()
         if not node.is_sequence:
             hint = "write `- name:` for each event, the most important one first"
-            self.findings.error(
-                "E112", node.mark, f"events must be a list, got {node.words()}", hint
-            )
+            self.findings.add("E112", node.mark, f"events must be a list, got {node.words()}", hint)
             return ()
         found: dict[str, Event | None] = {}
         for item in node.items:
@@ -40,7 +38,7 @@ class EventReader:
             name = str(key.value)
             self.values.words.add(key, WordRole.DECLARED, owner="events")
             if name in found:
-                self.findings.error(
+                self.findings.add(
                     "E112", key.mark, f"there are two events {name!r}; rename one of them"
                 )
                 continue
@@ -55,13 +53,13 @@ class EventReader:
                 return entries[0]
             sentence = f"{entries[0][0].words()} is not a valid name"
             hint = "use letters, digits and _; start with a letter"
-            self.findings.error("E144", entries[0][0].mark, sentence, hint)
+            self.findings.add("E144", entries[0][0].mark, sentence, hint)
             return None
         for _, body in entries:
             self.values.words.keys(body, "event")
         hint = "indent the keys of an event below its name" if len(entries) > 1 else ""
         sentence = f"an event is {{name: {{when: …, do: …}}}}, got {item.words()}"
-        self.findings.error("E112", item.mark, sentence, hint)
+        self.findings.add("E112", item.mark, sentence, hint)
         return None
 
     def _event(self, key: Node, body: Node, context: NameContext) -> Event | None:
@@ -71,12 +69,12 @@ class EventReader:
             if word.value not in EVENT:
                 hint = meant_or_near(str(word.value), EVENT_WORDS, EVENT)
                 sentence = f"an event has no key {word.value!r}"
-                self.findings.error("E112", word.mark, sentence, hint)
+                self.findings.add("E112", word.mark, sentence, hint)
         when, do, held = body.get("when"), body.get("do"), body.get("hold")
         for needed in required(EVENT):
             meant = {EVENT_WORDS.get(str(word.value)) for word, _ in body.entries}
             if body.get(needed) is None and needed not in meant:
-                self.findings.error(
+                self.findings.add(
                     "E112", key.mark, f"the event {name!r} needs `{needed}`", f"add `{needed}: …`"
                 )
         condition = self.values.expression(when, context) if when else None
@@ -96,6 +94,6 @@ class EventReader:
         if node.value not in THEN_WORDS:
             hint = meant_or_near(str(node.value), THEN_MEANINGS, THEN_WORDS)
             sentence = f"then must be one of {', '.join(THEN_WORDS)}, got {node.words()}"
-            self.findings.error("E112", node.mark, sentence, hint)
+            self.findings.add("E112", node.mark, sentence, hint)
             return THEN_WORDS[0]
         return str(node.value)

@@ -57,16 +57,16 @@ class HeaderReader:
             if word in {*self.resources.navigation_kinds, NAV2} - set(MISSION):
                 self.top.node_of(word)
                 sentence = f"`{word}` does not belong to the top of a mission"
-                self.findings.error("E101", key.mark, sentence, "write it under `navigation`")
+                self.findings.add("E101", key.mark, sentence, "write it under `navigation`")
         for word in RESERVED:
             if self.top.node_of(word) is not None:
                 key = next(key for key, _ in self.top.node.entries if key.value == word)
                 sentence = f"`{word}` is not supported yet; it is reserved for a later version"
-                self.findings.error("E104", key.mark, sentence)
+                self.findings.add("E104", key.mark, sentence)
         node = self.top.node_of("format")
         if node is not None and (node.value != FORMAT or isinstance(node.value, bool)):
             sentence = f"this version reads format {FORMAT}, got {node.words()}"
-            self.findings.error("E105", node.mark, sentence, f"write format: {FORMAT}")
+            self.findings.add("E105", node.mark, sentence, f"write format: {FORMAT}")
 
     def world_places(self, world: str) -> Mapping[str, Pose2D]:
         """Return the named poses of the world."""
@@ -114,7 +114,7 @@ class HeaderReader:
         if name == "from_world" and not has_world:
             node = self.top.node.get("map") or self.top.node
             hint = "write `map: none` or the path of a map.yaml"
-            self.findings.error("E101", node.mark, "map: from_world needs a `world`", hint)
+            self.findings.add("E101", node.mark, "map: from_world needs a `world`", hint)
         if name not in MISSION["map"].words:
             self._ask("map", lambda: self.resources.check_map(name, self.folder), None)
         return name
@@ -141,14 +141,14 @@ class HeaderReader:
                     hint = suggestion(name, [*places, *words])
                     if re.fullmatch(r"[-\d.]+\s*,[-\d\s.,]+", name):
                         hint = f"write [{name}]"
-                    self.findings.error("E106", node.mark, sentence, hint)
+                    self.findings.add("E106", node.mark, sentence, hint)
                 return None
             pose: Pose2D = places[name].value
             return pose
         try:
             read: Pose2D = Declaration(key, Pose2D).read(node.plain())
         except ParameterError as error:
-            self.findings.error("E106", node.mark, str(error), error.hint)
+            self.findings.add("E106", node.mark, str(error), error.hint)
             return None
         return read
 
@@ -160,7 +160,7 @@ class HeaderReader:
                 good.append(item)
             else:
                 sentence = f"{key} must be a list of texts, got {item.words()}"
-                self.findings.error("E101", item.mark, sentence)
+                self.findings.add("E101", item.mark, sentence)
         return good
 
     def components(self, files: list[Node], *, mapped: bool) -> dict[str, Component]:
@@ -228,7 +228,7 @@ class HeaderReader:
             if misplaced is not None:
                 sentence = f"`{kind}` does not belong to `navigation`"
                 hint = "write it beside `navigation`, at the top of the mission"
-                self.findings.error("E111", misplaced.mark, sentence, hint)
+                self.findings.add("E111", misplaced.mark, sentence, hint)
         return found
 
     def _component_words(self, kind: str, node: Node) -> None:
@@ -247,7 +247,7 @@ class HeaderReader:
             return {}
         if not node.is_mapping:
             sentence = f"components must be a mapping {{kind: name}}, got {node.words()}"
-            self.findings.error("E101", node.mark, sentence)
+            self.findings.add("E101", node.mark, sentence)
         found: dict[str, Component] = {}
         for key, value in node.entries:
             if key.value == NAV2:
@@ -273,7 +273,7 @@ class HeaderReader:
         if not isinstance(file.value, str) or not file.value:
             sentence = f"{NAV2} must be the name of a file, got {file.words()}"
             hint = "write FILE, or {file: FILE, namespace: /robot}"
-            self.findings.error("E101", file.mark, sentence, hint)
+            self.findings.add("E101", file.mark, sentence, hint)
             return {}
         try:
             ask = self.resources.nav2_components
@@ -293,7 +293,7 @@ class HeaderReader:
             sentence = (
                 f"{kind} must be a name or {{use: name, parameter: value}}, got {where.words()}"
             )
-            self.findings.error("E101", where.mark, sentence)
+            self.findings.add("E101", where.mark, sentence)
             return None
         rest = [(key, value) for key, value in node.entries if key.value != "use"]
         return Component(
@@ -307,7 +307,7 @@ class HeaderReader:
             self.resources.check_component(component.kind, component.use, component.values, mapped)
         except ParameterError as error:
             mark = component.marks.get(error.name, component.mark)
-            self.findings.error("E111", mark, str(error), error.hint)
+            self.findings.add("E111", mark, str(error), error.hint)
         except InputError as error:
             self._add(error, component.mark, "E111")
 
@@ -319,19 +319,19 @@ class HeaderReader:
         except InputError as error:
             self._add(error, mark, "E110")
         except ParameterError as error:
-            self.findings.error("E110", mark, str(error), error.hint)
+            self.findings.add("E110", mark, str(error), error.hint)
         except OSError as error:  # such as a name longer than the file system allows
-            self.findings.error("E110", mark, f"{key}: {error.strerror}")
+            self.findings.add("E110", mark, f"{key}: {error.strerror}")
         return otherwise
 
     def _add(self, error: InputError, mark: Mark, code: str) -> None:
         """Add the findings of another reader; report a missing file where it is named."""
         if not error.findings:
-            self.findings.error(code, mark, str(error))
+            self.findings.add(code, mark, error.sentence, error.hint)
         for item in error.findings:
             if item.code == "E001":
                 sentence = f"{item.mark.file}: {item.sentence}"
-                self.findings.error(code, mark, sentence, item.hint or BESIDE)
+                self.findings.add(code, mark, sentence, item.hint or BESIDE)
             else:
                 self.findings.items.append(item)
 

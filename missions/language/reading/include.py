@@ -130,10 +130,10 @@ class IncludeReader:
         sentence = (
             f"the {what} {name!r} is already declared in {Path(other.file).name}:{other.line}"
         )
-        self.findings.error("E114", mark, sentence, "rename one of them")
+        self.findings.add("E114", mark, sentence, "rename one of them")
 
     def _error(self, mark: Mark, sentence: str, hint: str = "") -> None:
-        self.findings.error("E113", mark, sentence, hint)
+        self.findings.add("E113", mark, sentence, hint)
 
 
 def tree_entries(node: Node | None) -> list[tuple[Node, Node]]:

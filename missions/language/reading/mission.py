@@ -159,7 +159,7 @@ class _Reading:
             hiding = scope.lookup(symbol.name)
             if hiding is not None and hiding is not symbol:
                 sentence = f"the {hiding.role} {symbol.name!r} hides this {symbol.role}"
-                self.findings.warning("W101", symbol.mark, sentence)
+                self.findings.add("W101", symbol.mark, sentence)
         return places, keys, arguments
 
     def _catalogue(self, catalogue_for: CatalogueFor, plugins: list[Node]) -> Catalogue:
@@ -168,7 +168,7 @@ class _Reading:
         except InputError as error:
             mark = plugins[0].mark if plugins else self.top.node.mark
             if not error.findings:
-                self.findings.error("E110", mark, str(error))
+                self.findings.add("E110", mark, str(error))
             self.findings.items += error.findings
             # Without its plugins the nodes of a mission cannot be checked.
             raise InputError(self.findings.errors) from error
@@ -177,7 +177,7 @@ class _Reading:
         """Return all trees with their nodes, the mission's own first."""
         section = self.top.node_of("trees")
         if section is not None and not section.is_mapping and section.value is not None:
-            self.findings.error(
+            self.findings.add(
                 "E101", section.mark, f"trees must be a mapping, got {section.words()}",
                 "write `name: {do: …}` for each, without `- `",
             )  # fmt: skip
@@ -209,7 +209,7 @@ class _Reading:
         own = {name: tree for name, tree in trees.items() if tree.mark.file == file}
         for tree in own.values():
             if tree.name not in reached:
-                self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
+                self.findings.add("W103", tree.mark, f"the tree {tree.name!r} is never used")
         if self.findings.errors:
             return None
         changed = keys_changed_by(cases)
@@ -247,7 +247,7 @@ class _Reading:
             if symbol not in touched:
                 verb = "never written" if symbol.role is Role.OUTPUT else "never used"
                 sentence = f"the {symbol.role} {symbol.name!r} is {verb}"
-                self.findings.warning("W102", symbol.mark, sentence)
+                self.findings.add("W102", symbol.mark, sentence)
 
 
 def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:

@@ -24,7 +24,8 @@ from missions.language.reading.words import WordRole
 from missions.language.step import Head, Modifiers, Order, Recover, Retry, Step
 from missions.language.values import Constant, Value
 from stack.documents import Node
-from stack.parameters import Declaration, suggestion
+from stack.errors import Hint
+from stack.parameters import Declaration, did_you_mean, suggestion
 
 ReadNode = Callable[[Node, NameContext], Step | None]
 ReadChildren = Callable[[Node | None, Head, NameContext, Order], tuple[Step, ...]]
@@ -32,14 +33,14 @@ RawModifiers = Mapping[str, tuple[Node, Node]]
 """Modifier -> nodes of its key and its value."""
 
 _HINTS = {
-    ("repeat", "while"): "write `repeat: forever`, and `while: …` beside it",
-    ("repeat", "times"): "write `repeat: 3`",
-    ("repeat", "count"): "write `repeat: 3`",
-    ("retry", "times"): "did you mean 'attempts'?",
-    ("retry", "count"): "did you mean 'attempts'?",
-    ("recover", "do"): "did you mean 'round_robin'?",
-    ("recover", "recoveries"): "did you mean 'round_robin'?",
-    ("recover", "actions"): "did you mean 'round_robin'?",
+    ("repeat", "while"): Hint("write `repeat: forever`, and `while: …` beside it"),
+    ("repeat", "times"): Hint("write `repeat: 3`"),
+    ("repeat", "count"): Hint("write `repeat: 3`"),
+    ("retry", "times"): did_you_mean("attempts"),
+    ("retry", "count"): did_you_mean("attempts"),
+    ("recover", "do"): did_you_mean("round_robin"),
+    ("recover", "recoveries"): did_you_mean("round_robin"),
+    ("recover", "actions"): did_you_mean("round_robin"),
 }
 
 
@@ -96,7 +97,7 @@ class ModifierReader:
             if node.is_mapping or node.is_sequence:
                 hint = "for a node after a failure write a list below `fallback:`"
             sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
-            self.findings.error("E123", node.mark, sentence, hint)
+            self.findings.add("E123", node.mark, sentence, hint)
         return bool(node.value == "continue")
 
     def _repeat(self, raw: RawModifiers, context: NameContext) -> Value | None:
@@ -113,11 +114,11 @@ class ModifierReader:
             misnamed = any(("repeat", str(key.value)) in _HINTS for key, _ in node.entries)
             if until is None and not misnamed:
                 hint = "write repeat: {until: condition}"
-                self.findings.error("E123", node.mark, "repeat needs `until`", hint)
+                self.findings.add("E123", node.mark, "repeat needs `until`", hint)
             return Constant(None, f"until {until.value if until else '?'}")
         if _is_no_count(node):
             sentence = f"repeat: expected a whole number from 1 on, got {node.words()}"
-            self.findings.error("E132", node.mark, sentence, "or write `forever` or {until: …}")
+            self.findings.add("E132", node.mark, sentence, "or write `forever` or {until: …}")
             return None
         return self._scalar(TIMES, raw, context)
 
@@ -134,7 +135,7 @@ class ModifierReader:
         node = raw["invert"][1]
         self.values.words.choice(node, ("true", "false"))
         if not isinstance(node.value, bool):
-            self.findings.error("E123", node.mark, f"invert is `true`, got {node.words()}")
+            self.findings.add("E123", node.mark, f"invert is `true`, got {node.words()}")
         return node.value is True
 
     def _retry(self, raw: RawModifiers, context: NameContext) -> Retry | None:
@@ -144,7 +145,7 @@ class ModifierReader:
         if _is_no_count(node):
             sentence = f"retry: expected a number of attempts from 1 on, got {node.words()}"
             hint = "write retry: 3; nothing is tried again for ever"
-            self.findings.error("E132", node.mark, sentence, hint)
+            self.findings.add("E132", node.mark, sentence, hint)
             return None
         if not node.is_mapping:
             attempts = self.values.value(ATTEMPTS, node, context)
@@ -165,7 +166,7 @@ class ModifierReader:
             sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
             count = len(node.items) + 1 if node.is_sequence else 3
             hint = f"write `attempts: {count}` and the list below `round_robin:`"
-            self.findings.error("E123", node.mark, sentence, hint)
+            self.findings.add("E123", node.mark, sentence, hint)
             return None
         self._only("recover", node, RECOVER)
         attempts = self._needed("recover", node, inside)
@@ -183,9 +184,9 @@ class ModifierReader:
         given = node.get("attempts")
         if given is None:
             known = RETRY if word == "retry" else RECOVER
-            hints = [_hint(word, key, known) for key, _ in node.entries]
-            if "did you mean 'attempts'?" not in hints:
-                self.findings.error(
+            meant = [_hint(word, key, known).fix for key, _ in node.entries]
+            if "attempts" not in meant:
+                self.findings.add(
                     "E123", node.mark, f"{word} needs `attempts`", "write attempts: 3"
                 )
             return None
@@ -195,10 +196,10 @@ class ModifierReader:
         for key, _ in node.entries:
             if key.value not in known:
                 sentence = f"{word} has no key {key.value!r}"
-                self.findings.error("E123", key.mark, sentence, _hint(word, key, known))
+                self.findings.add("E123", key.mark, sentence, _hint(word, key, known))
 
 
-def _hint(word: str, key: Node, known: Keys) -> str:
+def _hint(word: str, key: Node, known: Keys) -> Hint:
     return _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
 
 

@@ -25,11 +25,13 @@ from missions.language.step import Head, Order, Step, Tree
 from stack.documents import Findings, Node, is_one_line
 from stack.parameters import suggestion
 
+_OF_A_PLUGIN = "a mission that includes this file needs a plugin with it"
+
 
 class NodeReader:
     """Reads the nodes of one file, checked against the catalogue and the declared trees.
 
-    With `has_other_plugins`, a behaviour without a meaning here may be one of a mission's plugins.
+    With `has_other_plugins`, a behaviour that is not installed may be one of a mission's plugins.
     """
 
     def __init__(
@@ -50,7 +52,7 @@ class NodeReader:
         if not node.is_mapping or not node.entries:
             hint = "write a list under `sequence:`" if node.is_sequence else "write `wait: 3 s`"
             sentence = f"a node must be one key that names its type, got {node.words()}"
-            self.findings.error("E120", node.mark, sentence, hint)
+            self.findings.add("E120", node.mark, sentence, hint)
             for item in node.items:
                 self.skim(item, context)
             return None
@@ -78,7 +80,7 @@ class NodeReader:
             hint = "add a behaviour, e.g. `wait: 1 s`"
             if node.get("do") is not None:
                 hint = "write the node itself instead of `do:`, with its modifiers beside it"
-            self.findings.error("E120", node.mark, sentence, hint)
+            self.findings.add("E120", node.mark, sentence, hint)
             raw = {str(key.value): (key, value) for key, value in node.entries}
             kept = len(self.findings.items)
             self.modifiers.read("", raw, context)
@@ -94,7 +96,7 @@ class NodeReader:
             if str(key.value) in self.known:
                 sentence = f"a node has one type, got {head[0].value!r} and {key.value!r}"
                 hint = "write each as a list item, with `- ` in front"
-                self.findings.error("E120", key.mark, sentence, hint)
+                self.findings.add("E120", key.mark, sentence, hint)
             elif known or plain(str(head[0].value)) not in WORDS:  # `then` of an `if` is no mistake
                 self._unknown_modifier(head[0], key)
         return head
@@ -108,7 +110,7 @@ class NodeReader:
             kind = self.catalogue.get(str(head.value))
             if kind is not None and word in kind.ports:
                 hint = f"{word} is a port of {head.value}: indent it below `{head.value}:`"
-        self.findings.error("E123", key.mark, f"there is no modifier {word!r}", hint)
+        self.findings.add("E123", key.mark, f"there is no modifier {word!r}", hint)
 
     def _step(
         self, head: Node, body: Node | None, raw: RawModifiers,
@@ -136,7 +138,7 @@ class NodeReader:
     def _misplaced(self, kind: str, raw: RawModifiers) -> None:
         for word, owners in ONLY_FOR.items():
             if word in raw and kind not in owners:
-                self.findings.error(
+                self.findings.add(
                     "E123", raw[word][0].mark,
                     f"`{word}` is only for `{'` and `'.join(owners)}`, not for {kind!r}",
                     f"write ports below `{kind}:`" if word == "with" else "",
@@ -144,17 +146,17 @@ class NodeReader:
         if "out" in raw and kind in NODES and not NODES[kind].takes_outputs:
             takers = "` and `".join(word for word, item in NODES.items() if item.takes_outputs)
             sentence = f"`out` is only for behaviours, `{takers}`, not for {kind!r}"
-            self.findings.error("E123", raw["out"][0].mark, sentence)
+            self.findings.add("E123", raw["out"][0].mark, sentence)
 
     def _label(self, raw: RawModifiers) -> str:
         if "name" not in raw:
             return ""
         node = raw["name"][1]
         if not isinstance(node.value, str) or not node.value:
-            self.findings.error("E123", node.mark, f"name must be a text, got {node.words()}")
+            self.findings.add("E123", node.mark, f"name must be a text, got {node.words()}")
             return ""
         if not is_one_line(node.value):
-            self.findings.error("E123", node.mark, f"name must be one line, got {node.words()}")
+            self.findings.add("E123", node.mark, f"name must be one line, got {node.words()}")
             return ""
         return node.value
 
@@ -172,7 +174,7 @@ class NodeReader:
             hint = (
                 "write `- ` in front of each node" if is_mapping else f"write {kind}: [NODE, NODE]"
             )
-            self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}", hint)
+            self.findings.add("E124", place, f"{kind} needs a list of nodes, got {got}", hint)
             if node is not None and node.value is not None and not node.is_sequence:
                 self.skim(node, context)
             return ()
@@ -186,7 +188,7 @@ class NodeReader:
     ) -> Step | None:
         """Read the node under `do`."""
         if entry is None:
-            self.findings.error("E124", head.mark, f"{head.kind} needs `do`")
+            self.findings.add("E124", head.mark, f"{head.kind} needs `do`")
             return None
         return self.read(entry[1], context)
 
@@ -196,7 +198,7 @@ class NodeReader:
         if hidden is not None and hidden is not symbol:
             where = f" (line {hidden.mark.line})" if hidden.mark.file == symbol.mark.file else ""
             sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}{where}"
-            self.findings.warning("W101", symbol.mark, sentence)
+            self.findings.add("W101", symbol.mark, sentence)
 
     def _behaviour(self, head: Node) -> BehaviourKind | None:
         word = str(head.value)
@@ -208,11 +210,14 @@ class NodeReader:
             if word in self.trees:
                 hint = f"{word} is a tree: write `use: {word}`"
                 hint += ", with its inputs below `with:`" if self.trees[word].inputs else ""
-            if hint or not self.has_other_plugins:
-                hint = hint or suggestion(word, self.known)
-                self.findings.error("E121", head.mark, f"there is no behaviour {word!r}", hint)
+            sentence = f"there is no behaviour {word!r}"
+            if self.has_other_plugins and not hint:
+                self.findings.add("W115", head.mark, sentence, _OF_A_PLUGIN)
+            else:
+                self.findings.add("E121", head.mark, sentence, hint or suggestion(word, self.known))
             return None
         found = self.catalogue.get(word)
-        if found is None and not self.has_other_plugins:
-            self.findings.error("E121", head.mark, self.catalogue.why_not(word))
+        if found is None:
+            code = "W115" if self.has_other_plugins else "E121"
+            self.findings.add(code, head.mark, self.catalogue.why_not(word))
         return found

@@ -21,7 +21,7 @@ from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
 from missions.language.values import Value
 from stack.documents import Mark, Node
-from stack.parameters import Declaration, suggestion
+from stack.parameters import Declaration, did_you_mean, suggestion
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class PortReader:
         if bare is None:
             sentence = f"{owner.name}: it is not clear which port {body.words()} is for"
             hint = f"name the port: {', '.join(ports)}" if ports else "it has no ports"
-            self.findings.error("E133", body.mark, sentence, hint)
+            self.findings.add("E133", body.mark, sentence, hint)
             return {}
         value = self.values.value(ports[bare], body, context, owner.name)
         self._missing(ports, (bare,), owner)
@@ -79,7 +79,7 @@ class PortReader:
         if body is not None and not body.is_mapping:
             words.add(body, role, context.scope, owner.name)
         if body is not None and not body.is_mapping and body.value is not None:
-            self.findings.error("E132", body.mark, f"`with` must be a mapping, got {body.words()}")
+            self.findings.add("E132", body.mark, f"`with` must be a mapping, got {body.words()}")
             return values
         if body is not None and report_cut_expression(body, self.values.findings):
             return values
@@ -105,12 +105,12 @@ class PortReader:
         """Report an unknown port; return the port that is meant, "" if it is not clear."""
         word = str(key.value)
         meant = meant_port(word, ports)
-        hint = f"did you mean {meant!r}?" if meant else suggestion(word, ports)
+        hint = did_you_mean(meant) if meant else suggestion(word, ports)
         if word in MODIFIERS and word not in ("name", "do", "out"):
             meant, hint = "", f"{word} is a modifier: write it beside `{owner.name}:`"
         elif owner.is_tree and not ports:
             hint = f"declare it in the tree: in: {{{word}: TYPE}}"
-        self.findings.error("E130", key.mark, f"{owner.name} has no port {word!r}", hint)
+        self.findings.add("E130", key.mark, f"{owner.name} has no port {word!r}", hint)
         return "" if meant in named else meant
 
     def outputs(
@@ -127,14 +127,14 @@ class PortReader:
             sentence = f"`out` must be a mapping {{output: $key}}, got {node.words()}"
             first = next(iter(results), "output")
             hint = f"write out: {{{first}: {node.value}}}" if node.kind == "scalar" else ""
-            self.findings.error("E135", node.mark, sentence, hint)
+            self.findings.add("E135", node.mark, sentence, hint)
         for key, target in node.entries:
             word = str(key.value)
             declared = results[word].declaration(word) if word in results else None
             words.add(key, WordRole.OUTPUT, context.scope, owner.name, declared)
             if word not in results:
                 sentence = f"{owner.name} has no output {word!r}"
-                self.findings.error("E134", key.mark, sentence, suggestion(word, results))
+                self.findings.add("E134", key.mark, sentence, suggestion(word, results))
                 continue
             symbol = self.values.target(target, context, results[word])
             if symbol is not None:
@@ -152,7 +152,7 @@ class PortReader:
                 sentence = f"{owner.name} needs the port {name!r} ({words})"
                 hint = f"add `{name}: …`" + (" below `with:`" if owner.is_tree else "")
                 hint += f": {declared.help}" if declared.help else ""
-                self.findings.error("E131", owner.mark, sentence, hint)
+                self.findings.add("E131", owner.mark, sentence, hint)
 
 
 def _is_like_a_pose(body: Node, ports: Mapping[str, Declaration]) -> bool:

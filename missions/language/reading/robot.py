@@ -58,7 +58,7 @@ class HeaderValues:
         value = self.plain(node)
         if not isinstance(value, str) or not value:
             if value is not UNSET:
-                self.findings.error("E101", node.mark, f"expected a file, got {node.words()}")
+                self.findings.add("E101", node.mark, f"expected a file, got {node.words()}")
             return None
         name = reference_name(node)
         return (Path.cwd() if name in self.given else self.folder) / Path(value).expanduser()
@@ -69,7 +69,7 @@ class HeaderValues:
         if symbol is None:
             hint = suggestion(name, self.arguments) if self.arguments else "declare it there"
             sentence = f"${name}: values at the top of a mission refer to its `arguments`"
-            self.findings.error("E101", node.mark, sentence, hint)
+            self.findings.add("E101", node.mark, sentence, hint)
             return UNSET
         self.used.add(symbol)
         return _plain(symbol.value)
@@ -97,7 +97,7 @@ class RobotReader:
             name = node.get("name") or node.get("type")
             sentence = "`robot` is a name or a path; only a replayed robot has keys"
             hint = f"write robot: {name.value if name else USUAL_ROBOT}"
-            self.findings.error("E101", node.mark, sentence, hint)
+            self.findings.add("E101", node.mark, sentence, hint)
             return USUAL_ROBOT, None
         section = Section(node, self.findings, "`robot`", "E101", [*REPLAYED_ROBOT])
         use = section.node_of("use", required=True)
@@ -105,7 +105,7 @@ class RobotReader:
             self.values.words.choice(use, (REPLAYED,))
             if use.value != REPLAYED:
                 sentence = f"robot: {use.words()} is not a kind of robot with settings"
-                self.findings.error("E101", use.mark, sentence, f"write `use: {REPLAYED}`")
+                self.findings.add("E101", use.mark, sentence, f"write `use: {REPLAYED}`")
         log = section.node_of("log", required=True)
         path = None if log is None else self.values.path(log)
         robot, after = section.node_of("robot"), section.node_of("after")
@@ -122,7 +122,7 @@ class RobotReader:
         try:
             return float(AFTER.read(self.values.plain(node)))
         except ParameterError as error:
-            self.findings.error("E101", node.mark, str(error), error.hint)
+            self.findings.add("E101", node.mark, str(error), error.hint)
             return 0.0
 
     def _text(self, node: Node | None, word: str) -> str:
@@ -131,7 +131,7 @@ class RobotReader:
         value = self.values.plain(node)
         if isinstance(value, str) and value:
             return value
-        self.findings.error("E101", node.mark, f"{word}: expected a text, got {node.words()}")
+        self.findings.add("E101", node.mark, f"{word}: expected a text, got {node.words()}")
         return ""
 
     def _texts(self, node: Node | None, word: str) -> list[str]:
@@ -139,6 +139,6 @@ class RobotReader:
             return []
         if not node.is_sequence:
             sentence = f"{word}: expected a list of topics, got {node.words()}"
-            self.findings.error("E101", node.mark, sentence)
+            self.findings.add("E101", node.mark, sentence)
             return []
         return [self._text(item, word) for item in node.items]

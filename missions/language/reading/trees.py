@@ -39,8 +39,8 @@ def read_bodies(
 def read_trees(path: Path, catalogue: Catalogue, draft: Draft | None = None) -> tuple[Finding, ...]:
     """Read a file of trees as if a mission included it; return its findings.
 
-    Behaviours may come from the plugins of the mission, so an unknown one is a finding only if
-    its name resembles a known one, or is a word of another tool.
+    Behaviours may come from the plugins of the mission, so an unknown one is a warning, unless its
+    name resembles a known one or is a word of another tool.
 
     Raises:
         InputError: the file cannot be read, or is not YAML.

@@ -52,7 +52,7 @@ from missions.language.values import (
     Value,
 )
 from stack.documents import Findings, Mark, Node, iter_scalars
-from stack.errors import EvaluationError, ParameterError
+from stack.errors import EvaluationError, Hint, ParameterError
 from stack.parameters import Declaration
 
 _REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
@@ -122,14 +122,14 @@ class ValueReader:
         source = _source(node)
         if source is None:
             sentence = f"expected an expression, got {node.words()}"
-            self.findings.error("E150", node.mark, sentence)
+            self.findings.add("E150", node.mark, sentence)
             return None
         checked, problems = self._checked(source, context, wanted)
         for problem in problems:
             hint = problem.hint
             if problem.code == "E151" and wanted == TEXT:
                 hint = "write a text in quotes inside the expression: \"'…'\""
-            self.findings.error(problem.code, _within(node, problem.at), problem.sentence, hint)
+            self.findings.add(problem.code, _within(node, problem.at), problem.sentence, hint)
         return self._recorded(checked, node.mark)
 
     def items(self, name: str, node: Node, context: NameContext) -> tuple[Value | None, ValueType]:
@@ -139,7 +139,7 @@ class ValueReader:
             kind = item_type(node.items, lambda item: self._type_of_reference(item, context))
             if isinstance(kind, Mismatch):
                 sentence = f"the items have one type, got {kind.expected} and {kind.found}"
-                self.findings.error("E156", kind.item.mark, sentence)
+                self.findings.add("E156", kind.item.mark, sentence)
                 for item in node.items:
                     self.words.add(item, WordRole.VALUE, context.scope, declared=declared)
                 return None, ANYTHING
@@ -168,17 +168,17 @@ class ValueReader:
         for problem in problems:
             place = _within(node, problem.at) if node.kind == "scalar" else node.mark
             words = f"{declared.name}: " if problem.code == "E153" else ""
-            self.findings.error(problem.code, place, f"{words}{problem.sentence}", problem.hint)
+            self.findings.add(problem.code, place, f"{words}{problem.sentence}", problem.hint)
         found = self._recorded(checked, node.mark)
         if found is None or not found.is_constant:
             return Computed(found, kind) if found else None
         try:
             return Constant(declared.read(found.constant()), text_of(node))
         except EvaluationError as error:
-            self.findings.error("E157", node.mark, f"{declared.name}: {error.sentence}")
+            self.findings.add("E157", node.mark, f"{declared.name}: {error.sentence}")
         except ParameterError as error:
             sentence = f"{declared.name} = {source}: {error.sentence}"
-            self.findings.error("E132", node.mark, sentence, error.hint)
+            self.findings.add("E132", node.mark, sentence, error.hint)
         return None
 
     def _checked(
@@ -199,7 +199,7 @@ class ValueReader:
         text, parts, wrong = str(node.value), list[str | CheckedExpression](), False
         if len(text) > MAX_TEXT:
             sentence = f"the text with values has {len(text)} characters; at most {MAX_TEXT}"
-            self.findings.error("E150", node.mark, sentence)
+            self.findings.add("E150", node.mark, sentence)
             return None
         try:
             for piece in pieces(text):
@@ -211,13 +211,13 @@ class ValueReader:
                 checked, problems = self._checked(source, context, ANYTHING)
                 for item in problems:
                     place = _within(node, piece.at + max(0, item.at + moved))
-                    self.findings.error(item.code, place, item.sentence, item.hint)
+                    self.findings.add(item.code, place, item.sentence, item.hint)
                 found = self._recorded(checked, mark)
                 wrong = wrong or found is None
                 parts += [found] if found else []
         except ExpressionError as error:
             place = _within(node, error.at)
-            self.findings.error(error.code, place, error.sentence, error.hint)
+            self.findings.add(error.code, place, error.sentence, error.hint)
             return None
         return None if wrong else Template(tuple(parts), text)
 
@@ -226,15 +226,16 @@ class ValueReader:
         self.words.add(node, WordRole.TARGET, context.scope, declared=found.declaration("out"))
         name = reference_name(node)
         if name is None:
-            hint = f"write ${node.value}" if isinstance(node.value, str) else "write $key"
-            self.findings.error(
+            named = isinstance(node.value, str) and IDENTIFIER.fullmatch(node.value)
+            hint = write_name(str(node.value)) if named else "write $key"
+            self.findings.add(
                 "E135", node.mark, f"the target of an output is a $key, got {node.words()}", hint
             )
             return None
         symbol = self.writable(name, node.mark, context)
         if symbol and not symbol.type.accepts(found):
             sentence = f"${name} is {symbol.type}, but the output is {found}"
-            self.findings.error("E141", node.mark, sentence, f"use a key of the type {found}")
+            self.findings.add("E141", node.mark, sentence, f"use a key of the type {found}")
             return None
         return symbol
 
@@ -245,7 +246,7 @@ class ValueReader:
             return None
         if not symbol.is_writable:
             sentence = f"${name} cannot be written: it is the {symbol.role} {name!r}"
-            self.findings.error("E142", mark, sentence, "write a blackboard key")
+            self.findings.add("E142", mark, sentence, "write a blackboard key")
             return None
         self.written[symbol] = None
         return symbol
@@ -254,7 +255,7 @@ class ValueReader:
         symbol = context.scope.lookup(name)
         if symbol is None:
             if context.scope.complete:
-                self.findings.error("E140", mark, f"there is no ${name}", context.scope.hint(name))
+                self.findings.add("E140", mark, f"there is no ${name}", context.scope.hint(name))
             return None
         self.used[symbol] = None
         return symbol
@@ -268,7 +269,7 @@ class ValueReader:
         wanted = type_of(declared)
         if not wanted.accepts(symbol.type):
             sentence = f"{declared.name} is {wanted}, but ${name} is {symbol.type}"
-            self.findings.error("E141", node.mark, sentence)
+            self.findings.add("E141", node.mark, sentence)
             return None
         if not symbol.is_constant:
             return Reference(symbol)
@@ -278,7 +279,7 @@ class ValueReader:
             return Constant(declared.read(symbol.value), f"${name}", node.mark)
         except ParameterError as error:
             sentence = f"{declared.name} = ${name}: {error.sentence}"
-            self.findings.error("E132", node.mark, sentence, error.hint)
+            self.findings.add("E132", node.mark, sentence, error.hint)
             return None
 
     def _listing(
@@ -303,7 +304,7 @@ class ValueReader:
             return Constant(value, text_of(node), node.mark, _marks_of(node))
         except ParameterError as error:
             hint = _reference_hint(node, context) or error.hint
-            self.findings.error("E132", node.mark, f"{declared.name}: {error.sentence}", hint)
+            self.findings.add("E132", node.mark, f"{declared.name}: {error.sentence}", hint)
             return None
 
     def _warn_of_reference_in_text(self, scalar: Node, context: NameContext) -> None:
@@ -313,7 +314,7 @@ class ValueReader:
         if inside and context.scope.lookup(inside[1]):
             sentence = f"{inside[0]} inside a text is not replaced by its value"
             hint = f"write ${{{inside[1]}}}, or quote the text"
-            self.findings.warning("W104", _within(scalar, inside.start()), sentence, hint)
+            self.findings.add("W104", _within(scalar, inside.start()), sentence, hint)
 
     def _assignments(self, node: Node, context: NameContext) -> AssignmentList | None:
         if not node.is_mapping or not node.entries:
@@ -321,7 +322,7 @@ class ValueReader:
             sentence = f"expected keys with expressions, got {node.words()}"
             pair = _ASSIGNMENT.fullmatch(str(node.value))
             hint = f"write {{{pair[1]}: {pair[2]}}}" if pair else "write {key: expression}"
-            self.findings.error("E132", node.mark, sentence, hint)
+            self.findings.add("E132", node.mark, sentence, hint)
             return None
         if report_cut_expression(node, self.findings):
             return None
@@ -331,7 +332,7 @@ class ValueReader:
             name = str(key.value)
             if name.startswith("$") and context.scope.lookup(name[1:]):
                 sentence = f"set names a key without $, got {name!r}"
-                self.findings.error("E140", key.mark, sentence, f"write `{name[1:]}: …`")
+                self.findings.add("E140", key.mark, sentence, f"write `{name[1:]}: …`")
                 continue
             symbol = self.writable(str(key.value), key.mark, context)
             wanted = symbol.type if symbol else ValueType(object)
@@ -354,6 +355,11 @@ class ValueReader:
         return self.expression(node, context, wanted)
 
 
+def write_name(word: str) -> Hint:
+    """Return the hint for a name without its `$`."""
+    return Hint(f"write ${word}", f"${word}")
+
+
 def _marks_of(node: Node) -> tuple[Mark, ...]:
     return tuple(item.mark for item in node.items)
 
@@ -373,7 +379,10 @@ def _refuse_degrees(declared: Declaration, node: Node) -> None:
 def _reference_hint(node: Node, context: NameContext) -> str:
     """Return a hint if a value contains a name without its `$`."""
     words = IDENTIFIER.findall(node.value) if isinstance(node.value, str) else []
-    return next((f"write ${word}" for word in words if context.scope.lookup(word)), "")
+    known = next((word for word in words if context.scope.lookup(word)), "")
+    if known and known == node.value:
+        return write_name(known)
+    return f"write ${known}" if known else ""
 
 
 def _is_single_pose(kind: ValueType, node: Node) -> bool:

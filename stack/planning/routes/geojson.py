@@ -79,14 +79,14 @@ class _Reading:
     owners: dict[str, _Feature] = field(default_factory=dict)
 
     def wrong(self, feature: _Feature, sentence: str, hint: str = "", code: str = FEATURE) -> None:
-        self.findings.error(code, feature.mark, f"{feature}: {sentence}", hint)
+        self.findings.add(code, feature.mark, f"{feature}: {sentence}", hint)
 
     def unread(
         self, feature: _Feature, sentence: str, instead: str, hint: str = "", code: str = FEATURE
     ) -> None:
         """Report what Nav2 does not read: `instead` says what a file of Nav2 gets."""
         if self.nav2:
-            self.findings.warning(LEFT_OUT, feature.mark, f"{feature}: {sentence}; {instead}")
+            self.findings.add(LEFT_OUT, feature.mark, f"{feature}: {sentence}; {instead}")
         else:
             self.wrong(feature, sentence, hint, code)
 
@@ -116,7 +116,7 @@ def parse_route_graph(text: str, name: str) -> RouteGraph:
         if feature.kind == "LineString":
             _read_edge(feature, reading)
     if not findings.errors and not reading.edges:
-        findings.error(FILE, Mark(name), "the graph has no edge", "add a LineString feature")
+        findings.add(FILE, Mark(name), "the graph has no edge", "add a LineString feature")
     findings.raise_errors()
     _warn_of_lone_nodes(reading)
     return RouteGraph(reading.nodes, reading.edges, name, tuple(findings.warnings))
@@ -127,15 +127,15 @@ def _features(text: str, name: str, findings: Findings) -> list[_Feature]:
         top = json.loads(text, parse_constant=_no_constant)
     except json.JSONDecodeError as error:
         mark = Mark(name, error.lineno, error.colno)
-        findings.error(FILE, mark, f"not JSON: {error.msg}")
+        findings.add(FILE, mark, f"not JSON: {error.msg}")
         return []
     except (ValueError, RecursionError) as error:
-        findings.error(FILE, Mark(name), f"not JSON: {type(error).__name__} {error}")
+        findings.add(FILE, Mark(name), f"not JSON: {type(error).__name__} {error}")
         return []
     listed = top.get("features") if isinstance(top, dict) else None
     if not isinstance(listed, list) or top.get("type") != "FeatureCollection":
         hint = 'write {"type": "FeatureCollection", "features": […]}'
-        findings.error(FILE, Mark(name), "not a GeoJSON FeatureCollection", hint)
+        findings.add(FILE, Mark(name), "not a GeoJSON FeatureCollection", hint)
         return []
     begins = [found.start() for found in _FEATURE.finditer(text)]
     if len(begins) != len(listed):  # the text occurs elsewhere too: the lines are unknown
@@ -152,7 +152,7 @@ def _no_constant(word: str) -> float:
 
 def _feature(number: int, mark: Mark, raw: Any, findings: Findings) -> _Feature | None:
     def refuse(sentence: str, hint: str) -> None:
-        findings.error(FEATURE, mark, f"feature {number}: {sentence}", hint)
+        findings.add(FEATURE, mark, f"feature {number}: {sentence}", hint)
 
     if not isinstance(raw, dict) or raw.get("type") != "Feature":
         refuse("not a Feature", 'write {"type": "Feature", "geometry": …, "properties": …}')
@@ -272,7 +272,7 @@ def _check_keys(feature: _Feature, reading: _Reading) -> None:
     left_out = [key for key in feature.properties if key in _NAV2]
     if left_out:
         sentence = f"{feature}: ignored: {', '.join(left_out)}"
-        reading.findings.warning(LEFT_OUT, feature.mark, sentence)
+        reading.findings.add(LEFT_OUT, feature.mark, sentence)
     for key in feature.properties:
         if key not in known and key not in _NAV2:
             sentence, hint = f"there is no property {key!r}", suggestion(key, known)
@@ -346,4 +346,4 @@ def _warn_of_lone_nodes(reading: _Reading) -> None:
         if name not in used:
             feature = reading.owners[name]
             sentence = f"{feature}: the node {name!r} has no edge"
-            reading.findings.warning(LEFT_OUT, feature.mark, sentence)
+            reading.findings.add(LEFT_OUT, feature.mark, sentence)

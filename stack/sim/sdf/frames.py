@@ -36,7 +36,7 @@ def numbers(
         wanted = "a number" if count == 1 else f"{count} numbers"
         shown = element.text if len(element.text) <= 60 else element.text[:57] + "..."
         sentence = f"<{element.tag}>: expected {wanted}, got {shown!r}"
-        findings.error(code, element.mark, sentence)
+        findings.add(code, element.mark, sentence)
         return None
     return np.array(values)
 
@@ -54,7 +54,7 @@ def read_pose(findings: Findings, pose: Element, code: str = SHAPE) -> FloatArra
     if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
         values = numbers(findings, pose, 7, code)
         if values is not None and float(np.linalg.norm(values[3:])) < 1e-6:
-            findings.error(code, pose.mark, "<pose>: the quaternion 0 0 0 0 is not a rotation")
+            findings.add(code, pose.mark, "<pose>: the quaternion 0 0 0 0 is not a rotation")
             return None
         return None if values is None else from_quaternion(values[:3], values[3:].tolist())
     values = numbers(findings, pose, 6, code)

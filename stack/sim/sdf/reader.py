@@ -171,7 +171,7 @@ class Reader:
             names = [item.split(" ", 1)[1] for item in self._including]
             way = " -> ".join([*names[self._including.index(key) :], model.name])
             sentence = f"the model {model.name!r} includes itself: {way}"
-            self.findings.error(SHAPE, include.mark, sentence, "remove one of the includes")
+            self.findings.add(SHAPE, include.mark, sentence, "remove one of the includes")
             return
         name = include.text_of("name") or model.name
         posed = include if include.first("pose") is not None else model
@@ -203,7 +203,7 @@ class Reader:
         model = root.first("model") if root.tag == "sdf" else None
         if model is None:
             sentence = f"expected <sdf> with a <model> inside, got <{root.tag}>"
-            self.findings.error(SHAPE, root.mark, sentence)
+            self.findings.add(SHAPE, root.mark, sentence)
         return model
 
     def _place_of(self, folder: Path, uri: str) -> Path | None:
@@ -229,7 +229,7 @@ class Reader:
             return read_xml(file, "model file")
         except InputError as error:
             for finding in error.findings:
-                self.findings.error(finding.code, finding.mark, finding.sentence, finding.hint)
+                self.findings.add(finding.code, finding.mark, finding.sentence, finding.hint)
             return None
 
     def _link(
@@ -248,7 +248,7 @@ class Reader:
             geometry = collision.first("geometry")
             if geometry is None or not geometry.children:
                 sentence = f"the collision {collision.name!r} of {name!r} has no geometry"
-                self.findings.error(SHAPE, collision.mark, sentence)
+                self.findings.add(SHAPE, collision.mark, sentence)
             elif at is not None:
                 self._shape(geometry.children[0], model @ at, name)
 
@@ -323,12 +323,12 @@ class Reader:
         """Lengths above 0, in metres; None if they are wrong, which is reported."""
         element = shape.first(tag)
         if element is None:
-            self.findings.error(SHAPE, shape.mark, f"<{shape.tag}> needs <{tag}>")
+            self.findings.add(SHAPE, shape.mark, f"<{shape.tag}> needs <{tag}>")
             return None
         values = numbers(self.findings, element, count)
         if values is not None and not ((values > 0.0) & (values <= FARTHEST)).all():
             sentence = f"<{tag}> {element.text!r}: expected metres above 0, up to {FARTHEST:g}"
-            self.findings.error(SHAPE, element.mark, sentence)
+            self.findings.add(SHAPE, element.mark, sentence)
             return None
         return values
 

@@ -146,7 +146,7 @@ def _standing(reader: Reader, found: Found, ground: float, start: Pose2D) -> Seq
         return ()
     if reach > FARTHEST:
         sentence = f"{found.name!r} reaches {reach:g} m from the origin, more than {FARTHEST:g} m"
-        reader.findings.error(SHAPE, found.mark, sentence)
+        reader.findings.add(SHAPE, found.mark, sentence)
         return ()
     if isinstance(found.shape, PlacedMesh):
         return boxes_of(triangles, FLUSH, HEADROOM, found.name, (start.x, start.y))

@@ -61,7 +61,7 @@ def wall(reading: Reading, section: Section) -> Wall | None:
     if values["glass"] and values["mirror"]:
         sentence = "a wall cannot be of `glass` and a `mirror`"
         hint = "remove one: light passes through glass and is reflected by a mirror"
-        reading.findings.error(SHAPE, section.node.mark, sentence, hint)
+        reading.findings.add(SHAPE, section.node.mark, sentence, hint)
     if points is None:
         return None
     return Wall(np.vstack([points, points[:1]]) if closed else points, **values)
@@ -96,7 +96,7 @@ def door(reading: Reading, section: Section) -> Door | None:
         reading.doors.append(name)
     if start is not None and start == end:
         sentence = f"`from` and `to` of the door are the same point {list(start)}"
-        reading.findings.error(SHAPE, section.node.mark, sentence, "set `to` to its other end")
+        reading.findings.add(SHAPE, section.node.mark, sentence, "set `to` to its other end")
         return None
     if name is None or start is None or end is None:
         return None
@@ -155,7 +155,7 @@ def _rectangle(
     (x_min, x_max), (y_min, y_max) = sorted((one[0], other[0])), sorted((one[1], other[1]))
     if x_min == x_max or y_min == y_max:
         sentence = f"the {what} from {list(one)} to {list(other)} has no area"
-        reading.findings.error(
+        reading.findings.add(
             SHAPE, section.node.mark, sentence, "`from` and `to` are opposite corners"
         )
     return x_min, y_min, x_max, y_max

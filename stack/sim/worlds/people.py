@@ -70,7 +70,7 @@ def _refuse_others(reading: Reading, section: Section, model: str | None) -> Non
         if model is not None and node is not None and model not in models:
             sentence = f"{key!r} has no effect with model: {model}"
             hint = f"it is for {' and '.join(models)}"
-            reading.findings.error(SHAPE, node.mark, sentence, hint)
+            reading.findings.add(SHAPE, node.mark, sentence, hint)
 
 
 def _recorded(  # noqa: PLR0913 - the keys of one entry
@@ -80,14 +80,14 @@ def _recorded(  # noqa: PLR0913 - the keys of one entry
     node = section.node.get("track")
     if node is None or not file:
         hint = "add track: FILE, with lines of frame, number, x and y"
-        reading.findings.error(SHAPE, section.node.mark, "a recording needs its track", hint)
+        reading.findings.add(SHAPE, section.node.mark, "a recording needs its track", hint)
         return None
     try:
         tracks = read_tracks(reading.folder / FilePath(file).expanduser(), rate, at)
     except OSError as error:
-        reading.findings.error(PLACEMENT, node.mark, f"track {file!r:.80}: {error.strerror}")
+        reading.findings.add(PLACEMENT, node.mark, f"track {file!r:.80}: {error.strerror}")
     except ValueError as error:
-        reading.findings.error(PLACEMENT, node.mark, f"track {file!r:.80}: {error}")
+        reading.findings.add(PLACEMENT, node.mark, f"track {file!r:.80}: {error}")
     else:
         duration = max(float(track[-1, 0]) for track in tracks.values())
         return tuple(

@@ -34,7 +34,7 @@ def event(reading: Reading, section: Section) -> WorldEvent | None:
             if node.value not in reading.doors:
                 hint = suggestion(str(node.value), reading.doors)
                 sentence = f"{key}: there is no door {node.words()}"
-                reading.findings.error(UNKNOWN_NAME, node.mark, sentence, hint)
+                reading.findings.add(UNKNOWN_NAME, node.mark, sentence, hint)
     moved_to = section.node_of("move_robot")
     if moved_to is not None:
         action["move_robot"] = reading.pose_or_place(section, "move_robot", moved_to)
@@ -46,7 +46,7 @@ def event(reading: Reading, section: Section) -> WorldEvent | None:
         found = " and ".join(action) or "none"
         sentence = f"a timeline entry has exactly one action, got {found}"
         hint = f"actions are {', '.join(ACTIONS)}; write one entry for each"
-        reading.findings.error(SHAPE, section.node.mark, sentence, hint)
+        reading.findings.add(SHAPE, section.node.mark, sentence, hint)
         return None
     usable = trigger is not None and None not in action.values()
     return WorldEvent(trigger, **action) if trigger is not None and usable else None
@@ -76,6 +76,6 @@ def _trigger(section: Section) -> Trigger | None:
     when.done()
     if node is None and when.node.get("time") is None:
         sentence = "`when` needs `time: 20 s` or `near: [x, y, radius]`, or both"
-        section.findings.error(SHAPE, when.node.mark, sentence)
+        section.findings.add(SHAPE, when.node.mark, sentence)
         return None
     return Trigger(time, None if near is None else (near[0], near[1], near[2]), after)

@@ -84,7 +84,7 @@ class Reading:
         """Record a name as used; report an error if its kind has it already."""
         first = self.taken.setdefault((kind, name), mark)
         if first is not mark:
-            self.findings.error(
+            self.findings.add(
                 TWICE, mark, f"duplicate {kind} {name!r}", f"the first is in line {first.line}"
             )
 
@@ -101,13 +101,13 @@ class Reading:
         if listed is not None and listed.is_sequence and len(nodes) < at_least:
             wanted = "two points" if at_least == 2 else "one point"
             sentence = f"{key} needs at least {wanted} [x, y], got {len(nodes)}"
-            self.findings.error(SHAPE, listed.mark, sentence)
+            self.findings.add(SHAPE, listed.mark, sentence)
             return None
         usable = bool(points)
         for before, point, node in zip(points[:-1], points[1:], nodes[1:], strict=True):
             if point is not None and point == before:
                 sentence = f"{key}: the point {list(point)} is listed twice in a row"
-                self.findings.error(SHAPE, node.mark, sentence, "remove one")
+                self.findings.add(SHAPE, node.mark, sentence, "remove one")
                 usable = False
         if not usable or any(point is None for point in points):
             return None
@@ -127,7 +127,7 @@ class Reading:
             return self.pose(section, key, node)
         if node.value not in self.places:
             sentence = f"{key}: there is no place {node.value!r}"
-            self.findings.error(
+            self.findings.add(
                 UNKNOWN_NAME, node.mark, sentence, suggestion(node.value, self.places)
             )
         return self.places.get(node.value)

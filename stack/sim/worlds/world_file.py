@@ -86,7 +86,7 @@ def named_file(
         hint = likely(name_or_path, known) or (
             f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}{ending}"
         )
-        raise InputError(f"there is no {what} {name_or_path!r}; {hint}")
+        raise InputError(f"there is no {what} {name_or_path!r}", hint)
     return known[name_or_path]
 
 
@@ -167,7 +167,7 @@ def _bounds(top: Section) -> Bounds | None:
     if not (x_min < x_max and y_min < y_max):
         sentence = f"bounds {list(edges)} enclose nothing"
         hint = "write [x_min, y_min, x_max, y_max] with x_min < x_max and y_min < y_max"
-        top.findings.error(PLACEMENT, node.mark, sentence, hint)
+        top.findings.add(PLACEMENT, node.mark, sentence, hint)
     return x_min, y_min, x_max, y_max
 
 
@@ -188,11 +188,11 @@ def _check_size(top: Section, reading: Reading, world: World) -> None:
     count += sum(len(line.points) for line in world.lines)
     if count > MAX_ITEMS:
         sentence = f"{count} items and wall points; a world may have at most {MAX_ITEMS}"
-        top.findings.error(TOO_MANY, top.node.mark, sentence)
+        top.findings.add(TOO_MANY, top.node.mark, sentence)
     if not (world.walls or world.boxes or world.cylinders):
         sentence = "this world is empty: a lidar would measure nothing"
         hint = "add walls, boxes or cylinders"
-        top.findings.error(EMPTY, top.node.mark, sentence, hint)
+        top.findings.add(EMPTY, top.node.mark, sentence, hint)
     top.findings.raise_errors()
 
 
@@ -209,10 +209,10 @@ def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
     for number, (what, mark, x, y) in enumerate(placed):
         if not (x_min < x < x_max and y_min < y < y_max):
             sentence = f"{what} at [{x:g}, {y:g}] is outside the bounds {list(world.bounds)}"
-            top.findings.error(PLACEMENT, mark, sentence)
+            top.findings.add(PLACEMENT, mark, sentence)
         for outline, depth in inside.get(number, ()):
             sentence = f"{what} at [{x:g}, {y:g}] is {100 * depth:.1f} cm inside {outline.name}"
-            top.findings.error(PLACEMENT, mark, sentence, "move it to a free position")
+            top.findings.add(PLACEMENT, mark, sentence, "move it to a free position")
 
 
 def _placed(node: Node, world: World) -> Iterator[tuple[str, Mark, float, float]]:

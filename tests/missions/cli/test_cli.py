@@ -67,7 +67,7 @@ def test_help_has_one_whole_line_for_each_command():
     listed = done.stdout.partition("Commands:\n")[2].splitlines()
     names = [line.split()[0] for line in listed]
     assert sorted(names) == sorted(get_command(app).commands)
-    assert len(names) == 22
+    assert len(names) == 21
     for line in listed:
         assert len(line) <= 80 and line.endswith(".") and not line.endswith("..."), line
 
@@ -171,15 +171,6 @@ def test_show_draws_the_tree_in_three_ways():
     assert "navigate_to_pose" in treepilot("show", "02_office_patrol").stdout
     assert treepilot("show", "02_office_patrol", "--dot").stdout.startswith("digraph")
     assert "flowchart" in treepilot("show", "02_office_patrol", "--mermaid").stdout
-
-
-def test_schemas_are_printed_or_written(tmp_path):
-    printed = json.loads(treepilot("schema", "world", cwd=tmp_path).stdout)
-    assert printed["$schema"] == "https://json-schema.org/draft/2020-12/schema"
-    done = treepilot("schema", "--out", "mission.schema.json", cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (0, "")
-    written = json.loads((tmp_path / "mission.schema.json").read_text())
-    assert "navigate_to_pose" in written["$defs"]["node"]["properties"]
 
 
 def test_new_says_what_it_wrote_and_how_to_use_it(tmp_path):

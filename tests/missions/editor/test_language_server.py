@@ -437,10 +437,9 @@ def test_without_pygls_it_says_what_to_install(monkeypatch):
         serve()
 
 
-def test_checking_and_schemas_do_not_import_pygls():
+def test_checking_does_not_import_pygls():
     code = (
-        "import sys, missions.cli.app; from missions.editor.schemas import schema_text;"
-        "schema_text('mission'); schema_text('world'); schema_text('robot');"
+        "import sys, missions.cli.app, missions.inspection.check;"
         "heavy = {'pygls', 'lsprotocol', 'numba', 'pybullet', 'cv2', 'rerun', 'textual'};"
         "assert not heavy & sys.modules.keys(), heavy & sys.modules.keys()"
     )

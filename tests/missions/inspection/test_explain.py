@@ -1,6 +1,5 @@
 """`treepilot explain`: every code has a cause and a fix, and examples do what they say."""
 
-import importlib
 import re
 from pathlib import Path
 
@@ -24,22 +23,6 @@ def test_every_code_that_the_sources_speak_of_is_explained():
     assert spoken - set(every_code()) == set()
 
 
-def test_a_code_is_reported_as_what_its_letter_says():
-    """`findings.error` takes codes with E, `findings.warning` codes with W."""
-    wrong, seen = [], 0
-    for package in ("missions", "stack", "robots"):
-        for file in sorted((ROOT / package).rglob("*.py")):
-            for kind, literal, name in re.findall(
-                r"findings\.(error|warning)\(\s*(?:\"(\w+)\"|([A-Z_]+)\b)", file.read_text()
-            ):
-                dotted = ".".join(file.relative_to(ROOT).with_suffix("").parts)
-                code = literal or getattr(importlib.import_module(dotted), name)
-                seen += 1
-                wrong += [f"{dotted}: {kind} {code}"] * (code[0] != kind[0].upper())
-    assert wrong == []
-    assert seen > 150
-
-
 def test_an_explanation_has_cause_example_and_fix():
     assert explanation("e112").splitlines() == [
         "E112 (error): event",
@@ -60,7 +43,7 @@ def test_an_unknown_code_names_the_nearest():
 OUTSIDE = {
     "E109", "E110", "E111", "E114", "E116", "E126", "E127", "E180", "E181", "E182", "E183", "E184",
     "W110", "W111", "W112", "W113", "W114", "W140", "W141", "W142", "W143", "W144", "W145", "W146",
-    "W147", "W148", "W149", "W150",
+    "W115", "W147", "W148", "W149", "W150",
 }  # fmt: skip
 """Codes that need options, other files, a world, a robot or an installation to provoke."""
 NEEDS = {

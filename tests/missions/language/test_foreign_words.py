@@ -101,11 +101,11 @@ def test_the_names_of_a_plugin_are_hints_too(tmp_path):
         ("if: []", ["E121"]),  # with a modifier here
         ("ForceFailure: []", ["E121"]),
         ("other: {}", ["E121"]),  # a tree of the file
-        ("close_gripper: {}", []),  # may be a behaviour of a mission's plugin
-        ("grippers.Close: {}", []),
+        ("close_gripper: {}", ["W115"]),  # may be a behaviour of a mission's plugin
+        ("grippers.Close: {}", ["W115"]),
     ],
 )
-def test_a_file_of_trees_reports_unknown_words_with_a_meaning(tmp_path, node, expected):
+def test_a_file_of_trees_reports_unknown_words(tmp_path, node, expected):
     file = tmp_path / "trees.yaml"
     file.write_text(f"trees:\n  a: {{do: {{{node}}}}}\n  other: {{do: {{say: hello}}}}\n")
     assert [item.code for item in findings_of(file)] == expected

@@ -2,19 +2,19 @@
 
 from pathlib import Path
 
-from missions.language.reference import fill
+from tests.missions.language.reference import PAGE, fill
 from tests.missions.mission_fakes import Ran, read_text
 
-PAGE = Path(__file__).parents[3] / "docs" / "language.md"
+GUIDE = Path(__file__).parents[3] / "docs" / "language.md"
 
 
 def test_the_tables_are_current():
     text = PAGE.read_text(encoding="utf-8")
-    assert text == fill(text), "write missions.language.reference.fill(text) back to the page"
+    assert text == fill(text), "run python -m tests.missions.language.reference"
 
 
 def test_the_example_runs(tmp_path):
-    example = PAGE.read_text(encoding="utf-8").split("```yaml\n")[1].split("```")[0]
+    example = GUIDE.read_text(encoding="utf-8").split("```yaml\n")[1].split("```")[0]
     mission = read_text(tmp_path, example)
     assert mission.warnings == ()
     it = Ran(mission)

@@ -290,6 +290,20 @@ def test_repeat_counts_runs_and_forever_never_ends(run):
     endless.ticks(50)
     assert endless.tree.status is Status.RUNNING
     assert endless.robot.log.count("a starts") == 50
+    assert shown(endless)["repeat forever"] == "50 runs"
+
+
+def shown(it):
+    """The message of each row, by its name."""
+    return {row.name: row.message for row in it.tree.rows()}
+
+
+@pytest.mark.parametrize("inside", ["", ", retry: 2", ", timeout: 9 s"])
+def test_a_repeat_does_not_count_the_results_that_every_repeats(run, inside):
+    it = run(f"run: {{act: a, every: 60 s, repeat: forever{inside}}}")
+    it.ticks(9)
+    assert it.robot.log.count("a starts") == 1
+    assert shown(it)["repeat forever"] == ""
 
 
 def test_recover_runs_the_next_recovery_then_tries_again(run):

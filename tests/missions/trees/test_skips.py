@@ -1,4 +1,4 @@
-"""A skip is a skip everywhere: the table in docs/language.md, row by row."""
+"""A skip is a skip everywhere: the table in docs/reference.md, row by row."""
 
 import pytest
 from py_trees.common import Status

@@ -1,9 +1,13 @@
-"""Generates the tables of docs/language.md from the tables of the reader and the compiler."""
+"""Generates the tables of docs/reference.md from the tables of the reader and the compiler.
+
+`python -m tests.missions.language.reference` writes them to the page.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from pathlib import Path
 
 from missions.language.codes import CODES
 from missions.language.expressions.functions import FUNCTIONS
@@ -15,6 +19,7 @@ from missions.language.sections import PLACES, SECTIONS
 from stack.parameters import units
 from stack.types import FailureCode
 
+PAGE = Path(__file__).parents[3] / "docs" / "reference.md"
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -76,3 +81,7 @@ def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 def _example(text: str) -> str:
     return " ".join(f"`{line}`" for line in text.splitlines())
+
+
+if __name__ == "__main__":
+    PAGE.write_text(fill(PAGE.read_text("utf-8")), "utf-8")
