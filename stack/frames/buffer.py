@@ -17,6 +17,7 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 
 from stack.errors import FrameError
+from stack.frames.tree import FrameTree, lifted
 from stack.types import NO_COVARIANCE, FloatArray, Odometry, Pose2D, PoseEstimate, wrap_angle
 
 Frame = Literal["odom", "map"]
@@ -54,16 +55,21 @@ class _Series(Generic[T]):
             self.values.popleft()
 
 
-class TransformBuffer:
-    """The base's pose in the odom and map frames over the last seconds.
+class TransformBuffer(FrameTree):
+    """Tree of the frames map, odom and base, with the base's pose over the last seconds.
+
+    Planar code uses `pose_at`; `lookup` gives the same poses lifted from the plane.
 
     Args:
         span: seconds that are kept.
     """
 
     def __init__(self, span: float = SPAN) -> None:
+        super().__init__()
         self._odom_from_base: _Series[Odometry] = _Series(span)
         self._map_from_odom: _Series[tuple[Pose2D, int]] = _Series(span)
+        self.follow("odom", "base", lambda stamp: lifted(self._odom_at(stamp)))
+        self.follow("map", "odom", lambda stamp: lifted(self.map_from_odom(stamp)))
 
     @property
     def newest(self) -> float:

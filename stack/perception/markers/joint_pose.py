@@ -135,7 +135,7 @@ class _Picture:
         """Return the indices of the markers that are about where a pose expects them."""
         near = []
         for index, marker in enumerate(self.markers):
-            projected = project(*_at(start, self.camera), self.camera, corners_in_map(marker))
+            projected = project(_at(start), self.camera, corners_in_map(marker))
             if projected is None:
                 continue
             if np.abs(projected[0] - self.pixels[index]).max() <= _NEAR_START:
@@ -158,10 +158,9 @@ class _Picture:
         return align_on_floor(fit.pose, self.camera, corners, seen, noise + misplaced)
 
 
-def _at(pose: Pose2D, camera: CameraModel) -> tuple[FloatArray, FloatArray]:
-    """Return the unknowns (4,) of a pose without vertical shift, and the camera's (4, 4) mount."""
-    optical_from_base = np.asarray(np.linalg.inv(camera.base_from_optical()), dtype=np.float64)
-    return np.array([pose.x, pose.y, pose.heading, 0.0]), optical_from_base
+def _at(pose: Pose2D) -> FloatArray:
+    """Return the unknowns (4,) of a pose, without a vertical shift of the picture."""
+    return np.array([pose.x, pose.y, pose.heading, 0.0])
 
 
 def _misplacement(
@@ -174,7 +173,7 @@ def _misplacement(
     """
     total = np.zeros((8 * len(markers), 8 * len(markers)))
     for n, marker in enumerate(markers):
-        projected = project(*_at(pose, camera), camera, corners_in_map(marker))
+        projected = project(_at(pose), camera, corners_in_map(marker))
         if projected is None:
             return None
         by_base = projected[1]

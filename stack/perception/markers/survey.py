@@ -12,10 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import atan2, cos, hypot, sin
+from math import atan2, hypot
 
 import numpy as np
 
+from stack.frames.tree import inverse, lifted
 from stack.perception.markers.detector import MarkerDetection
 from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.square_pose import corners_in_map, mean_side, square_solutions
@@ -185,9 +186,9 @@ def _solutions(view: MarkerView, size: float) -> Iterable[FloatArray]:
     """Yield x, y, height and heading of a marker for each pose that explains a single view."""
     for solution in square_solutions(size, view.camera, view.corners):
         base_from_marker = view.camera.base_from_optical() @ solution.optical_from_marker
-        out, at = base_from_marker[:3, 2], base_from_marker[:3, 3]
-        x, y = view.base.transform(np.array([[at[0], at[1]]]))[0]
-        yield np.array([x, y, at[2], atan2(out[1], out[0]) + view.base.heading])
+        map_from_marker = lifted(view.base) @ base_from_marker
+        out = map_from_marker[:3, 2]
+        yield np.array([*map_from_marker[:3, 3], atan2(out[1], out[0])])
 
 
 class _Views:
@@ -200,7 +201,9 @@ class _Views:
     """
 
     def __init__(self, views: list[MarkerView]) -> None:
-        self.optical_from_map = np.array([_optical_from_map(view) for view in views])
+        self.optical_from_map = np.array([
+            inverse(lifted(view.base) @ view.camera.base_from_optical())[:3] for view in views
+        ])  # fmt: skip
         cameras = [view.camera for view in views]
         self.focal = np.array([(camera.fx, camera.fy) for camera in cameras])[:, None, :]
         self.centre = np.array([(camera.cx, camera.cy) for camera in cameras])[:, None, :]
@@ -215,15 +218,6 @@ class _Views:
         expected = self.focal * points[..., :2] / points[..., 2:] + self.centre
         off: FloatArray = (self.seen - expected).reshape(len(self.seen), -1)
         return off
-
-
-def _optical_from_map(view: MarkerView) -> FloatArray:
-    c, s = cos(view.base.heading), sin(view.base.heading)
-    map_from_base = np.eye(4)
-    map_from_base[:2, :2] = [[c, -s], [s, c]]
-    map_from_base[:2, 3] = view.base.x, view.base.y
-    transform = np.linalg.inv(map_from_base @ view.camera.base_from_optical())[:3]
-    return np.asarray(transform, dtype=np.float64)
 
 
 def _refined(
