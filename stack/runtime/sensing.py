@@ -74,12 +74,12 @@ class Sensing:
         requested = [COLOUR_CAMERA] if self.captures else []
         if self.measures_depth:
             requested += robot.depth_cameras
-        usable = watch.update(observation, pose, requested)
-        for event in watch.take_events():
+        usable, events = watch.update(observation, pose, requested)
+        for event in events:
             self._parts.telemetry.emit(
                 "camera", event.text, source="perception",
                 level="warning" if event.fault else "info",
-                camera=event.camera, fault=event.fault,
+                camera=event.sensor, fault=event.fault,
             )  # fmt: skip
         return usable
 

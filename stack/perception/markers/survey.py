@@ -18,7 +18,7 @@ import numpy as np
 
 from stack.frames.tree import inverse, lifted
 from stack.perception.markers.detector import MarkerDetection
-from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.markers.parameters import HEADING_NOISE, POSITION_NOISE, MarkerParameters
 from stack.perception.markers.square_pose import corners_in_map, mean_side, square_solutions
 from stack.types import CameraModel, FloatArray, Image, Marker, Pose2D, wrap_angle
 
@@ -121,7 +121,7 @@ class MarkerSurvey:
             mapped: markers that the estimator has measured. They are returned with the errors that
                 all pictures share, instead of what their views give.
         """
-        found: list[Marker | None] = [self._with_shared_errors(marker) for marker in mapped]
+        found: list[Marker | None] = [_with_shared_errors(marker) for marker in mapped]
         known = {(marker.dictionary, marker.number) for marker in mapped}
         for key, views in sorted(self.views.items()):
             if key not in known and len(views) >= self.parameters.least_views:
@@ -131,12 +131,12 @@ class MarkerSurvey:
         surveyed_ones = [marker for marker in found if marker is not None]
         return tuple(sorted(surveyed_ones, key=lambda one: (one.dictionary, one.number)))
 
-    def _with_shared_errors(self, marker: Marker) -> Marker:
-        p = self.parameters
-        return replace(
-            marker, position_deviation=hypot(marker.position_deviation, p.position_noise),
-            heading_deviation=hypot(marker.heading_deviation, p.heading_noise),
-        )  # fmt: skip
+
+def _with_shared_errors(marker: Marker) -> Marker:
+    return replace(
+        marker, position_deviation=hypot(marker.position_deviation, POSITION_NOISE),
+        heading_deviation=hypot(marker.heading_deviation, HEADING_NOISE),
+    )  # fmt: skip
 
 
 def surveyed(
@@ -161,8 +161,7 @@ def surveyed(
     if not found:
         return None
     _, unknowns, covariance = min(found, key=lambda one: one[0])
-    p = parameters
-    common = np.square([p.position_noise, p.position_noise, 0.0, p.heading_noise])
+    common = np.square([POSITION_NOISE, POSITION_NOISE, 0.0, HEADING_NOISE])
     covariance = covariance * max(1.0, len(views) / _INDEPENDENT)
     total = covariance + _of_poses(unknowns, views) + np.diag(common)
     position = float(np.sqrt(np.linalg.eigvalsh(total[:2, :2])[-1]))
