@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stack.errors import FrameError
@@ -39,6 +39,7 @@ def trees(draw: st.DrawFn) -> FrameTree:
     return tree
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(trees(), st.data(), st.floats(0.0, 10.0))
 def test_transforms_compose_along_any_way_and_invert(tree, data, stamp):
     """T(a, c) = T(a, b) T(b, c), T(a, b) T(b, a) = 1, and rotations stay rotations."""
@@ -59,6 +60,7 @@ def test_a_point_on_a_turned_sensor():
     assert seen == pytest.approx([0.0, 2.0, 1.0, 1.0])
 
 
+@settings(deadline=None)
 @given(st.floats(0.0, 3.9))
 def test_the_buffer_lifts_its_poses_at_and_between_its_stamps(stamp):
     frames = driven(4.0)
