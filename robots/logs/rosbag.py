@@ -31,9 +31,10 @@ from robots.logs.recording import (
     refuse,
     without_jumps,
 )
-from robots.logs.transforms import Frames, add_transforms, between
+from robots.logs.transforms import add_transforms, between
 from stack.drivetrain.description import ImuDescription, LidarDescription
 from stack.errors import InputError
+from stack.frames.tree import FrameTree, on_floor
 from stack.types import FloatArray, Imu, Odometry, Pose2D, Scan, Twist
 
 REORDER_WINDOW = 1.0
@@ -183,7 +184,7 @@ def _sensor_name(number: int, topic: str) -> str:
 def _read_geometry(reader: BagReader, layout: _Layout) -> None:
     """Read the first scan of each lidar, the static transforms and the frame of the odometry."""
     wanted = {*layout.lidars, *(name for name in (layout.odometry, layout.imu) if name)}
-    frames: Frames = {}
+    frames = FrameTree()
     base = ""
     static = [topic for topic in layout.transforms if "static" in topic] or layout.transforms
     for seen, (topic, _, message) in enumerate(reader.messages((*wanted, *static))):
@@ -197,8 +198,7 @@ def _read_geometry(reader: BagReader, layout: _Layout) -> None:
                 layout.first_scans[layout.lidars[topic]] = message
             elif topic == layout.odometry:
                 base = message.child_frame_id.lstrip("/")
-    parents = {parent for parent, _ in frames.values()}
-    known = [name for name in BASES if name in frames or name in parents]
+    known = [name for name in BASES if name in frames.names]
     layout.base = base or next(iter(known), "base_link")
     for name, scan in layout.first_scans.items():
         frame = scan.header.frame_id.lstrip("/")
@@ -207,7 +207,7 @@ def _read_geometry(reader: BagReader, layout: _Layout) -> None:
         _read_imu_mount(reader, layout, frames)
 
 
-def _read_imu_mount(reader: BagReader, layout: _Layout, frames: Frames) -> None:
+def _read_imu_mount(reader: BagReader, layout: _Layout, frames: FrameTree) -> None:
     """Find how the IMU is turned, by its frame and the acceleration of its first messages."""
     frame = ""
     forces: list[tuple[float, float, float]] = []
@@ -233,8 +233,7 @@ def _mount(layout: _Layout, name: str, matrix: FloatArray | None, frame: str) ->
     tilt = float(np.arccos(abs(up)))
     if tilt > MOST_TILT:
         layout.notes.append(f"{name} is tilted by {degrees(tilt):.0f} deg; it is used as level")
-    heading = atan2(matrix[1, 0], matrix[0, 0])
-    return _Mount(Pose2D(float(matrix[0, 3]), float(matrix[1, 3]), heading), up < 0.0)
+    return _Mount(on_floor(matrix), up < 0.0)
 
 
 def _description(layout: _Layout, name: str, rate: float) -> LidarDescription:

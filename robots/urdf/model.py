@@ -16,6 +16,7 @@ import numpy as np
 from robots.declared import URDF
 from stack.documents import Findings
 from stack.documents.xml_file import Element
+from stack.frames.tree import FrameTree
 from stack.geometry.rotations import from_angles
 from stack.types import FloatArray
 
@@ -90,10 +91,11 @@ class RobotModel:
     @cached_property
     def poses(self) -> dict[str, FloatArray]:
         """Pose of each link in the root's frame, with all joints at 0."""
-        found = {self.root: np.eye(4)}
-        for joint in self.downwards(self.root):
-            found[joint.child] = found[joint.parent] @ joint.origin
-        return found
+        frames = FrameTree()
+        for joint in self.joints.values():
+            frames.fix(joint.parent, joint.child, joint.origin)
+        below = (joint.child for joint in self.joints.values())
+        return {self.root: np.eye(4)} | {link: frames.lookup(self.root, link) for link in below}
 
     @cached_property
     def _below(self) -> dict[str, list[Joint]]:

@@ -1,1 +1,1 @@
-"""Transforms between the map, odom and base frames, by time stamp."""
+"""Transforms between frames: on the floor by time stamp, and in space along a tree."""

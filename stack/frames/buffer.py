@@ -17,6 +17,7 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 
 from stack.errors import FrameError
+from stack.frames.tree import FrameTree, lifted
 from stack.types import NO_COVARIANCE, FloatArray, Odometry, Pose2D, PoseEstimate, wrap_angle
 
 Frame = Literal["odom", "map"]
@@ -53,17 +54,35 @@ class _Series(Generic[T]):
             self.stamps.popleft()
             self.values.popleft()
 
+    def around(self, stamp: float) -> tuple[T, T, float]:
+        """Return the values before and after a stamp, and its share of the way between them.
 
-class TransformBuffer:
-    """The base's pose in the odom and map frames over the last seconds.
+        Outside the series both are the first or the last value. There is at least one.
+        """
+        after = bisect_right(self.stamps, stamp)
+        if after in (0, len(self.stamps)):
+            end = self.values[0 if after == 0 else -1]
+            return end, end, 0.0
+        before = self.stamps[after - 1]
+        share = (stamp - before) / (self.stamps[after] - before)
+        return self.values[after - 1], self.values[after], share
+
+
+class TransformBuffer(FrameTree):
+    """Tree of the frames map, odom and base, with the base's pose over the last seconds.
+
+    Planar code uses `pose_at`; `lookup` gives the same poses lifted from the plane.
 
     Args:
         span: seconds that are kept.
     """
 
     def __init__(self, span: float = SPAN) -> None:
+        super().__init__()
         self._odom_from_base: _Series[Odometry] = _Series(span)
         self._map_from_odom: _Series[tuple[Pose2D, int]] = _Series(span)
+        self.follow("odom", "base", lambda stamp: lifted(self._odom_at(stamp)))
+        self.follow("map", "odom", lambda stamp: lifted(self.map_from_odom(stamp)))
 
     @property
     def newest(self) -> float:
@@ -142,17 +161,10 @@ class TransformBuffer:
         Raises:
             FrameError: there is no estimate yet.
         """
-        stamps, values = self._map_from_odom.stamps, self._map_from_odom.values
-        if not stamps:
+        if not self._map_from_odom.stamps:
             raise FrameError("the transform buffer has no map -> odom yet")
-        after = bisect_right(stamps, stamp)
-        if after == 0:
-            return values[0][0]
-        before, jumps = values[after - 1]
-        if after == len(stamps) or values[after][1] != jumps:
-            return before
-        share = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
-        return _between(before, values[after][0], share)
+        (before, jumps), (after, later), share = self._map_from_odom.around(stamp)
+        return before if share == 0.0 or later != jumps else _between(before, after, share)
 
     def motion(self, since: float, until: float) -> Pose2D:
         """Return the base's pose at `until` in the base frame at `since`, by odometry.
@@ -253,14 +265,8 @@ class TransformBuffer:
 
     def _odom_at(self, stamp: float) -> Pose2D:
         self._check(stamp)
-        stamps, values = self._odom_from_base.stamps, self._odom_from_base.values
-        after = bisect_right(stamps, stamp)
-        if after == 0:
-            return values[0].pose
-        if after == len(stamps) or stamps[after - 1] == stamp:
-            return values[after - 1].pose
-        share = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
-        return _between(values[after - 1].pose, values[after].pose, share)
+        before, after, share = self._odom_from_base.around(stamp)
+        return before.pose if share == 0.0 else _between(before.pose, after.pose, share)
 
 
 def _row(pose: Pose2D) -> tuple[float, float, float]:

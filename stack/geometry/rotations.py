@@ -30,9 +30,13 @@ def from_angles(position: Sequence[float] | FloatArray, angles: Sequence[float])
 def from_quaternion(
     position: Sequence[float] | FloatArray, quaternion: Sequence[float]
 ) -> FloatArray:
-    """Return the transform of a position, metres, and a quaternion x, y, z, w of any norm but 0."""
+    """Return the transform of a position, metres, and a quaternion x, y, z, w of any norm.
+
+    One of norm 0 does not turn.
+    """
     x, y, z, w = quaternion
-    s = 2.0 / (x * x + y * y + z * z + w * w)
+    square = x * x + y * y + z * z + w * w
+    s = 2.0 / square if square > 1e-18 else 0.0
     xs, ys, zs = x * s, y * s, z * s
     matrix = np.eye(4)
     matrix[:3, :3] = [

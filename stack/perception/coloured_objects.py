@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.perception.colour_parameters import ColourParameters
+from stack.perception.hues import has_hue
 from stack.types import (
     CameraModel,
     ColourMask,
@@ -26,8 +27,8 @@ from stack.types import (
     Pose2D,
 )
 
-HUES = {"red": 0.0, "yellow": 60.0, "green": 120.0, "blue": 240.0}
-"""Degrees."""
+HUE_TOLERANCE, LEAST_SATURATION, LEAST_VALUE = degrees(0.35), 0.5, 0.12 * 255.0
+"""Degrees, share of the brightest channel and grey levels of a pixel of an object."""
 
 PIXEL_ERROR = 1.0
 """Standard deviation of the lowest pixel of a patch, pixels."""
@@ -64,24 +65,16 @@ class Patch:
     lowest_column: float | None
 
 
-def colour_mask(
-    pixels: NDArray[np.uint8], colour: ObjectColour, parameters: ColourParameters
-) -> NDArray[np.uint8]:
+def colour_mask(pixels: NDArray[np.uint8], colour: ObjectColour) -> NDArray[np.uint8]:
     """Return the pixels of a colour: (height, width) uint8, 1 or 0.
 
     Args:
         pixels: (height, width, 3) uint8 RGB.
         colour: of the objects.
-        parameters: with the limits of hue, saturation and brightness.
     """
-    smooth = cv2.GaussianBlur(pixels, (3, 3), 0.0).astype(np.float32)
-    hsv = cv2.cvtColor(smooth, cv2.COLOR_RGB2HSV)
-    away = np.abs((hsv[..., 0] - np.float32(HUES[colour]) + 180.0) % 360.0 - 180.0)
-    found = (
-        (away <= degrees(parameters.hue_tolerance))
-        & (hsv[..., 1] >= parameters.least_saturation)
-        & (hsv[..., 2] >= 255.0 * parameters.least_value)
-    ).astype(np.uint8)
+    smooth = np.asarray(cv2.GaussianBlur(pixels, (3, 3), 0.0), np.uint8)
+    limits = HUE_TOLERANCE, LEAST_SATURATION, LEAST_VALUE
+    found = has_hue(smooth, colour, *limits).astype(np.uint8)
     mask: NDArray[np.uint8] = cv2.morphologyEx(  # type: ignore[assignment]
         found, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
     )
@@ -131,7 +124,7 @@ class ColouredObjectDetector:
         self, image: Image, colour: ObjectColour, base: Pose2D, ranges: FloatArray
     ) -> tuple[Detection, ...]:
         p, camera = self.parameters, image.camera
-        mask = colour_mask(image.pixels, colour, p)
+        mask = colour_mask(image.pixels, colour)
         self.mask = ColourMask(colour, image.stamp, mask)
         found = []
         for patch in _patches(mask, p.least_pixels):

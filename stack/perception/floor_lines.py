@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.perception.hues import has_hue
 from stack.perception.rolling_grid import shifted
 from stack.types import CameraModel, FloatArray, FloorLines, Image, LineColour, Pose2D
 
@@ -50,10 +51,8 @@ CONTRAST = 0.35
 SURROUNDINGS = 3.5
 """Width of the top-hat's kernel in widths of the line; wider marks are no lines."""
 
-HUES = {"red": 0.0, "yellow": 60.0, "green": 120.0, "blue": 240.0}
-HUE_TOLERANCE = 28.0
-LEAST_SATURATION, LEAST_VALUE = 0.4, 12.0
-"""Degrees; share of the brightest channel; grey levels."""
+HUE_TOLERANCE, LEAST_SATURATION, LEAST_VALUE = 28.0, 0.4, 12.0
+"""Degrees, share of the brightest channel and grey levels of a pixel of a coloured line."""
 
 BEARINGS = 180
 """Sectors around the camera in which the nearest obstacle hides the floor, 2 degrees each."""
@@ -189,7 +188,7 @@ def line_cells(
     if colour in ("dark", "light"):
         found = _contrast(view, valid, width, dark=colour == "dark") > CONTRAST
     else:
-        found = _has_hue(view, HUES[colour])
+        found = has_hue(view, colour, HUE_TOLERANCE, LEAST_SATURATION, LEAST_VALUE)
     cells = (found & (valid > 0)).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(cells, connectivity=8)
     kept = stats[:, cv2.CC_STAT_AREA] * CELL**2 >= LEAST_AREA * width**2
@@ -214,15 +213,6 @@ def _contrast(
     brightest[unseen] = 100.0
     contrast: NDArray[np.float32] = cv2.erode(brightest, kernel) - level
     return contrast
-
-
-def _has_hue(view: NDArray[np.uint8], hue: float) -> NDArray[np.bool_]:
-    hsv = cv2.cvtColor(view.astype(np.float32), cv2.COLOR_RGB2HSV)
-    away = np.abs((hsv[..., 0] - np.float32(hue) + 180.0) % 360.0 - 180.0)
-    found: NDArray[np.bool_] = (
-        (away < HUE_TOLERANCE) & (hsv[..., 1] > LEAST_SATURATION) & (hsv[..., 2] > LEAST_VALUE)
-    )
-    return found
 
 
 class FloorLineDetector:

@@ -16,11 +16,11 @@ SILENT_AFTER = 1.0
 
 
 class SensorEvent(NamedTuple):
-    """A sensor fails, or works again.
+    """A sensor or a camera fails, or works again.
 
     Attributes:
         sensor: its name.
-        fault: `silent`, `dropped`; empty when it works again.
+        fault: `silent`, `dropped`, or as `CameraState.fault`; empty when it works again.
         text: a sentence for people.
     """
 

@@ -62,12 +62,12 @@ class Sensing:
         requested = [COLOUR_CAMERA] if perceiver.captures(body.time) else []
         if perceiver.measures_depth(body.time):
             requested += body.description.depth_cameras
-        usable = watch.update(observation, pose, requested)
-        for event in watch.take_events():
+        usable, events = watch.update(observation, pose, requested)
+        for event in events:
             self._parts.telemetry.emit(
                 "camera", event.text, source="perception",
                 level="warning" if event.fault else "info",
-                camera=event.camera, fault=event.fault,
+                camera=event.sensor, fault=event.fault,
             )  # fmt: skip
         return usable
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from math import inf
-from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy as np
 from stack.drivetrain.description import RobotDescription
 from stack.perception.cameras.faults import Fault, fault_of
 from stack.perception.cameras.parameters import CameraParameters
+from stack.perception.sensor_watch import SensorEvent
 from stack.types import (
     CameraModel,
     CameraState,
@@ -41,20 +41,6 @@ COLOUR_CAMERA = "camera"
 
 ROUNDING = 1e-6
 """Seconds by which a stamp may lie in the future."""
-
-
-class CameraEvent(NamedTuple):
-    """A camera fails, or works again.
-
-    Attributes:
-        camera: its name.
-        fault: as `CameraState.fault`; empty when it works again.
-        text: a sentence for people.
-    """
-
-    camera: str
-    fault: str
-    text: str
 
 
 @dataclass(slots=True)
@@ -86,7 +72,7 @@ class CameraWatch:
         depth = {name: camera.model for name, camera in robot.depth_cameras.items()}
         self._cameras = {name: _Watched(model) for name, model in {**colour, **depth}.items()}
         self._looked_at: float | None = None
-        self._events: list[CameraEvent] = []
+        self._events: list[SensorEvent] = []
 
     @property
     def states(self) -> tuple[CameraState, ...]:
@@ -106,24 +92,17 @@ class CameraWatch:
         """Apply new parameters, from the next picture on."""
         self.parameters = parameters
 
-    def take_events(self) -> list[CameraEvent]:
-        """Return the changes since the last call."""
-        events, self._events = self._events, []
-        return events
-
     def update(
         self, observation: Observation, odometry: Pose2D, requested: Collection[str]
-    ) -> Observation:
-        """Return the observation without the pictures that cannot be used.
+    ) -> tuple[Observation, list[SensorEvent]]:
+        """Return the observation without the pictures that cannot be used, and what has changed.
 
         Args:
             observation: the new measurements.
             odometry: pose in the odom frame, to tell a frozen camera from a robot that stands.
             requested: names of the cameras that shall take pictures.
         """
-        if not self._cameras:
-            return observation
-        now, refused = observation.time, []
+        now, refused, self._events = observation.time, [], []
         for name, camera in self._cameras.items():
             picture = observation.measurements.get(name)
             if isinstance(picture, Image | DepthImage):
@@ -135,10 +114,10 @@ class CameraWatch:
                     refused.append(name)
             self._note_silence(name, camera, now, is_on=name in requested)
         self._looked_at = now
-        if not refused:
-            return observation
-        kept = {k: v for k, v in observation.measurements.items() if k not in refused}
-        return Observation(now, kept)
+        if refused:
+            kept = {k: v for k, v in observation.measurements.items() if k not in refused}
+            observation = Observation(now, kept)
+        return observation, self._events
 
     def _judged(
         self, camera: _Watched, picture: Image | DepthImage, now: float, odometry: Pose2D
@@ -185,13 +164,13 @@ class CameraWatch:
             camera.good += 1
             if camera.fault is not None and camera.good >= RECOVERED_AFTER:
                 camera.fault = None
-                self._events.append(CameraEvent(name, "", f"the camera {name} works again"))
+                self._events.append(SensorEvent(name, "", f"the camera {name} works again"))
             return
         camera.good = 0
         if camera.fault is None or camera.fault.word != fault.word:
             ignored = "" if fault.is_usable or fault.word == "silent" else "; it is ignored"
             text = f"the camera {name} {fault.text}{ignored}"
-            self._events.append(CameraEvent(name, fault.word, text))
+            self._events.append(SensorEvent(name, fault.word, text))
         camera.fault = fault
 
     def _note_silence(self, name: str, camera: _Watched, now: float, *, is_on: bool) -> None:

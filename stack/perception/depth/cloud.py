@@ -25,8 +25,7 @@ def point_cloud(
         above: height in metres; lower points, such as the ground, are removed. None: keep all.
         least_pixels: pixels in a voxel that make a point.
     """
-    step = decimation(image.camera)
-    depth = image.depth[step // 2 :: step, step // 2 :: step]
+    depth = used_pixels(image)
     valid = (depth >= image.range_min) & (depth <= image.range_max)
     points = np.array(image.camera.position) + depth[valid, None] * rays(image.camera)[valid]
     if above is not None:
@@ -37,6 +36,12 @@ def point_cloud(
 def decimation(camera: CameraModel) -> int:
     """Return the number of rows and columns from one used pixel to the next."""
     return max(1, ceil(camera.width / WIDEST))
+
+
+def used_pixels(image: DepthImage) -> NDArray[np.float32]:
+    """Return (rows, columns) the depths of the used pixels of a picture, metres."""
+    step = decimation(image.camera)
+    return image.depth[step // 2 :: step, step // 2 :: step]
 
 
 @lru_cache(maxsize=8)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
 from stack.geometry.polygons import points_inside
-from stack.perception.depth.cloud import decimation, rays, voxel_keys, voxel_means
+from stack.perception.depth.cloud import rays, used_pixels, voxel_keys, voxel_means
 from stack.perception.depth.parameters import DepthParameters
 from stack.types import (
     NO_DEPTH,
@@ -206,9 +206,9 @@ def obstacle_points(image: DepthImage, parameters: DepthParameters, height: floa
         parameters: thresholds.
         height: of the robot, metres.
     """
-    p, camera, step = parameters, image.camera, decimation(image.camera)
+    p, camera = parameters, image.camera
     bounds = _bounds(camera, (image.range_min, image.range_max), p, height)
-    depth = image.depth[step // 2 :: step, step // 2 :: step]
+    depth = used_pixels(image)
     found = (depth >= bounds.near) & (depth < bounds.far)
     beyond = depth > np.float32(image.range_max)
     unseen = cv2.erode(beyond.view(np.uint8), _SQUARE).view(np.bool_)

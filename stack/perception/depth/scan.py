@@ -18,7 +18,7 @@ from stack.drivetrain.description import (
     LidarDescription,
     RobotDescription,
 )
-from stack.perception.depth.cloud import decimation, rays
+from stack.perception.depth.cloud import rays, used_pixels
 from stack.types import DepthImage, Observation, Scan
 
 TILT = 0.015
@@ -71,7 +71,6 @@ class VirtualScan:
     ) -> None:
         self._lidar, self._least = lidar, band.least_pixels
         directions, height = rays(camera.model), camera.model.position[2]
-        self._step = decimation(camera.model)
         flat = np.hypot(directions[:, :, 0], directions[:, :, 1]).ravel()
         rise = directions[:, :, 2].ravel()
         bearings = (
@@ -90,9 +89,8 @@ class VirtualScan:
 
         A beam in which nothing was measured is NaN; one that saw nothing in the band is +inf.
         """
-        lidar, step = self._lidar, self._step
-        depth = image.depth[step // 2 :: step, step // 2 :: step].ravel()
-        depth = np.append(depth, np.float32(np.nan))[self._pixels]
+        lidar = self._lidar
+        depth = np.append(used_pixels(image), np.float32(np.nan))[self._pixels]
         away, rise = depth * self._flat, depth * self._rise
         counts = (depth >= image.range_min) & (depth <= image.range_max)
         counts &= (rise >= self._low + TILT * away) & (rise <= self._high)

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.markers.parameters import LARGEST_ERROR, MarkerParameters
 from stack.perception.markers.planar_pose import FloorFit, align_on_floor, project
 from stack.perception.markers.relative_pose import base_poses
 from stack.perception.markers.square_pose import (
     SAME_POSE,
+    SHARED,
     candidates_of,
     corners_in_map,
 )
@@ -75,7 +76,7 @@ def joint_fix(
     candidates: tuple[PoseCandidate, ...] = ()
     if len(chosen) == 1:
         candidates = _by_one(image.camera, explained[0], pixels[chosen[0]], fits, parameters)
-    return MarkerFix(image.stamp, explained, candidates or candidates_of(fits, parameters))
+    return MarkerFix(image.stamp, explained, candidates or candidates_of(fits))
 
 
 def _by_one(
@@ -84,14 +85,12 @@ def _by_one(
 ) -> tuple[PoseCandidate, ...]:  # fmt: skip
     """Return the base's poses by one marker; none if no upright marker explains its corners."""
     on_map = np.square([marker.position_deviation] * 2 + [marker.heading_deviation])
-    p = parameters
-    common = np.diag(np.square([p.position_noise, p.position_noise, p.heading_noise]))
     found = []
     for one in base_poses(marker, camera, pixels, parameters):
         off = np.subtract(marker.position[:2], (one.pose.x, one.pose.y))
         # An error of the marker's position moves the base; turned, the base goes round the marker.
         lever = np.array([[1.0, 0.0, off[1]], [0.0, 1.0, -off[0]], [0.0, 0.0, 1.0]])
-        covariance = one.covariance + (lever * on_map) @ lever.T + common
+        covariance = one.covariance + (lever * on_map) @ lever.T + SHARED
         error = min(fits, key=lambda fit: fit.pose.distance_to(one.pose)).error
         found.append(PoseCandidate(one.pose, error, covariance, one.share))
     return tuple(found)
@@ -115,7 +114,7 @@ class _Picture:
 
     def fitted(self, start: Pose2D) -> tuple[float, tuple[int, ...], FloorFit] | None:
         """Fit all markers that agree near a start: truncated cost, their indices, and the fit."""
-        limit, used = self.parameters.largest_error, self._near(start)
+        limit, used = LARGEST_ERROR, self._near(start)
         fit = self._fit(start, used)
         while fit is not None:
             errors = np.sqrt((fit.residuals.reshape(-1, 4, 2) ** 2).sum(axis=2).mean(axis=1))
@@ -135,7 +134,7 @@ class _Picture:
         """Return the indices of the markers that are about where a pose expects them."""
         near = []
         for index, marker in enumerate(self.markers):
-            projected = project(*_at(start, self.camera), self.camera, corners_in_map(marker))
+            projected = project(_at(start), self.camera, corners_in_map(marker))
             if projected is None:
                 continue
             if np.abs(projected[0] - self.pixels[index]).max() <= _NEAR_START:
@@ -158,10 +157,9 @@ class _Picture:
         return align_on_floor(fit.pose, self.camera, corners, seen, noise + misplaced)
 
 
-def _at(pose: Pose2D, camera: CameraModel) -> tuple[FloatArray, FloatArray]:
-    """Return the unknowns (4,) of a pose without vertical shift, and the camera's (4, 4) mount."""
-    optical_from_base = np.asarray(np.linalg.inv(camera.base_from_optical()), dtype=np.float64)
-    return np.array([pose.x, pose.y, pose.heading, 0.0]), optical_from_base
+def _at(pose: Pose2D) -> FloatArray:
+    """Return the unknowns (4,) of a pose, without a vertical shift of the picture."""
+    return np.array([pose.x, pose.y, pose.heading, 0.0])
 
 
 def _misplacement(
@@ -174,7 +172,7 @@ def _misplacement(
     """
     total = np.zeros((8 * len(markers), 8 * len(markers)))
     for n, marker in enumerate(markers):
-        projected = project(*_at(pose, camera), camera, corners_in_map(marker))
+        projected = project(_at(pose), camera, corners_in_map(marker))
         if projected is None:
             return None
         by_base = projected[1]

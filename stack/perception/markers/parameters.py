@@ -7,6 +7,12 @@ from dataclasses import dataclass
 from stack.parameters import parameter
 from stack.types import MARKER_DICTIONARIES
 
+POSITION_NOISE, HEADING_NOISE = 0.01, 0.005
+"""Standard deviations, metres and radians, of what all pictures share: mount of the camera, map."""
+
+LARGEST_ERROR = 2.0
+"""Reprojection error in pixels from which on a marker is elsewhere than the map says."""
+
 
 @dataclass(frozen=True)
 class MarkerParameters:
@@ -36,17 +42,6 @@ class MarkerParameters:
     pixel_noise: float = parameter(
         0.4, "px", above=0.0, at_most=10.0,
         help="standard deviation of a marker's corner in the image; scales the covariance",
-    )  # fmt: skip
-    position_noise: float = parameter(
-        0.01, "m", at_least=0.0, at_most=1.0,
-        help="standard deviation of what all pictures share: mount of the camera, map and markers",
-    )  # fmt: skip
-    heading_noise: float = parameter(
-        0.005, "rad", at_least=0.0, at_most=0.5, help="likewise, of the heading"
-    )
-    largest_error: float = parameter(
-        2.0, "px", above=0.0, at_most=50.0,
-        help="reprojection error from which on a marker is elsewhere than the map says",
     )  # fmt: skip
     farthest: float = parameter(
         6.0, "m", above=0.0, help="markers farther away do not correct the pose"

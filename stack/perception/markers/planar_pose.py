@@ -14,6 +14,7 @@ from math import cos, sin
 
 import numpy as np
 
+from stack.frames.tree import inverse
 from stack.types import CameraModel, FloatArray, Pose2D
 
 _ITERATIONS = 30
@@ -35,6 +36,7 @@ class FloorFit:
             J is the Jacobian of the projection and R the noise of the pixels.
         residuals: (n, 2) pixels, seen minus expected.
         cost: rᵀR⁻¹r / 2 of the residuals r.
+        lift: vertical shift of the image, pixels: pitch of the base.
     """
 
     pose: Pose2D
@@ -42,6 +44,7 @@ class FloorFit:
     covariance: FloatArray
     residuals: FloatArray
     cost: float
+    lift: float
 
 
 def align_on_floor(
@@ -60,10 +63,9 @@ def align_on_floor(
     Returns:
         The fit; None if a corner is behind the camera or the corners do not determine the pose.
     """
-    optical_from_base = np.asarray(np.linalg.inv(camera.base_from_optical()), dtype=np.float64)
     whiten = np.eye(2 * len(corners)) if noise is None else np.linalg.inv(np.linalg.cholesky(noise))
     unknowns = np.array([start.x, start.y, start.heading, 0.0])
-    projected, damping = project(unknowns, optical_from_base, camera, corners), _DAMPING
+    projected, damping = project(unknowns, camera, corners), _DAMPING
     for _ in range(_ITERATIONS):
         if projected is None:
             return None
@@ -72,7 +74,7 @@ def align_on_floor(
         step = np.linalg.solve(
             normal + damping * np.diag(np.diag(normal) + _LEAST), jacobian.T @ off
         )
-        tried = project(unknowns + step, optical_from_base, camera, corners)
+        tried = project(unknowns + step, camera, corners)
         if tried is None or _squares(whiten, pixels - tried[0]) > off @ off:
             damping *= 10.0
             continue
@@ -86,11 +88,12 @@ def align_on_floor(
     if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e14:
         return None
     covariance = np.linalg.inv(normal)[:3, :3]
-    x, y, heading = (float(value) for value in unknowns[:3])
+    x, y, heading, lift = (float(value) for value in unknowns)
     return FloorFit(
         Pose2D(0.0, 0.0).compose(Pose2D(x, y, heading)),
         float(np.sqrt((residuals**2).sum(axis=1).mean())),
         0.5 * (covariance + covariance.T), residuals, 0.5 * _squares(whiten, residuals),
+        lift,
     )  # fmt: skip
 
 
@@ -100,14 +103,13 @@ def _squares(whiten: FloatArray, residuals: FloatArray) -> float:
 
 
 def project(
-    unknowns: FloatArray, optical_from_base: FloatArray, camera: CameraModel, corners: FloatArray
+    unknowns: FloatArray, camera: CameraModel, corners: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
     """Project map points for a base pose.
 
     Args:
         unknowns: (4,) x, y, heading of the base in the map frame, and vertical shift in pixels.
-        optical_from_base: (4, 4).
-        camera: intrinsics.
+        camera: intrinsics and mount.
         corners: (n, 3) map frame, metres.
 
     Returns:
@@ -118,6 +120,7 @@ def project(
     base_from_map = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     turning = np.array([[-s, c, 0.0], [-c, -s, 0.0], [0.0, 0.0, 0.0]])
     off = corners - np.array([x, y, 0.0])
+    optical_from_base = inverse(camera.base_from_optical())
     rotation = optical_from_base[:3, :3]
     points = off @ (rotation @ base_from_map).T + optical_from_base[:3, 3]
     if (points[:, 2] < _NEAREST).any():

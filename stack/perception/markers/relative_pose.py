@@ -17,7 +17,7 @@ from math import atan2
 
 import numpy as np
 
-from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.markers.parameters import LARGEST_ERROR, MarkerParameters
 from stack.perception.markers.square_pose import square, square_solutions
 from stack.types import CameraModel, FloatArray, Marker, Pose2D, RelativePose, wrap_angle
 
@@ -108,7 +108,7 @@ def _parts(
     offsets = np.unique([*grid, *(turn for turn in turns if abs(turn) < _WIDEST)])
     view = _View(size, camera, pixels, parameters.pixel_noise)
     coarse = view.profile(towards + offsets, start)
-    largest = 2.0 * (parameters.largest_error / parameters.pixel_noise) ** 2
+    largest = 2.0 * (LARGEST_ERROR / parameters.pixel_noise) ** 2
     if coarse is None or coarse.costs.min() > largest:
         return []
     fine = []

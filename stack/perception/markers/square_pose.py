@@ -8,11 +8,12 @@ image, mirrored at the line of sight. Both are returned.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, atan2, cos, sin
+from math import acos, cos, sin
 
 import numpy as np
 
-from stack.perception.markers.parameters import MarkerParameters
+from stack.frames.tree import inverse, on_floor
+from stack.perception.markers.parameters import HEADING_NOISE, POSITION_NOISE, MarkerParameters
 from stack.perception.markers.planar_pose import FloorFit, align_on_floor
 from stack.types import CameraModel, FloatArray, Marker, Pose2D, PoseCandidate
 
@@ -27,6 +28,9 @@ LARGEST_CORRECTION = 0.5
 
 SAME_POSE = 0.02
 """Metres; solutions closer than this after the floor constraint are the same."""
+
+SHARED = np.diag(np.square([POSITION_NOISE, POSITION_NOISE, HEADING_NOISE]))
+"""Covariance (3, 3) of x, y and heading that all pictures share."""
 
 _EVIDENCE = 0.2
 """Exponent of the likelihood by which two solutions are compared: the errors of the corners are
@@ -137,18 +141,16 @@ def base_candidates(
     if not fits:
         loose = [PoseCandidate(pose, one.error, share=1.0 / len(kept)) for one, pose in kept]
         return kept[0][0].distance, tuple(loose)
-    return kept[0][0].distance, candidates_of(fits, parameters)
+    return kept[0][0].distance, candidates_of(fits)
 
 
-def candidates_of(fits: list[FloorFit], parameters: MarkerParameters) -> tuple[PoseCandidate, ...]:
+def candidates_of(fits: list[FloorFit]) -> tuple[PoseCandidate, ...]:
     """Return fits of the same corners as candidates, with covariances, the most probable first."""
-    p = parameters
-    common = np.diag(np.square([p.position_noise, p.position_noise, p.heading_noise]))
     costs = np.array([fit.cost for fit in fits])
     shares = np.exp(-_EVIDENCE * (costs - costs.min()))
     shares /= shares.sum()
     found = [
-        PoseCandidate(fit.pose, fit.error, fit.covariance + common, float(share))
+        PoseCandidate(fit.pose, fit.error, fit.covariance + SHARED, float(share))
         for fit, share in zip(fits, shares, strict=True)
     ]
     return tuple(sorted(found, key=lambda candidate: candidate.error))
@@ -156,12 +158,8 @@ def candidates_of(fits: list[FloorFit], parameters: MarkerParameters) -> tuple[P
 
 def _in_map(marker: Marker, camera: CameraModel, solution: SquareSolution) -> tuple[Pose2D, bool]:
     """Return the base's pose by a solution, and whether it stands upright on the floor."""
-    optical_from_base = np.linalg.inv(camera.base_from_optical())
-    base_from_marker = np.linalg.inv(optical_from_base) @ solution.optical_from_marker
-    map_from_base = map_from_marker(marker) @ np.linalg.inv(base_from_marker)
-    forward, up = map_from_base[:3, 0], map_from_base[:3, 2]
-    pose = Pose2D(
-        float(map_from_base[0, 3]), float(map_from_base[1, 3]), atan2(forward[1], forward[0])
-    )
-    tilt = acos(min(1.0, max(-1.0, float(up[2]))))
-    return pose, abs(float(map_from_base[2, 3])) <= LARGEST_HEIGHT_ERROR and tilt <= LARGEST_TILT
+    base_from_marker = camera.base_from_optical() @ solution.optical_from_marker
+    map_from_base = map_from_marker(marker) @ inverse(base_from_marker)
+    tilt = acos(min(1.0, max(-1.0, float(map_from_base[2, 2]))))
+    is_upright = abs(map_from_base[2, 3]) <= LARGEST_HEIGHT_ERROR and tilt <= LARGEST_TILT
+    return on_floor(map_from_base), bool(is_upright)

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import atan2, cos, hypot, sin
+from math import atan2, hypot
 
 import numpy as np
 
+from stack.frames.tree import inverse, lifted
 from stack.perception.markers.detector import MarkerDetection
-from stack.perception.markers.parameters import MarkerParameters
+from stack.perception.markers.parameters import HEADING_NOISE, POSITION_NOISE, MarkerParameters
 from stack.perception.markers.square_pose import corners_in_map, mean_side, square_solutions
 from stack.types import CameraModel, FloatArray, Image, Marker, Pose2D, wrap_angle
 
@@ -120,7 +121,7 @@ class MarkerSurvey:
             mapped: markers that the estimator has measured. They are returned with the errors that
                 all pictures share, instead of what their views give.
         """
-        found: list[Marker | None] = [self._with_shared_errors(marker) for marker in mapped]
+        found: list[Marker | None] = [_with_shared_errors(marker) for marker in mapped]
         known = {(marker.dictionary, marker.number) for marker in mapped}
         for key, views in sorted(self.views.items()):
             if key not in known and len(views) >= self.parameters.least_views:
@@ -130,12 +131,12 @@ class MarkerSurvey:
         surveyed_ones = [marker for marker in found if marker is not None]
         return tuple(sorted(surveyed_ones, key=lambda one: (one.dictionary, one.number)))
 
-    def _with_shared_errors(self, marker: Marker) -> Marker:
-        p = self.parameters
-        return replace(
-            marker, position_deviation=hypot(marker.position_deviation, p.position_noise),
-            heading_deviation=hypot(marker.heading_deviation, p.heading_noise),
-        )  # fmt: skip
+
+def _with_shared_errors(marker: Marker) -> Marker:
+    return replace(
+        marker, position_deviation=hypot(marker.position_deviation, POSITION_NOISE),
+        heading_deviation=hypot(marker.heading_deviation, HEADING_NOISE),
+    )  # fmt: skip
 
 
 def surveyed(
@@ -160,8 +161,7 @@ def surveyed(
     if not found:
         return None
     _, unknowns, covariance = min(found, key=lambda one: one[0])
-    p = parameters
-    common = np.square([p.position_noise, p.position_noise, 0.0, p.heading_noise])
+    common = np.square([POSITION_NOISE, POSITION_NOISE, 0.0, HEADING_NOISE])
     covariance = covariance * max(1.0, len(views) / _INDEPENDENT)
     total = covariance + _of_poses(unknowns, views) + np.diag(common)
     position = float(np.sqrt(np.linalg.eigvalsh(total[:2, :2])[-1]))
@@ -185,9 +185,9 @@ def _solutions(view: MarkerView, size: float) -> Iterable[FloatArray]:
     """Yield x, y, height and heading of a marker for each pose that explains a single view."""
     for solution in square_solutions(size, view.camera, view.corners):
         base_from_marker = view.camera.base_from_optical() @ solution.optical_from_marker
-        out, at = base_from_marker[:3, 2], base_from_marker[:3, 3]
-        x, y = view.base.transform(np.array([[at[0], at[1]]]))[0]
-        yield np.array([x, y, at[2], atan2(out[1], out[0]) + view.base.heading])
+        map_from_marker = lifted(view.base) @ base_from_marker
+        out = map_from_marker[:3, 2]
+        yield np.array([*map_from_marker[:3, 3], atan2(out[1], out[0])])
 
 
 class _Views:
@@ -200,7 +200,9 @@ class _Views:
     """
 
     def __init__(self, views: list[MarkerView]) -> None:
-        self.optical_from_map = np.array([_optical_from_map(view) for view in views])
+        self.optical_from_map = np.array([
+            inverse(lifted(view.base) @ view.camera.base_from_optical())[:3] for view in views
+        ])  # fmt: skip
         cameras = [view.camera for view in views]
         self.focal = np.array([(camera.fx, camera.fy) for camera in cameras])[:, None, :]
         self.centre = np.array([(camera.cx, camera.cy) for camera in cameras])[:, None, :]
@@ -215,15 +217,6 @@ class _Views:
         expected = self.focal * points[..., :2] / points[..., 2:] + self.centre
         off: FloatArray = (self.seen - expected).reshape(len(self.seen), -1)
         return off
-
-
-def _optical_from_map(view: MarkerView) -> FloatArray:
-    c, s = cos(view.base.heading), sin(view.base.heading)
-    map_from_base = np.eye(4)
-    map_from_base[:2, :2] = [[c, -s], [s, c]]
-    map_from_base[:2, 3] = view.base.x, view.base.y
-    transform = np.linalg.inv(map_from_base @ view.camera.base_from_optical())[:3]
-    return np.asarray(transform, dtype=np.float64)
 
 
 def _refined(

@@ -43,9 +43,6 @@ if TYPE_CHECKING:
 CAMERA = "camera"
 """Name of the camera whose pictures are searched."""
 
-SILENCE = 3.0
-"""Seconds without a picture after which the camera counts as silent."""
-
 DEPTH_AGE = 0.3
 """Largest difference in seconds between the stamps of a picture and of a depth picture."""
 
@@ -122,7 +119,7 @@ class ObjectDetection:
         self._search: _Search | None = None
         self._people = PeopleFinder()
         self._depth: dict[str, DepthImage] = {}
-        self._searched_at, self._on_since, self._seen_at = -1.0, -1.0, -1.0
+        self._searched_at = -1.0
         self._told: set[str] = set()
         self.newest: tuple[Detection, ...] | None = None
         self._newest_stamp = 0.0
@@ -172,7 +169,8 @@ class ObjectDetection:
         """Take a result that is due and submit a new picture; return what is new.
 
         Args:
-            observation: the new measurements.
+            observation: the new measurements, with usable pictures only
+                (stack/perception/cameras).
             frames: with the odometry and the estimate of this step.
             obstacles: points of the range sensors.
             tracks: moving objects after the last step, map frame.
@@ -184,11 +182,8 @@ class ObjectDetection:
         if self._is_on(now):
             self._camera.renew(now)
             image = observation.of(Image).get(CAMERA)
-            self._watch(now, image)
-            if image is not None and self._is_due(image) and self._is_usable(image, frames):
+            if image is not None and self._is_due(image) and frames.covers(image.stamp):
                 self._submit(image, now, frames, obstacles)
-        else:
-            self._on_since = -1.0
         views = (
             (image.stamp, _on_map(depth_points(image), frames.pose_at("map", image.stamp)))
             for image in depth.values() if frames.covers(image.stamp)
@@ -218,19 +213,6 @@ class ObjectDetection:
         """Return whether a picture is to be searched: the last one is, and the rate allows it."""
         period = 1.0 / self.parameters.rate
         return self._search is None and image.stamp >= self._searched_at + period - 1e-6
-
-    def _is_usable(self, image: Image, frames: TransformBuffer) -> bool:
-        """Return whether a picture is what its camera takes; tell the first other one."""
-        wanted, shape = (image.camera.height, image.camera.width, 3), image.pixels.shape
-        if shape != wanted or image.pixels.dtype != np.uint8:
-            what = f"{' x '.join(map(str, shape))} {image.pixels.dtype}"
-            self._tell(
-                "bad_picture",
-                f"the camera gave a picture of {what}, expected {wanted[0]} x {wanted[1]} x 3 "
-                "uint8; such pictures are not searched",
-            )
-            return False
-        return frames.covers(image.stamp)
 
     def _submit(
         self, image: Image, now: float, frames: TransformBuffer, obstacles: ObstaclePoints
@@ -292,20 +274,6 @@ class ObjectDetection:
             if item is not None and item.distance_to(base.x, base.y) <= p.farthest:
                 found.append(item)
         return tuple(sorted(found, key=lambda item: item.distance_to(base.x, base.y)))
-
-    def _watch(self, now: float, image: Image | None) -> None:
-        """Tell once when the camera is silent, and when it works again."""
-        if self._on_since < 0.0:
-            self._on_since = now
-        if image is not None:
-            self._seen_at = now
-            if "silent" in self._told:
-                self._told.discard("silent")
-                self._emit("detector", "the camera gives pictures again")
-        elif now - max(self._seen_at, self._on_since) > SILENCE:
-            self._tell(
-                "silent", f"the camera gave no picture for {SILENCE:g} s: no objects are detected"
-            )
 
     def _tell(self, what: str, text: str, level: str = "warning") -> None:
         if what not in self._told:

@@ -7,17 +7,17 @@ threads; its results agreed with those of onnxruntime to 2e-4 of a pixel (YOLOv8
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import InputError
 from stack.perception.objects.heads import Box, boxes_of, layout_of, letterboxed
-from stack.perception.objects.network import load_network, picture_size, reason_of, silent
-from stack.perception.objects.onnx_file import OnnxHeader, read_header
+from stack.perception.objects.network import PictureNetwork
 from stack.perception.objects.parameters import ObjectDetectorParameters
+from stack.perception.objects.trial import answer
 
 
 class ObjectModel:
@@ -34,11 +34,9 @@ class ObjectModel:
             InputError: the file is no ONNX model, or none of a detector; or its labels are missing.
         """
         self._file = Path(parameters.model)
-        header = read_header(self._file)
-        self._size = picture_size(self._file, header, parameters.input_size)
-        self.labels = _labels(self._file, header, parameters)
-        self._net, self._outputs = load_network(self._file)
-        self._output, self._layout = self._try()
+        self._network = PictureNetwork(self._file, parameters.input_size, "input_size")
+        self.labels = _labels(self._file, self._network.metadata, parameters)
+        self._output, self._layout = self._head()
 
     def boxes(self, pixels: NDArray[np.uint8], threshold: float, overlap: float) -> list[Box]:
         """Return the objects in a picture, the most certain first.
@@ -48,29 +46,16 @@ class ObjectModel:
             threshold: least score.
             overlap: intersection over union above which two boxes of a class are one object.
         """
-        blob, place = letterboxed(pixels, self._size)
-        output = self._run(blob)[self._output]
+        blob, place = letterboxed(pixels, self._network.size)
+        output = self._network.run(blob)[self._output]
         rows, columns = pixels.shape[:2]
         boxes = boxes_of(output, self._layout, place, (rows, columns), threshold, overlap)
         return [box for box in boxes if 0 <= box.label < len(self.labels)]
 
-    def _run(self, blob: NDArray[np.float32]) -> list[NDArray[np.float32]]:
-        self._net.setInput(blob)
-        return [np.asarray(output, np.float32) for output in self._net.forward(self._outputs)]
-
-    def _try(self) -> tuple[int, str]:
+    def _head(self) -> tuple[int, str]:
         """Return number and layout of the first output with the shape of a YOLO head."""
-        grey = np.full((1, 3, *self._size), 0.5, np.float32)
-        try:
-            with silent():
-                shapes = [output.shape for output in self._run(grey)]
-        except cv2.error as error:
-            size = f"{self._size[0]} x {self._size[1]}"
-            reason = reason_of(error)
-            raise InputError(
-                f"{self._file} does not run on an input of {size} pixels: {reason}; set "
-                "`input_size` to the size of the export"
-            ) from None
+        grey = np.full((1, 3, *self._network.size), 0.5, np.float32)
+        shapes = [output.shape for output in self._network.tried(grey)]
         classes = len(self.labels)
         for number, shape in enumerate(shapes):
             layout = layout_of(shape, classes)
@@ -85,14 +70,14 @@ class ObjectModel:
 
 
 def _labels(
-    file: Path, header: OnnxHeader, parameters: ObjectDetectorParameters
+    file: Path, metadata: Mapping[str, str], parameters: ObjectDetectorParameters
 ) -> tuple[str, ...]:
     """Return the labels of the parameters, else those in the model's metadata."""
     if parameters.labels:
         return parameters.labels
     if parameters.label_file:
         return _read_labels(Path(parameters.label_file))
-    written = header.metadata.get("names", "")
+    written = metadata.get("names", "")
     try:
         names = ast.literal_eval(written) if written else None
     except (ValueError, SyntaxError, MemoryError, RecursionError):
@@ -117,3 +102,7 @@ def _read_labels(file: Path) -> tuple[str, ...]:
     if not labels:
         raise InputError(f"label_file: {file} has no lines; write a label on each")
     return labels
+
+
+if __name__ == "__main__":
+    answer(lambda raw: ObjectModel(ObjectDetectorParameters(**raw)).labels)

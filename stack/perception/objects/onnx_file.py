@@ -1,4 +1,4 @@
-"""Header of an ONNX file: inputs, outputs and metadata, read without a library.
+"""Header of an ONNX file: inputs and metadata, read without a library.
 
 ONNX is protocol buffers (onnx.proto of the ONNX project). OpenCV runs such models, but does not
 tell their metadata, in which exporters write the names of the classes. Fields are skipped unless
@@ -8,14 +8,14 @@ they are needed, so that the weights are not copied.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from stack.errors import InputError
 
 _IR_VERSION, _GRAPH, _METADATA = 1, 7, 14
 """Fields of ModelProto."""
-_INITIALIZER, _INPUT, _OUTPUT = 5, 11, 12
+_INITIALIZER, _INPUT = 5, 11
 """Fields of GraphProto."""
 
 LARGEST = 1 << 30
@@ -30,7 +30,7 @@ class _Malformed(Exception):
 
 @dataclass(frozen=True)
 class Tensor:
-    """An input or output of a model.
+    """An input of a model.
 
     Attributes:
         name: in the model.
@@ -50,8 +50,7 @@ class OnnxHeader:
     """What an ONNX file says about its model."""
 
     inputs: tuple[Tensor, ...]
-    outputs: tuple[Tensor, ...]
-    metadata: dict[str, str] = field(default_factory=dict)
+    metadata: dict[str, str]
 
 
 def read_header(file: Path) -> OnnxHeader:
@@ -91,7 +90,6 @@ def _header(content: memoryview) -> OnnxHeader | None:
     entries = [_grouped(_bytes(item)) for item in model.get(_METADATA, [])]
     return OnnxHeader(
         tuple(tensor for tensor in inputs if tensor.name not in stored),
-        tuple(_tensor(_bytes(item)) for item in graph.get(_OUTPUT, [])),
         {_text(entry, 1): _text(entry, 2) for entry in entries},
     )
 

@@ -29,6 +29,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    wrap_angle,
 )
 
 FASTEST_TURN = 0.8
@@ -73,7 +74,6 @@ class PlaceMemory:
         self._kept: list[Keyframe] = []
         self._pending: list[Keyframe] = []
         self._looked: list[tuple[float, Pose2D]] = []
-        self._looked_at: FloatArray | None = None
         self._recogniser: PlaceRecogniser | None = None
         self._last: tuple[Image, tuple[PlaceSighting, ...]] | None = None
         self._jumps, self._wants = 0, False
@@ -172,7 +172,6 @@ class PlaceMemory:
         self._recogniser, self._last = None, None
         self._kept = [] if found is None else found.keyframes
         self._looked = [(one.stamp, one.pose) for one in self._kept]
-        self._looked_at = None
         if self._descriptor is None:
             self._model = "" if found is None else found.model
         if found is not None:
@@ -189,7 +188,6 @@ class PlaceMemory:
         if points is None or not self._is_new(pose):
             return
         self._looked.append((image.stamp, pose))
-        self._looked_at = None
         keyframe = keyframe_of(image, pose, points, FEATURES)
         if keyframe is not None and self._descriptor is not None:
             whole = self._descriptor.describe(image.pixels).astype(np.float32)
@@ -199,13 +197,12 @@ class PlaceMemory:
 
     def _is_new(self, pose: Pose2D) -> bool:
         """Whether no picture was taken near a pose in about its direction."""
-        if self._looked_at is None:
-            rows = [(other.x, other.y, other.heading) for _, other in self._looked]
-            self._looked_at = np.array(rows, dtype=np.float64).reshape(-1, 3)
-        off = np.abs(self._looked_at - (pose.x, pose.y, pose.heading))
-        turn = np.minimum(off[:, 2], 2.0 * np.pi - off[:, 2])
-        near = np.hypot(off[:, 0], off[:, 1]) < self.parameters.keyframe_distance
-        return not bool((near & (turn < self.parameters.keyframe_angle)).any())
+        p = self.parameters
+        return not any(
+            pose.distance_to(other) < p.keyframe_distance
+            and abs(wrap_angle(pose.heading - other.heading)) < p.keyframe_angle
+            for _, other in self._looked
+        )
 
     def _settle(self, now: float) -> None:
         """Keep the pending keyframes that are old enough."""
@@ -219,7 +216,7 @@ class PlaceMemory:
         if not self._pending:
             return
         stamps = {one.stamp for one in self._pending}
-        self._pending, self._looked_at = [], None
+        self._pending = []
         self._looked = [one for one in self._looked if one[0] not in stamps]
 
     def _trained(self) -> PlaceRecogniser:

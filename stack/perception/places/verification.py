@@ -1,20 +1,21 @@
 """Geometric verification: the base pose on the floor from which a picture shows landmarks.
 
 A pose with all six unknowns is drawn from four pairs at a time (P3P in RANSAC; M. Fischler, R.
-Bolles, "Random sample consensus", CACM 24, 1981). It starts Gauss-Newton on the pose on the floor,
-which counts and refines the inliers in turn. OpenCV's RANSAC draws from a generator with a fixed
-start, so the same pairs give the same pose.
+Bolles, "Random sample consensus", CACM 24, 1981). It starts the fit of the pose on the floor; the
+inliers are counted and the pose is fitted in turn. OpenCV's RANSAC draws from a generator with a
+fixed start, so the same pairs give the same pose.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, atan2
+from math import acos
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.markers.planar_pose import project
+from stack.frames.tree import inverse, on_floor
+from stack.perception.markers.planar_pose import align_on_floor, project
 from stack.types import CameraModel, FloatArray, Pose2D
 
 DRAWS, CONFIDENCE = 400, 0.999
@@ -22,8 +23,11 @@ LEAST_PAIRS = 6
 LARGEST_HEIGHT, LARGEST_TILT = 0.4, 0.6
 """Metres and radians that the drawn pose may be off the floor: it is only a start."""
 
-STEPS, ROUNDS = 10, 3
-"""Steps of Gauss-Newton, and times that the inliers are counted again."""
+ROUNDS = 3
+"""Times that the inliers are counted again."""
+
+NEAREST = 0.1
+"""Metres in front of the camera; landmarks that are nearer are not seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +36,6 @@ class FloorPose:
 
     Attributes:
         pose: map frame.
-        shift: vertical shift of the image, pixels: pitch of the base.
         inliers: (n,) which pairs agree.
         error: root mean square reprojection error of these, pixels.
         deviation: standard deviation of the position in its least certain direction, metres, for
@@ -40,7 +43,6 @@ class FloorPose:
     """
 
     pose: Pose2D
-    shift: float
     inliers: NDArray[np.bool_]
     error: float
     deviation: float
@@ -71,29 +73,22 @@ def refined(
 
     The inliers are counted with a wide limit first, which narrows to `largest_error`.
     """
-    optical_from_base = np.asarray(np.linalg.inv(camera.base_from_optical()), dtype=np.float64)
-    unknowns = np.array([start.x, start.y, start.heading, 0.0])
+    pose, lift = start, 0.0
     for factor in np.linspace(3.0, 1.0, ROUNDS):
-        errors = _errors(unknowns, optical_from_base, camera, pixels, landmarks)
-        inliers = errors <= factor * largest_error
+        inliers = _errors(pose, lift, camera, pixels, landmarks) <= factor * largest_error
         if inliers.sum() < LEAST_PAIRS:
             return None
-        moved = _gauss_newton(
-            unknowns, optical_from_base, camera, pixels[inliers], landmarks[inliers]
-        )
-        if moved is None:
+        fit = align_on_floor(pose, camera, landmarks[inliers], pixels[inliers])
+        if fit is None:
             return None
-        unknowns, normal = moved
-    errors = _errors(unknowns, optical_from_base, camera, pixels, landmarks)
+        pose, lift = fit.pose, fit.lift
+    errors = _errors(pose, lift, camera, pixels, landmarks)
     inliers = errors <= largest_error
     if inliers.sum() < LEAST_PAIRS:
         return None
-    spread = np.linalg.inv(normal)[:2, :2]
-    x, y, heading, shift = (float(value) for value in unknowns)
     return FloorPose(
-        Pose2D(0.0, 0.0).compose(Pose2D(x, y, heading)), shift, inliers,
-        float(np.sqrt((errors[inliers] ** 2).mean())),
-        float(np.sqrt(np.linalg.eigvalsh(0.5 * (spread + spread.T))[-1])),
+        pose, inliers, float(np.sqrt((errors[inliers] ** 2).mean())),
+        float(np.sqrt(np.linalg.eigvalsh(fit.covariance[:2, :2])[-1])),
     )  # fmt: skip
 
 
@@ -114,46 +109,23 @@ def _drawn(
     optical_from_map[:3, 3] = np.ravel(translation)
     if not np.isfinite(optical_from_map).all():
         return None
-    map_from_base = np.linalg.inv(optical_from_map) @ np.linalg.inv(camera.base_from_optical())
+    map_from_base = inverse(camera.base_from_optical() @ optical_from_map)
     tilt = acos(min(1.0, max(-1.0, float(map_from_base[2, 2]))))
     if abs(float(map_from_base[2, 3])) > LARGEST_HEIGHT or tilt > LARGEST_TILT:
         return None
-    heading = atan2(map_from_base[1, 0], map_from_base[0, 0])
-    return Pose2D(float(map_from_base[0, 3]), float(map_from_base[1, 3]), heading)
+    return on_floor(map_from_base)
 
 
 def _errors(
-    unknowns: FloatArray, optical_from_base: FloatArray, camera: CameraModel, pixels: FloatArray,
-    landmarks: FloatArray,
-) -> FloatArray:  # fmt: skip
+    pose: Pose2D, lift: float, camera: CameraModel, pixels: FloatArray, landmarks: FloatArray
+) -> FloatArray:
     """Return the (n,) reprojection errors, pixels; infinite for landmarks behind the camera."""
     errors = np.full(len(pixels), np.inf)
-    x, y, heading = unknowns[:3]
-    ahead = Pose2D(float(x), float(y), float(heading)).inverse().transform(landmarks[:, :2])
-    lifted = np.column_stack([ahead, landmarks[:, 2], np.ones(len(landmarks))])
-    before = (lifted @ optical_from_base.T)[:, 2] > 0.1
-    if before.any():
-        projected = project(unknowns, optical_from_base, camera, landmarks[before])
-        if projected is not None:
-            errors[before] = np.linalg.norm(pixels[before] - projected[0], axis=1)
+    ahead = np.column_stack([pose.inverse().transform(landmarks[:, :2]), landmarks[:, 2]])
+    forward = camera.base_from_optical()[:3, 2]
+    before = (ahead - camera.position) @ forward > NEAREST
+    unknowns = np.array([pose.x, pose.y, pose.heading, lift])
+    projected = project(unknowns, camera, landmarks[before])
+    if projected is not None:
+        errors[before] = np.linalg.norm(pixels[before] - projected[0], axis=1)
     return errors
-
-
-def _gauss_newton(
-    unknowns: FloatArray, optical_from_base: FloatArray, camera: CameraModel, pixels: FloatArray,
-    landmarks: FloatArray,
-) -> tuple[FloatArray, FloatArray] | None:  # fmt: skip
-    """Return the unknowns with the smallest reprojection error near these, and JᵀJ."""
-    for _ in range(STEPS):
-        projected = project(unknowns, optical_from_base, camera, landmarks)
-        if projected is None:
-            return None
-        expected, jacobian = projected
-        normal = jacobian.T @ jacobian
-        if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e14:
-            return None
-        step = np.linalg.solve(normal, jacobian.T @ (pixels - expected).ravel())
-        unknowns = unknowns + step
-        if np.abs(step).max() < 1e-6:
-            break
-    return unknowns, normal

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from functools import cached_property
 from math import hypot
 
 import numpy as np
 
-from stack.perception.tracking.arcs import Arc, fit_arc
 from stack.perception.tracking.clusters import Disc
 from stack.perception.tracking.view import View
 from stack.types import FloatArray, StandingObject, TrackedObject
@@ -21,17 +19,12 @@ RADIUS_SHARE = 0.2
 """Gain of the radius's exponential mean."""
 
 
-@dataclass
+@dataclass(frozen=True, slots=True)
 class Sighting:
     """A scan that showed an object, and the object's beams in it: (first, last + 1)."""
 
     view: View
     run: tuple[int, int]
-
-    @cached_property
-    def arc(self) -> Arc | None:
-        """Circle through the returns, sensor frame; None if they do not determine one."""
-        return fit_arc(self.view.returns(self.run))
 
 
 @dataclass
@@ -46,7 +39,6 @@ class ObjectFilter:
         hits: number of scans that showed it.
         has_moved: whether it is known to move; False while it could be a wall.
         absent: scans in a row that have seen through its place.
-        whole_at: seconds, when a scan determined its circle last.
     """
 
     id: int
@@ -59,7 +51,6 @@ class ObjectFilter:
     hits: int = 1
     has_moved: bool = False
     absent: int = 0
-    whole_at: float = 0.0
 
     @property
     def speed(self) -> float:

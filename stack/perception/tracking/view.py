@@ -8,7 +8,7 @@ from math import ceil, hypot, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.tracking.clusters import beams_towards, bearings_of, returns_of
+from stack.perception.tracking.clusters import beams_towards
 from stack.types import FloatArray, Pose2D, Scan
 
 BESIDE = 0.05
@@ -29,12 +29,6 @@ class View:
         """Return (n, 2) the returns of a run of beams, map frame."""
         beams = np.arange(*run) % self.scan.ranges.size
         return self.ends(beams[np.isfinite(self.scan.ranges[beams])])
-
-    def returns(self, run: tuple[int, int]) -> FloatArray:
-        """Return (n, 2) the returns of a run of beams, sensor frame."""
-        beams = np.arange(*run)
-        beams = beams[np.isfinite(self.scan.ranges[beams % self.scan.ranges.size])]
-        return returns_of(self.scan, beams, bearings_of(self.scan, beams))
 
     def ends(self, beams: NDArray[np.intp]) -> FloatArray:
         """Return (n, 2) where beams end that have returned, map frame."""

@@ -15,9 +15,6 @@ from stack.sim.worlds.world import World
 from stack.streams import stream
 from stack.types import FloatArray
 
-NOWHERE = (float("nan"), float("nan"))
-"""Position of a recorded person whose track has not begun or has ended."""
-
 NOBODY: Mapping[str, float] = MappingProxyType({})
 
 
@@ -44,25 +41,19 @@ class People:
         people = world.people
         self._names = [person.name for person in people]
         self._radii = np.array([person.radius for person in people])
-        self.positions = [NOWHERE] * len(people)
-        of = {
-            model: [n for n, person in enumerate(people) if person.model == model]
-            for model in ("loop", "social_force", "recorded")
-        }
-        self._loops = {n: Walker(people[n]) for n in of["loop"]}
-        self._by_force = of["social_force"]
+        self._by_force = [n for n, one in enumerate(people) if one.model == "social_force"]
         self._crowd = None
         if self._by_force:
             self._crowd = SocialForcePeople([people[n] for n in self._by_force], world, seed)
         shift = float(stream(seed, "recorded people").random())
-        self._recorded = {
-            n: RecordedWalker(people[n], shift * people[n].recorded_duration, robots)
-            for n in of["recorded"]
-        }
-        for n, walker in self._loops.items():
-            self.positions[n] = (walker.x, walker.y)
-        for n, recorded in self._recorded.items():
-            self.positions[n] = _position(recorded)
+        self._walkers: dict[int, Walker | RecordedWalker] = {
+            n: Walker(person) if person.model == "loop"
+            else RecordedWalker(person, shift * person.recorded_duration, robots)
+            for n, person in enumerate(people) if person.model != "social_force"
+        }  # fmt: skip
+        self.positions = [(0.0, 0.0)] * len(people)
+        for n, walker in self._walkers.items():
+            self.positions[n] = walker.place
         self._place_crowd()
         self._places: FloatArray | None = None
 
@@ -81,13 +72,9 @@ class People:
         """
         names = self._names
         moved = False
-        for n, walker in self._loops.items():
+        for n, walker in self._walkers.items():
             if walker.walk(period, robots, touch=touched.get(names[n])):
-                self.positions[n] = (walker.x, walker.y)
-                moved = True
-        for n, recorded in self._recorded.items():
-            if recorded.walk(period, robots, touch=touched.get(names[n])):
-                self.positions[n] = _position(recorded)
+                self.positions[n] = walker.place
                 moved = True
         if self._crowd is not None:
             touches = [touched.get(names[n]) for n in self._by_force]
@@ -103,7 +90,7 @@ class People:
         """(n, 3) x, y and radius of each person who is there, world frame, metres."""
         if self._places is None:
             everyone = self.all_places
-            self._places = everyone[~np.isnan(everyone[:, 0])] if self._recorded else everyone
+            self._places = everyone[~np.isnan(everyone[:, 0])]
         return self._places
 
     @property
@@ -119,7 +106,3 @@ class People:
         if self._crowd is not None:
             for n, place in zip(self._by_force, self._crowd.places.tolist(), strict=True):
                 self.positions[n] = (place[0], place[1])
-
-
-def _position(walker: RecordedWalker) -> tuple[float, float]:
-    return (walker.x, walker.y) if walker.is_present else NOWHERE

@@ -26,8 +26,7 @@ class Walker:
     """One person on a closed polyline: constant speed, with pauses at the corners.
 
     Attributes:
-        x: position in the world frame, metres.
-        y: position in the world frame, metres.
+        place: position in the world frame, metres.
     """
 
     def __init__(self, person: Person) -> None:
@@ -43,7 +42,7 @@ class Walker:
         self._segment, self._along, self._pause_left = 0, 0.0, 0.0
         self._bump = Bump()
         self._advance(person.start * sum(self._lengths))
-        self.x, self.y = self._position()
+        self.place = self._position()
 
     def walk(self, period: float, robots: Robots, *, touch: float | None = None) -> bool:
         """Advance by `period` seconds; return whether the person moved.
@@ -72,14 +71,14 @@ class Walker:
             self._pause_left = self._person.pause
             if not self._pause_left:
                 self._advance(left_over)
-        self.x, self.y = self._position()
+        self.place = self._position()
         return True
 
     def _step_back(self, distance: float) -> bool:
         """Go back by a distance in metres, at most to the last corner; return whether it did."""
         before = self._along
         self._along = max(0.0, before - distance)
-        self.x, self.y = self._position()
+        self.place = self._position()
         return self._along != before
 
     def _advance(self, distance: float) -> None:
@@ -98,7 +97,7 @@ class Walker:
 
     def _is_blocked_by(self, robot: Pose2D, radius: float) -> bool:
         """Whether a robot is close ahead, within the width of person and robot."""
-        dx, dy = robot.x - self.x, robot.y - self.y
+        dx, dy = robot.x - self.place[0], robot.y - self.place[1]
         radii = radius + self._person.radius
         if hypot(dx, dy) > radii + YIELD_GAP:
             return False

@@ -91,7 +91,7 @@ def test_nobody_begins_at_the_start_of_the_robot(tmp_path):
         file = tmp_path / "flat.yaml"
         file.write_text(plan.text())
         walkers = [Walker(person) for person in read_world(file).people]
-        return min(start.distance_to(Pose2D(walker.x, walker.y)) for walker in walkers)
+        return min(start.distance_to(Pose2D(*walker.place)) for walker in walkers)
 
     assert nearest() < 0.3
     plan.keep_clear(start)

@@ -1,7 +1,5 @@
 """The object detector in missions: checked before the run, searched for, costs on the map."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -11,9 +9,7 @@ from missions.execution.prepare import RunOptions, diagnose
 from missions.execution.running import run_mission
 from robots.load import find_robot
 from stack.components import available
-from stack.perception.objects.detection import ObjectDetection
 from stack.perception.objects.model import ObjectModel
-from stack.types import Image
 from tests.missions.execution.live_run import LiveRun
 from tests.stack.perception.objects.tiny_models import save_constant, save_red_finder
 
@@ -181,24 +177,6 @@ def test_a_model_that_fails_in_the_run_is_one_event_and_the_mission_goes_on(live
     assert text.startswith("the object detector is off: RuntimeError: out of memory")
     (ended,) = run.texts("mission_ended")
     assert "the object detector gave no result for 3 s" in ended
-
-
-def test_corrupted_pictures_are_one_event_and_the_mission_goes_on(live, monkeypatch):
-    """Every picture is cut in the body's hands; the costmap goes on with the lidar."""
-    run = live("run: {navigate_to_pose: [1.6, 2.4, 45 deg]}\n", HEAD + COSTS)
-    whole = ObjectDetection.update
-
-    def cut(detection, observation, *others):
-        sensors = {
-            name: replace(item, pixels=item.pixels[:7]) if isinstance(item, Image) else item
-            for name, item in observation.measurements.items()
-        }
-        return whole(detection, replace(observation, measurements=sensors), *others)
-
-    monkeypatch.setattr(ObjectDetection, "update", cut)
-    run.steps(400)
-    assert len(run.texts("detector")) == 1 and "7 x 320 x 3 uint8" in run.texts("detector")[0]
-    assert run.texts("mission_ended") == ["success"]
 
 
 def test_the_threshold_is_tuned_while_the_mission_runs(live):

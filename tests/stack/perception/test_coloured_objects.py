@@ -132,7 +132,7 @@ def test_a_box_above_the_horizon_has_no_place():
 def test_a_mask_of_noise_is_zero_or_one_and_nothing_breaks(seed):
     pixels = np.random.default_rng(seed).integers(0, 256, (60, 80, 3), dtype=np.uint8)
     for colour in COLOURS:
-        mask = colour_mask(pixels, colour, DEFAULTS)
+        mask = colour_mask(pixels, colour)
         assert mask.shape == (60, 80) and set(np.unique(mask)) <= {0, 1}
     image = Image(0.0, pixels, replace(CAMERA.model, width=80, height=60))
     ColouredObjectDetector(DEFAULTS).detect(image, "red", Pose2D(0, 0), np.zeros((3, 2)))

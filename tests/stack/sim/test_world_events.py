@@ -54,8 +54,8 @@ def test_a_person_who_does_not_yield_walks_into_the_robot():
     for _ in range(100):
         polite.walk(0.02, robot)
         blunt.walk(0.02, robot)
-    assert polite.x < 0.1  # 1 m - 0.2 m - 0.25 m - 0.5 m
-    assert blunt.x == pytest.approx(2.0)
+    assert polite.place[0] < 0.1  # 1 m - 0.2 m - 0.25 m - 0.5 m
+    assert blunt.place[0] == pytest.approx(2.0)
 
 
 def touches(*entries):
@@ -91,12 +91,12 @@ def test_people_walk_round_and_pause():
     walker = Walker(Person("p", SQUARE, speed=1.0, pause=2.0))
     for _ in range(40):
         walker.walk(0.1, FAR)
-    assert (walker.x, walker.y) == pytest.approx((4.0, 0.0))
+    assert walker.place == pytest.approx((4.0, 0.0))
     for _ in range(20):
         assert not walker.walk(0.1, FAR)
     for _ in range(10):
         walker.walk(0.1, FAR)
-    assert (walker.x, walker.y) == pytest.approx((4.0, 1.0))
+    assert walker.place == pytest.approx((4.0, 1.0))
 
 
 def test_people_start_along_their_loop():
@@ -110,7 +110,7 @@ def test_a_person_stops_before_the_robot_and_goes_on():
     in_the_way = [(Pose2D(2.0, 0.1), 0.3)]
     for _ in range(300):
         walker.walk(0.01, in_the_way)
-    gap = 2.0 - walker.x - 0.2 - 0.3
+    gap = 2.0 - walker.place[0] - 0.2 - 0.3
     assert gap == pytest.approx(0.5, abs=0.02)
     assert walker.walk(0.01, FAR)
 

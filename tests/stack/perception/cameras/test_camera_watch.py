@@ -48,8 +48,8 @@ class Watched:
         measured = {} if picture is None else {self.name: picture}
         at = Pose2D(self.speed * self.now, 0.0)
         requested = [self.name] if is_on else []
-        passed = self.watch.update(Observation(self.now, measured), at, requested)
-        self.events += self.watch.take_events()
+        passed, events = self.watch.update(Observation(self.now, measured), at, requested)
+        self.events += events
         return passed.measurements.get(self.name)
 
     @property
@@ -190,7 +190,7 @@ def test_whatever_a_body_delivers_only_well_formed_pictures_pass(pictures):
             picture = Image(stamp, pixels, COLOUR.model)
         else:
             picture = DepthImage(stamp, pixels, DEPTH.model, DEPTH.range_min, DEPTH.range_max)
-        passed = watch.update(Observation(now, {name: picture}), Pose2D(now, 0.0), [name])
+        passed, _ = watch.update(Observation(now, {name: picture}), Pose2D(now, 0.0), [name])
         found = passed.measurements.get(name)
         if is_good and all(not good for _, _, _, good in pictures[:number]):
             assert found is picture
@@ -200,4 +200,3 @@ def test_whatever_a_body_delivers_only_well_formed_pictures_pass(pictures):
             assert valid.mean() >= 0.05 and found.stamp <= now + 1e-6
         elif found is not None:
             assert found.pixels.shape == (240, 320, 3) and found.pixels.dtype == np.uint8
-        watch.take_events()

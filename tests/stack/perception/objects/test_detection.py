@@ -234,24 +234,6 @@ def test_a_model_that_fails_is_told_once_and_the_rest_goes_on():
     assert rig.detection.detections(rig.time) is None
 
 
-@pytest.mark.parametrize(
-    "pixels",
-    [np.zeros((120, 160, 3), np.uint8), np.zeros((240, 320), np.uint8),
-     np.zeros((0, 0, 3), np.uint8), np.zeros((240, 320, 4), np.uint8),
-     np.full((240, 320, 3), np.nan)],
-    ids=["size", "grey", "empty", "alpha", "float"],
-)  # fmt: skip
-def test_a_picture_of_another_kind_is_told_once_and_not_searched(pixels):
-    rig = Rig(model := ToyModel(CHAIR))
-    for _ in range(40):
-        rig.step(camera=Image(rig.time, pixels, CAMERA))
-    assert not model.searched
-    ((kind, level, text),) = rig.events
-    assert (kind, level) == ("detector", "warning")
-    assert "expected 240 x 320 x 3 uint8" in text
-    assert rig.run(1.0)  # good ones are
-
-
 def test_a_picture_with_a_stamp_outside_the_buffer_is_not_searched():
     rig = Rig(model := ToyModel(CHAIR))
     rig.step(camera=picture(99.0))
@@ -268,18 +250,6 @@ def test_a_model_that_hangs_is_off_and_the_rest_goes_on(monkeypatch, is_real):
     sentence = "the object detector is off: the object detector gave no result for 0.2 s"
     assert rig.events[-1] == ("detector", "error", sentence)
     assert rig.detection.await_result(rig.time, 1000.0)
-
-
-def test_a_silent_camera_is_told_and_so_is_its_return():
-    rig = Rig(ToyModel(CHAIR))
-    rig.run(1.0)
-    for _ in range(100):
-        rig.step()
-    assert [text for _, _, text in rig.events] == [
-        "the camera gave no picture for 3 s: no objects are detected"
-    ]
-    rig.step(camera=picture(rig.time))
-    assert rig.events[-1] == ("detector", "info", "the camera gives pictures again")
 
 
 def test_detections_are_placed_with_the_newest_correction():

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from stack.errors import InputError, ParameterError
-from stack.perception.objects import trial
 from stack.perception.objects.model import ObjectModel
 from stack.perception.objects.onnx_file import read_header
 from stack.perception.objects.parameters import ObjectDetectorParameters
-from stack.perception.objects.trial import checked_labels
+from stack.perception.objects.trial import checked_labels, tried
 from tests.stack.perception.objects.tiny_models import save_constant, save_red_finder
 
 OBJECTNESS = [[[32, 32, 10, 10, 0.9, 0.8, 0.1], [5, 5, 2, 2, 0.1, 0.5, 0.5]]]
@@ -101,11 +100,10 @@ def test_a_header_of_damaged_bytes_is_read_or_refused(red):
             read_header(red)
 
 
-def test_a_file_that_crashes_opencv_is_an_error_of_the_check(red, monkeypatch):
+def test_a_file_that_crashes_opencv_is_an_error_of_the_check(red):
     """A stand-in for a damaged file: which bytes crash differs from one OpenCV to the next."""
-    monkeypatch.setattr(trial, "__name__", "tests.stack.perception.objects.crash")
     with pytest.raises(InputError, match=r"crashes OpenCV \(exit code -11\): the file is damaged"):
-        checked_labels(parameters(red))
+        tried("tests.stack.perception.objects.crash", {}, [str(red)])
 
 
 def test_a_missing_file_and_a_folder_are_errors(tmp_path):
