@@ -8,6 +8,7 @@ from math import isnan
 from pathlib import Path
 from typing import TypeVar
 
+from behaviours.catalogue import plugin_sources
 from missions.execution.component_choices import choices_of
 from missions.execution.fit import (
     component_findings,
@@ -91,6 +92,15 @@ class PreparedMission:
     def is_mapped(self) -> bool:
         """Whether the mission has a map."""
         return self.mission.map != "none"
+
+    @property
+    def files(self) -> list[Path]:
+        """The mission file, its includes, its parameter files and its plugin files."""
+        mission, folder = self.mission, self.mission.source.parent
+        return [
+            mission.source, *mission.includes, *(folder / name for name in mission.parameter_files),
+            *plugin_sources(mission.plugins, folder),
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True)

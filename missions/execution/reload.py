@@ -15,7 +15,6 @@ from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
-from behaviours.catalogue import plugin_sources
 from missions.execution.build import Engine, announce_tree, tree_emitter
 from missions.execution.file_watcher import FileWatch
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
@@ -64,7 +63,7 @@ class Reloader:
         self._telemetry = engine.telemetry
         self._options = _pinned(plan, options)
         self._files = files or FileWatch([])
-        self._files.watch(_files_of(plan))
+        self._files.watch(plan.files)
 
     def poll(self) -> None:
         """Reload the files that changed since the last call; called between two steps."""
@@ -103,7 +102,7 @@ class Reloader:
         for fault in faults:
             self._telemetry.emit("finding", fault, source="mission", level="error")
         faulty = [Path(finding.mark.file) for finding in findings]
-        self._files.watch([*_files_of(self.plan), *(file for file in faulty if file.is_file())])
+        self._files.watch([*self.plan.files, *(file for file in faulty if file.is_file())])
 
     def _accept(self, plan: PreparedMission, tree: MissionTree, changed: list[Path]) -> None:
         """Halt the current tree; `_switch` follows when the robot has stopped."""
@@ -118,7 +117,7 @@ class Reloader:
             if warning not in known:
                 self._telemetry.emit("finding", _shown(warning), source="mission", level="warning")
         self.plan = plan
-        self._files.watch(_files_of(plan))
+        self._files.watch(plan.files)
         self._engine.runtime.replace_tree(lambda: self._switch(plan, tree))
 
     def _switch(self, plan: PreparedMission, tree: MissionTree) -> MissionTree:
@@ -185,15 +184,6 @@ def _pinned(plan: PreparedMission, options: RunOptions) -> RunOptions:
         world = str(find_world(plan.mission.world, folder, WORLDS).resolve())
     robot = options.robot or str(find_robot(plan.mission.robot, folder).resolve())
     return replace(options, world=world, robot=robot, breakpoints=(), forced=None)
-
-
-def _files_of(plan: PreparedMission) -> list[Path]:
-    """Return the mission file, its includes, its parameter files and its plugin files."""
-    mission, folder = plan.mission, plan.mission.source.parent
-    return [
-        mission.source, *mission.includes, *(folder / name for name in mission.parameter_files),
-        *plugin_sources(mission.plugins, folder),
-    ]  # fmt: skip
 
 
 def _for_next_run(former: PreparedMission, plan: PreparedMission) -> Iterator[str]:

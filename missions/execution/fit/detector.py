@@ -18,8 +18,6 @@ from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.objects.trial import checked_labels
 
 KIND = "object_detector"
-SEARCHES = ("find_object", "approach_object")
-"""Behaviours that search for a colour or a label."""
 
 
 def located_detector(
@@ -55,13 +53,14 @@ def _searches(
 ) -> Iterator[Finding]:
     """Yield errors of the nodes that search for an object."""
     for step in every_leaf(mission):
-        if step.kind not in SEARCHES:
+        label = step.behaviour.label_port
+        if not label:
             continue
-        value = step.ports.get("label")
+        value = step.ports.get(label)
         mark = mark_of(value, step.mark)
         if (value is None) == ("colour" not in step.ports):
-            sentence = f"{step.kind} needs either a `colour` or a `label`"
-            yield Finding(mark, "E111", sentence, "write `colour: red`, or `label: chair`")
+            sentence = f"{step.kind} needs either a `colour` or a `{label}`"
+            yield Finding(mark, "E111", sentence, f"write `colour: red`, or `{label}: chair`")
         elif value is not None and not detector.model:
             yield Finding(
                 mark, "E111", f"{step.kind} searches for a label, and no object detector is set",
@@ -69,11 +68,11 @@ def _searches(
             )  # fmt: skip
         elif isinstance(value, Constant) and value.value not in labels:
             yield Finding(
-                mark, "E111", f"label: {detector.model} has no label {value.value!r}",
+                mark, "E111", f"{label}: {detector.model} has no label {value.value!r}",
                 suggestion(str(value.value), labels),
             )  # fmt: skip
         elif isinstance(value, Constant) and detector.only and value.value not in detector.only:
-            sentence = f"label: {KIND}.only leaves out {value.value!r}"
+            sentence = f"{label}: {KIND}.only leaves out {value.value!r}"
             yield Finding(mark, "E111", sentence, "add it to `only`")
 
 

@@ -113,23 +113,26 @@ def _through(
 def _refuse_edges(mission: Mission, planner: str) -> None:
     """Raise InputError when a mission sets edges and its planner has no route graph."""
     hint = "choose `planner: {use: route, graph: FILE}`"
-    sentence = f"set_edge: the planner {planner} has no route graph"
-    found = [Finding(step.mark, "E111", sentence, hint) for step in _edge_setters(mission)]
+    sentence = f"the planner {planner} has no route graph"
+    found = [
+        Finding(step.mark, "E111", f"{step.kind}: {sentence}", hint)
+        for step in _edge_users(mission)
+    ]
     if found:
         raise InputError(found)
 
 
 def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
-    for step in _edge_setters(mission):
-        edge = step.ports.get("edge")
+    for step in _edge_users(mission):
+        edge = step.ports.get(step.behaviour.edge_port)
         if isinstance(edge, Constant) and edge.value not in graph.edges:
-            sentence = f"set_edge: the route graph has no edge {edge.value!r}"
+            sentence = f"{step.kind}: the route graph has no edge {edge.value!r}"
             yield Finding(step.mark, "E432", sentence, suggestion(str(edge.value), graph.edges))
 
 
-def _edge_setters(mission: Mission) -> Iterator[LeafStep]:
-    """Yield every set_edge of a mission once."""
-    return (leaf for leaf in every_leaf(mission) if leaf.kind == "set_edge")
+def _edge_users(mission: Mission) -> Iterator[LeafStep]:
+    """Yield every behaviour of a mission that names an edge, once."""
+    return (leaf for leaf in every_leaf(mission) if leaf.behaviour.edge_port)
 
 
 def _mark(mission: Mission) -> Mark:
