@@ -27,22 +27,12 @@ from stack.errors import InputError, ParameterError, TreepilotError
 from stack.parameters import values_of
 from stack.runtime.mission_state import MissionEvent
 from stack.sim.worlds.world_file import find_world
+from stack.telemetry.hub import discard
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import MissionState
 
-TUNED = {
-    "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
-    "evasion": ("evasion",),
-    "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
-    "tracker": (), "loop": (), "recording": (), "localisation": ("localisation",),
-    "odometry": ("odometry",), "obstacle_memory": ("obstacle_memory",),
-    "depth": ("depth",), "cameras": ("cameras",), "coloured_objects": ("coloured_objects",),
-    "object_detector": ("object_detector",),
-    "markers": ("markers",),
-    "place_recognition": ("place_recognition",),
-    "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
-}  # fmt: skip
-"""Kind of component -> its names in live tuning."""
+TUNED = {"costmap": ("local_costmap", "global_costmap")}
+"""Kind of component -> its names in live tuning, if it is not called as its kind."""
 
 
 class Reloader:
@@ -59,7 +49,7 @@ class Reloader:
     ) -> None:  # fmt: skip
         self.plan = self._in_force = plan
         self._engine, self._folder = engine, folder
-        self._log: Callable[[str], None] = folder.log if folder is not None else _discard
+        self._log: Callable[[str], None] = folder.log if folder is not None else discard
         self._telemetry = engine.telemetry
         self._options = _pinned(plan, options)
         self._files = files or FileWatch([])
@@ -160,9 +150,7 @@ class Reloader:
                 if value == values[parameter]:
                     continue
                 try:
-                    if not TUNED[kind]:
-                        raise ParameterError(parameter, "cannot be changed during a run")
-                    for name in TUNED[kind]:
+                    for name in TUNED.get(kind, (kind,)):
                         facade.set_parameter(f"{name}.{parameter}", value)
                 except ParameterError:
                     yield f"{kind}.{parameter}"
@@ -204,7 +192,3 @@ def _shown(finding: Finding) -> str:
     """Return a finding as text with the file's name only: the hashed log holds no paths."""
     mark = replace(finding.mark, file=Path(finding.mark.file).name)
     return str(replace(finding, mark=mark))
-
-
-def _discard(text: str) -> None:
-    """Drop a log line: there is no run folder."""

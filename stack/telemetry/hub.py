@@ -31,8 +31,8 @@ def reason_of(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _ignore(sentence: str) -> None:
-    """Default log: discard the line."""
+def discard(line: str) -> None:
+    """Drop a line of the log: there is no run folder."""
 
 
 class Telemetry:
@@ -54,7 +54,7 @@ class Telemetry:
     """
 
     def __init__(
-        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = _ignore,
+        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = discard,
         warn: Callable[[str], None] | None = None,
     ) -> None:  # fmt: skip
         self.info, self.count = info, 0

@@ -46,7 +46,7 @@ from stack.planning.outline_check import outline_checked
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
 from stack.safety.safety import Safety
-from stack.telemetry.hub import Telemetry
+from stack.telemetry.hub import Telemetry, discard
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog
@@ -117,7 +117,7 @@ def build(
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     seed, robot = options.seed, plan.robot
-    log = folder.log if folder is not None else _discard
+    log = folder.log if folder is not None else discard
     body = _body(plan, options, make_body)
     replay = body if isinstance(body, Replay) else None
     announce_warnings(plan, telemetry)
@@ -309,10 +309,6 @@ def _places(plan: PreparedMission) -> PlaceMemory:
     if folder is not None:
         places.load(folder)
     return places
-
-
-def _discard(text: str) -> None:
-    """Drop a log line: there is no run folder."""
 
 
 def _idle() -> None:
