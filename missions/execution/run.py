@@ -17,7 +17,7 @@ from time import perf_counter, sleep  # noqa: TID251 - only before the first ste
 from missions.execution.build import Engine, build, run_info
 from missions.execution.connections import network_sinks_of, open_control
 from missions.execution.prepare import PreparedMission, RunOptions, as_recorded
-from missions.execution.records.kept_values import KeptValues
+from missions.execution.records.kept_values import kept_values_of
 from missions.execution.records.run_folders import default_name
 from missions.execution.report import Report
 from missions.execution.report_builder import Milestones, compose_report, unstarted_report
@@ -105,7 +105,7 @@ class Run:
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
         options = as_recorded(plan, options)
-        self._kept = _kept_values(plan, options)
+        self._kept = kept_values_of(plan, options)
         # Bad addresses are refused before anything is written.
         network_sinks, self._server = network_sinks_of(options)
         self._watch.compiles()
@@ -390,16 +390,3 @@ def _sentence_of(error: Exception) -> str:
     if isinstance(error, BodyError):
         return f"robot failed: {error}"
     return str(error) if isinstance(error, WorkerError) else exception_sentence(error)
-
-
-def _kept_values(plan: PreparedMission, options: RunOptions) -> KeptValues | None:
-    """Return the kept values of a run with records; None if there are none to keep."""
-    mission = plan.mission
-    if options.out is None or plan.recording is not None:
-        return None
-    if not any(symbol.keep for symbol in mission.blackboard.values()):
-        return None
-    return KeptValues(
-        options.out.parent, mission.source.stem, mission.name, mission.blackboard,
-        forget=options.forget_kept,
-    )  # fmt: skip
