@@ -139,9 +139,10 @@ class SnapshotDrawing:
             self._detections = snapshot.detections
             draw_detections(self._recording, snapshot.detections)
         mask = snapshot.mask
-        if mask is not None and self._masks.take(snapshot.time):
-            self._mask_stamp = mask.stamp
-            draw_mask(self._recording, mask)
+        if mask is not None and mask.stamp != self._mask_stamp:
+            if self._masks.take(snapshot.time):
+                self._mask_stamp = mask.stamp
+                draw_mask(self._recording, mask)
         elif snapshot.time - self._mask_stamp > MASK_SHOWN:
             draw_mask(self._recording, None)
 
