@@ -26,10 +26,9 @@ from missions.execution.fit.components import (
     check_rate,
     check_robot_fits,
 )
-from missions.execution.fit.detector import located_detector
 from missions.execution.fit.installation import check_packages, check_renderer
+from missions.execution.fit.models import located_detector, located_places
 from missions.execution.fit.needs import behaviour_needs
-from missions.execution.fit.places import located_places
 from missions.execution.fit.routes import located_planner
 from missions.execution.fit.steps import every_leaf
 from missions.execution.resources import (
