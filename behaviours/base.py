@@ -141,6 +141,13 @@ class RobotBehaviour(Behaviour):
     area_ports: typing.ClassVar[tuple[str, ...]] = ()
     """Ports with the corners of areas that the robot drives over; `check` compares them with
     keep-out zones."""
+    edge_port: typing.ClassVar[str] = ""
+    """Port with an edge of the planner's route graph; `check` compares it with the graph."""
+    label_port: typing.ClassVar[str] = ""
+    """Port with a label of the object detector, which takes the place of a `colour`; `check`
+    compares it with the detector."""
+    drives_backward: typing.ClassVar[bool] = False
+    """Whether its speeds are backward ones."""
     arrival_port: typing.ClassVar[str] = ""
     """Port with the pose at which the robot stands after its success."""
     runs_in_tests: typing.ClassVar[bool] = False

@@ -82,6 +82,9 @@ class BehaviourKind:
         goal_ports: ports with poses that the robot drives to.
         area_ports: ports with the corners of areas that the robot drives over.
         needs: what the robot must have, such as `camera` or `lidar or sonar`.
+        edge_port: port with an edge of the planner's route graph; "" without one.
+        label_port: port with a label of the object detector; "" without one.
+        drives_backward: whether its speeds are backward ones.
     """
 
     name: str
@@ -107,6 +110,9 @@ class BehaviourKind:
     also_known_as: tuple[str, ...] = ()
     area_ports: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    edge_port: str = ""
+    label_port: str = ""
+    drives_backward: bool = False
 
     @property
     def is_built_in(self) -> bool:
@@ -403,6 +409,9 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         also_known_as=declared.also_known_as,
         area_ports=declared.area_ports,
         needs=declared.needs,
+        edge_port=declared.edge_port,
+        label_port=declared.label_port,
+        drives_backward=declared.drives_backward,
     )
 
 

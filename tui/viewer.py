@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import sys
-import termios
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from traceback import format_exc
-from typing import Any
 
 from tui.app import Dashboard
 from tui.source import Source
-from tui.terminal.restore import RESTORE
+from tui.terminal.restore import restore_terminal, terminal_settings
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +42,7 @@ def show(
         interrupted: whether to end.
         owns_run: whether ctrl+c means `interrupt`; otherwise it asks.
     """
-    settings = _terminal_settings()
+    settings = terminal_settings()
     try:
         app = Dashboard(client, interrupted=interrupted, owns_run=owns_run)
         result, traceback = app.run(), app.crash
@@ -53,21 +50,6 @@ def show(
         result, traceback = "interrupt", ""
     except Exception:
         result, traceback = None, format_exc()
-        _restore(settings)
+        if settings is not None:
+            restore_terminal(sys.stderr, settings)
     return Outcome("crashed", traceback) if traceback else Outcome(result or "over")
-
-
-def _terminal_settings() -> list[Any] | None:
-    with suppress(termios.error, OSError, ValueError):
-        return termios.tcgetattr(sys.stdin.fileno())
-    return None
-
-
-def _restore(settings: list[Any] | None) -> None:
-    """Undo what a dashboard that could not do so itself has set."""
-    if settings is None:
-        return
-    with suppress(termios.error, OSError, ValueError):
-        sys.stderr.write(RESTORE)
-        sys.stderr.flush()
-        termios.tcsetattr(sys.stdin.fileno(), termios.TCSADRAIN, settings)

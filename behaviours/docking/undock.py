@@ -23,6 +23,7 @@ class Undock(RobotBehaviour):
     turn: bool = port("turn round at the end, away from the dock", default=False)
 
     uses_wheels = True
+    drives_backward = True
     takes_time = True
     fails_with = DRIVE_FAILURES
 

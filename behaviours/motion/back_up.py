@@ -16,6 +16,7 @@ class BackUp(RobotBehaviour):
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
 
     uses_wheels = True
+    drives_backward = True
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:

@@ -16,6 +16,7 @@ class SetEdge(RobotBehaviour):
     """
 
     fails_with = ()
+    edge_port = "edge"
 
     edge: str = port("id of the edge, as in the GeoJSON file")
     closed: bool = port("true closes the edge, false opens it", default=True)

@@ -68,6 +68,7 @@ class ApproachObject(DrivingBehaviour):
     bearing: float = output("direction of the object at the end, base frame", unit="rad")
 
     needs = ("camera",)
+    label_port = "label"
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)

@@ -58,6 +58,7 @@ class FindObject(DrivingBehaviour):
     path_length: float = output("distance driven", unit="m")
 
     needs = ("camera",)
+    label_port = "label"
     uses_wheels = True
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)

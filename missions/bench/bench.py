@@ -78,31 +78,6 @@ def robot_label(robot: str) -> str:
     return path.resolve().parent.name if path.name == "robot.yaml" else path.stem
 
 
-@dataclass(frozen=True)
-class RobotEntry:
-    """A run of one robot with one seed.
-
-    Attributes:
-        robot: name or file.
-        seed: of all that is drawn, and of the run.
-        options: of the bench.
-    """
-
-    robot: str
-    seed: int
-    options: Options
-
-    @property
-    def key(self) -> Key:
-        """Unique key in the table."""
-        return robot_label(self.robot), self.seed
-
-    @property
-    def label(self) -> str:
-        """Name of the settings that it shares with others."""
-        return robot_label(self.robot)
-
-
 class Row:
     """Base of the rows: dataclasses of JSON-compatible values.
 
@@ -235,11 +210,15 @@ def table_lines(table: Rows) -> list[str]:
     if not table:
         return []
     heads = [head for head in table[0] if head != CAUSES]
-    cells = [heads, *([_text(row.get(head)) for head in heads] for row in table)]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return aligned([heads, *([_text(row.get(head)) for head in heads] for row in table)])
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows of equally many cells as lines with aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
-        "  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True)).rstrip()
-        for line in cells
+        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
     ]
 
 

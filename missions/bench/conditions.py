@@ -4,21 +4,48 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from hashlib import sha256
+from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from missions.execution.prepare import PreparedMission, RunOptions
+from missions.execution.resources import load_map, map_folder
+from stack.drivetrain.description import RobotDescription
 
 
 def conditions(plan: PreparedMission, options: RunOptions) -> dict[str, Any]:
-    """Return mission, arguments, robot and parameters of a run, to be kept with the results."""
+    """Return mission, arguments, robot and parameters of a run, to be kept with the results.
+
+    Files are kept as digests of their contents: results do not depend on where they are.
+    """
     chosen = {
         kind: {"use": choice.name, **asdict(choice.parameters)}
         for kind, choice in plan.choices.items()
     }
     return {
-        "mission": digest(plan.text.encode()), "arguments": dict(options.arguments or {}),
-        "robot": plan.robot.name, "limits": asdict(plan.robot.limits), "navigation": chosen,
+        "files": {file.name: digest(file.read_bytes()) for file in plan.files},
+        "map": _map_of(plan), "arguments": dict(options.arguments or {}),
+        "robot": plan.robot.name, "robot file": _content_of(plan.robot),
+        "limits": asdict(plan.robot.limits), "navigation": chosen,
     }  # fmt: skip
+
+
+def _content_of(robot: RobotDescription) -> str:
+    """Return robot.yaml, the URDF as the simulation loads it, and its meshes as one digest."""
+    model = ElementTree.fromstring(robot.model)
+    for mesh in model.iter("mesh"):
+        mesh.set("filename", digest(Path(mesh.attrib["filename"]).read_bytes()))
+    text = b"" if robot.source is None else robot.source.read_bytes()
+    return digest(text + ElementTree.tostring(model))
+
+
+def _map_of(plan: PreparedMission) -> str:
+    """Return the cells of a map file as a digest; `from_world` and `none` as they are."""
+    name, folder = plan.mission.map, plan.mission.source.parent
+    if map_folder(name, folder) is None:
+        return name
+    grid = load_map(name, folder)
+    return digest(repr((grid.resolution, grid.origin)).encode() + grid.cells.tobytes())
 
 
 def world_of(plan: PreparedMission) -> str:

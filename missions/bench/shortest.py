@@ -16,29 +16,13 @@ RESOLUTION = 0.025
 """Metres; fine enough that rasterising closes no gap through which the robot fits."""
 
 
-def shortest_path_length(
-    world: World, robot: RobotDescription, start: Pose2D, goal: Pose2D
-) -> float:
-    """Return the length of the shortest path of a disc of the robot's inscribed radius, metres.
-
-    The path avoids all static obstacles, on the map or not; doors count as open.
-
-    Args:
-        world: the world.
-        robot: the robot whose radius counts.
-        start: world frame.
-        goal: world frame.
-
-    Raises:
-        NavigationError: there is no path.
-    """
-    return shortest_path_lengths(world, robot, (start, goal))(start, goal)
-
-
 def shortest_path_lengths(
     world: World, robot: RobotDescription, stops: Sequence[Pose2D]
 ) -> Callable[[Pose2D, Pose2D], float]:
-    """Return the function `shortest_path_length` for any two of several stops.
+    """Return the function that gives the length of the shortest path between two stops, metres.
+
+    The path is that of a disc of the robot's inscribed radius. It avoids all static obstacles, on
+    the map or not; doors count as open. The function raises NavigationError if there is no path.
 
     Args:
         world: the world.

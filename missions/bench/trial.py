@@ -9,7 +9,7 @@ from typing import Any
 from missions.bench.conditions import conditions
 from missions.bench.picture import Drawn, draw_run
 from missions.bench.runs import Entry, Rules, TrialRow, goal_of
-from missions.bench.shortest import shortest_path_length
+from missions.bench.shortest import shortest_path_lengths
 from missions.execution.build import Engine
 from missions.execution.prepare import PreparedMission
 from missions.execution.run import Run
@@ -151,7 +151,7 @@ def driven(entry: Entry) -> Trial:
         run.close()
     length = entry.case.path_length
     if not length:
-        length = shortest_path_length(plan.world, plan.robot, plan.start, goal)
+        length = shortest_path_lengths(plan.world, plan.robot, (plan.start, goal))(plan.start, goal)
     return Trial(replace(row, path_length=length), plan, goal, monitor.trace, walkers)
 
 

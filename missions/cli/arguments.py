@@ -24,6 +24,19 @@ Settings = Annotated[
     typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
 ]
 
+OtherRobot = Annotated[
+    str | None, typer.Option("--robot", help="use another robot: a name or a robot.yaml")
+]
+
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--parameter",
+        metavar="NAME=VALUE",
+        help="override a parameter, e.g. controller.cruise_speed=0.4",
+    ),
+]
+
 
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun: `1 file`, `6 errors`."""

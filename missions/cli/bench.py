@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from missions.cli.arguments import assignments
+from missions.cli.arguments import OtherRobot, Parameters, assignments
 
 if TYPE_CHECKING:
     from missions.bench.bench import Bench, E, Options, R
@@ -72,9 +72,7 @@ def missions(
     seeds: Annotated[int, typer.Option(min=1, help="runs per mission")] = 10,
     jobs: Jobs = 1,
     out: Out = Path("bench/missions"),
-    robot: Annotated[
-        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
-    ] = None,
+    robot: OtherRobot = None,
 ) -> None:
     """Run whole missions over several seeds.
 
@@ -102,10 +100,7 @@ def flats(  # noqa: PLR0913 - each is an option of the command
     keep: Annotated[
         Path | None, typer.Option(help="folder for the records of each run [default: none]")
     ] = None,
-    parameter: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="override a parameter, as in `treepilot run`"),
-    ] = None,
+    parameter: Parameters = None,
 ) -> None:
     """Drive to four goals in random flats and offices with people.
 

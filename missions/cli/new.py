@@ -78,39 +78,22 @@ def new_behaviour(name: NewName, folder: PluginFolder = Path("my_behaviours")) -
     _report(write(name, folder), folder, f"run:\n  {name}: {{}}")
 
 
-@new_app.command("planner")
-def new_planner(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-    """Create a global planner and its test."""
-    from missions.inspection.scaffold import new_component
+def _add(kind: str, what: str, setting: str) -> None:
+    """Add the command for a kind of component; `setting` uses NAME in a mission."""
 
-    setting = f"navigation: {{planner: {name}}}"
-    _report(new_component("planner", name, folder), folder, setting)
+    @new_app.command(kind, help=f"Create {what} and its test.")
+    def command(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
+        from missions.inspection.scaffold import new_component
 
-
-@new_app.command("controller")
-def new_controller(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-    """Create a path-following controller and its test."""
-    from missions.inspection.scaffold import new_component
-
-    setting = f"navigation: {{controller: {name}}}"
-    _report(new_component("controller", name, folder), folder, setting)
+        _report(new_component(kind, name, folder), folder, setting.replace("NAME", name))
 
 
-@new_app.command("estimator")
-def new_estimator(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-    """Create an estimator of the pose and its test."""
-    from missions.inspection.scaffold import new_component
-
-    _report(new_component("estimator", name, folder), folder, f"localisation: {name}")
-
-
-@new_app.command("layer")
-def new_layer(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-    """Create a costmap layer and its test."""
-    from missions.inspection.scaffold import new_component
-
-    setting = f"navigation: {{costmap: {{layers: [static, obstacle, {name}]}}}}"
-    _report(new_component("layer", name, folder), folder, setting)
+_add("planner", "a global planner", "navigation: {planner: NAME}")
+_add("controller", "a path-following controller", "navigation: {controller: NAME}")
+_add("estimator", "an estimator of the pose", "localisation: NAME")
+_add(
+    "layer", "a costmap layer", "navigation: {costmap: {layers: [static, obstacle, NAME]}}"
+)  # fmt: skip
 
 
 def _report(files: list[Path], folder: Path, setting: str) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from missions.cli.arguments import assignments
+from missions.cli.arguments import OtherRobot, Settings, assignments
 
 INTERRUPTED = 130
 
@@ -73,13 +73,8 @@ def tune(  # noqa: PLR0913 - each is an option of the command
         str, typer.Option(metavar="DURATION", help="simulated time after which a run fails")
     ] = "15 min",
     sampling_seed: Annotated[int, typer.Option(min=0, help="seed of the sampling")] = 0,
-    robot: Annotated[
-        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
-    ] = None,
+    robot: OtherRobot = None,
+    set_: Settings = None,
 ) -> None:
     """Search parameter values in simulation and keep the best."""
     from missions.bench.mission_runs import QUIET, MissionEntry

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from time import monotonic, sleep  # noqa: TID251 - waiting for another process
 from typing import Any, TypeVar
 from uuid import uuid4
@@ -11,6 +12,7 @@ from stack.errors import InputError, TelemetryError
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Ack, Command, Snapshot, TreeRow
 from stack.telemetry.rendezvous import find_run
+from stack.telemetry.tree_text import depths
 
 ANSWER_TIMEOUT = 10.0
 """Wall seconds to wait for an engine's answer: compiling an optimiser takes several."""
@@ -32,8 +34,7 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
         InputError: the engine refused the command; the message gives the reason.
         TelemetryError: the run does not exist or does not answer.
     """
-    client = TelemetryClient(find_run(run))
-    try:
+    with closing(TelemetryClient(find_run(run))) as client:
         command = Command(uuid4().hex, kind, arguments)
         client.send(command)
 
@@ -42,8 +43,6 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
             return next((ack for ack in client.acks() if ack.id == command.id), None)
 
         ack = _until(client, answered)
-    finally:
-        client.close()
     if not ack.done:
         raise InputError(f"{kind}: {ack.reason}")
     return ack.reason or "done"
@@ -51,19 +50,15 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
 
 def status_lines(run: str) -> list[str]:
     """Return the state of a run: one line for the mission, then one per node with its number."""
-    client = TelemetryClient(find_run(run))
-    try:
+    with closing(TelemetryClient(find_run(run))) as client:
         snapshot = _until(client, client.poll)
-    finally:
-        client.close()
     reason = f": {snapshot.reason}" if snapshot.reason else ""
     return [f"{snapshot.state}{reason}, {snapshot.time:.1f} s", *_node_lines(snapshot)]
 
 
 def _node_lines(snapshot: Snapshot) -> Iterator[str]:
-    debugging, depth = snapshot.debugging, {-1: -1}
+    debugging, depth = snapshot.debugging, depths(snapshot.tree)
     for row in snapshot.tree:
-        depth[row.id] = depth[row.parent] + 1
         marks = _marks(row, snapshot)
         dot = "●" if row.id in debugging.breakpoints else " "
         words = f"  ({', '.join(marks)})" if marks else ""

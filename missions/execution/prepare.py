@@ -8,6 +8,7 @@ from math import isnan
 from pathlib import Path
 from typing import TypeVar
 
+from behaviours.catalogue import plugin_sources
 from missions.execution.component_choices import choices_of
 from missions.execution.fit import (
     component_findings,
@@ -25,21 +26,20 @@ from missions.execution.fit.components import (
     check_rate,
     check_robot_fits,
 )
-from missions.execution.fit.detector import located_detector
 from missions.execution.fit.installation import check_packages, check_renderer
+from missions.execution.fit.models import located_detector, located_places
 from missions.execution.fit.needs import behaviour_needs
-from missions.execution.fit.places import located_places
 from missions.execution.fit.routes import located_planner
 from missions.execution.fit.steps import every_leaf
 from missions.execution.resources import (
+    SceneFiles,
+    base_folder,
     catalogue_of,
     find_mission,
     known_markers,
-    load_robot,
-    load_world,
     resources,
 )
-from missions.execution.scene import Scene, base_folder, check_start, scene_of
+from missions.execution.scene import Scene, check_start, scene_of
 from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import FaultyMissionError, read_mission
@@ -91,6 +91,15 @@ class PreparedMission:
     def is_mapped(self) -> bool:
         """Whether the mission has a map."""
         return self.mission.map != "none"
+
+    @property
+    def files(self) -> list[Path]:
+        """The mission file, its includes, its parameter files and its plugin files."""
+        mission, folder = self.mission, self.mission.source.parent
+        return [
+            mission.source, *mission.includes, *(folder / name for name in mission.parameter_files),
+            *plugin_sources(mission.plugins, folder),
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -155,12 +164,13 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     Raises:
         InputError: all errors, or those without which the others cannot be checked.
     """
-    mission = _mission(path, options, draft)
+    files = SceneFiles()
+    mission = _mission(path, options, draft, files)
     text = draft.text
     if text is None:
         text = decoded(read_input(path, "mission"), path)
     marks = Marks(mission, read_text(text, str(path), "mission"))
-    scene = scene_of(marks, options)
+    scene = scene_of(marks, options, files)
     _check_scene(scene, marks, options, found)
     choices = choices_of(mission, scene.robot, options.parameters or {}, found)
     belief = _belief(mission, scene.start)
@@ -245,7 +255,7 @@ def _layers(choices: Choices, folder: Path) -> tuple[LayerChoice, ...]:
     return tuple(layer.located(folder) for layer in choices["costmap"].parts)
 
 
-def _mission(path: Path, options: RunOptions, draft: Draft) -> Mission:
+def _mission(path: Path, options: RunOptions, draft: Draft, files: SceneFiles) -> Mission:
     """Read the mission.
 
     Raises:
@@ -253,20 +263,21 @@ def _mission(path: Path, options: RunOptions, draft: Draft) -> Mission:
     """
     arguments = options.arguments or {}
     try:
-        return read_mission(path, catalogue_of, resources(options.world), arguments, draft)
+        asked = resources(options.world, files)
+        return read_mission(path, catalogue_of, asked, arguments, draft)
     except FaultyMissionError as error:
-        errors = [*error.findings, *_goal_errors(error.mission, options)]
+        errors = [*error.findings, *_goal_errors(error.mission, options, files)]
         raise InputError(errors) from None
 
 
-def _goal_errors(mission: Mission, options: RunOptions) -> list[Finding]:
+def _goal_errors(mission: Mission, options: RunOptions, files: SceneFiles) -> list[Finding]:
     """Return the errors of the goals of a mission that has other errors."""
     named, folder = options.world or mission.world, mission.source.parent
     if not named or mission.replay is not None or options.replay is not None:
         return []
     try:
-        robot = load_robot(options.robot or mission.robot, base_folder(options.robot, folder))
-        world = load_world(named, base_folder(options.world, folder), mission.start)
+        robot = files.robot(options.robot or mission.robot, base_folder(options.robot, folder))
+        world = files.world(named, base_folder(options.world, folder), mission.start)
     except InputError:
         return []  # among the mission's own errors
     start = mission.start or world.start

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 from stack.schedule import Schedule
 from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
+from stack.telemetry.sinks import Sink
 from stack.types.printable import printable
 
 HEARTBEAT = 10.0
@@ -16,7 +16,7 @@ SILENT = ROUTINE | {"plan", "goal", "task"}
 """Event kinds that are recorded but too frequent to print."""
 
 
-class ProgressLines:
+class ProgressLines(Sink):
     """A telemetry sink that writes progress as lines of text."""
 
     def __init__(self, write: Callable[[str], None]) -> None:
@@ -51,6 +51,3 @@ class ProgressLines:
         place = f"at ({snapshot.pose.x:.1f}, {snapshot.pose.y:.1f})"
         speed = f", {snapshot.speed:.1f} x real time" if snapshot.speed else ""
         self._write(f"{snapshot.time:7.1f} s  {place}{speed}: {doing}")
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """Do nothing."""

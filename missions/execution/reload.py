@@ -15,7 +15,6 @@ from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
-from behaviours.catalogue import plugin_sources
 from missions.execution.build import Engine, announce_tree, tree_emitter
 from missions.execution.file_watcher import FileWatch
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
@@ -28,22 +27,12 @@ from stack.errors import InputError, ParameterError, TreepilotError
 from stack.parameters import values_of
 from stack.runtime.mission_state import MissionEvent
 from stack.sim.worlds.world_file import find_world
+from stack.telemetry.hub import discard
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import MissionState
 
-TUNED = {
-    "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
-    "evasion": ("evasion",),
-    "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
-    "tracker": (), "loop": (), "recording": (), "localisation": ("localisation",),
-    "odometry": ("odometry",), "obstacle_memory": ("obstacle_memory",),
-    "depth": ("depth",), "cameras": ("cameras",), "coloured_objects": ("coloured_objects",),
-    "object_detector": ("object_detector",),
-    "markers": ("markers",),
-    "place_recognition": ("place_recognition",),
-    "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
-}  # fmt: skip
-"""Kind of component -> its names in live tuning."""
+TUNED = {"costmap": ("local_costmap", "global_costmap")}
+"""Kind of component -> its names in live tuning, if it is not called as its kind."""
 
 
 class Reloader:
@@ -60,11 +49,11 @@ class Reloader:
     ) -> None:  # fmt: skip
         self.plan = self._in_force = plan
         self._engine, self._folder = engine, folder
-        self._log: Callable[[str], None] = folder.log if folder is not None else _discard
+        self._log: Callable[[str], None] = folder.log if folder is not None else discard
         self._telemetry = engine.telemetry
         self._options = _pinned(plan, options)
         self._files = files or FileWatch([])
-        self._files.watch(_files_of(plan))
+        self._files.watch(plan.files)
 
     def poll(self) -> None:
         """Reload the files that changed since the last call; called between two steps."""
@@ -103,7 +92,7 @@ class Reloader:
         for fault in faults:
             self._telemetry.emit("finding", fault, source="mission", level="error")
         faulty = [Path(finding.mark.file) for finding in findings]
-        self._files.watch([*_files_of(self.plan), *(file for file in faulty if file.is_file())])
+        self._files.watch([*self.plan.files, *(file for file in faulty if file.is_file())])
 
     def _accept(self, plan: PreparedMission, tree: MissionTree, changed: list[Path]) -> None:
         """Halt the current tree; `_switch` follows when the robot has stopped."""
@@ -118,7 +107,7 @@ class Reloader:
             if warning not in known:
                 self._telemetry.emit("finding", _shown(warning), source="mission", level="warning")
         self.plan = plan
-        self._files.watch(_files_of(plan))
+        self._files.watch(plan.files)
         self._engine.runtime.replace_tree(lambda: self._switch(plan, tree))
 
     def _switch(self, plan: PreparedMission, tree: MissionTree) -> MissionTree:
@@ -161,9 +150,7 @@ class Reloader:
                 if value == values[parameter]:
                     continue
                 try:
-                    if not TUNED[kind]:
-                        raise ParameterError(parameter, "cannot be changed during a run")
-                    for name in TUNED[kind]:
+                    for name in TUNED.get(kind, (kind,)):
                         tuning.change(f"{name}.{parameter}", value)
                 except ParameterError:
                     yield f"{kind}.{parameter}"
@@ -187,15 +174,6 @@ def _pinned(plan: PreparedMission, options: RunOptions) -> RunOptions:
     return replace(options, world=world, robot=robot, breakpoints=(), forced=None)
 
 
-def _files_of(plan: PreparedMission) -> list[Path]:
-    """Return the mission file, its includes, its parameter files and its plugin files."""
-    mission, folder = plan.mission, plan.mission.source.parent
-    return [
-        mission.source, *mission.includes, *(folder / name for name in mission.parameter_files),
-        *plugin_sources(mission.plugins, folder),
-    ]  # fmt: skip
-
-
 def _for_next_run(former: PreparedMission, plan: PreparedMission) -> Iterator[str]:
     """Yield changed settings of the mission that apply to the next run only."""
     old, new = former.mission, plan.mission
@@ -214,7 +192,3 @@ def _shown(finding: Finding) -> str:
     """Return a finding as text with the file's name only: the hashed log holds no paths."""
     mark = replace(finding.mark, file=Path(finding.mark.file).name)
     return str(replace(finding, mark=mark))
-
-
-def _discard(text: str) -> None:
-    """Drop a log line: there is no run folder."""

@@ -5,13 +5,22 @@ from __future__ import annotations
 import dataclasses
 import json
 import shlex
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-EXIT_CODES = {"success": 0, "failure": 1, "aborted": 1, "error": 3, "interrupted": 130}
+WRONG_INPUT, INTERNAL_ERROR, INTERRUPTED = 2, 3, 130
+EXIT_CODES = {
+    "success": 0, "failure": 1, "aborted": 1, "error": INTERNAL_ERROR, "interrupted": INTERRUPTED,
+}  # fmt: skip
 RECORDS_LOST = 3
 """Exit code of a run whose records are not complete, whatever its outcome."""
+
+
+def worst_of(codes: Collection[int]) -> int:
+    """Return the exit code of several missions: the most serious of theirs."""
+    return next((code for code in (INTERNAL_ERROR, INTERRUPTED, 1) if code in codes), 0)
 
 
 @dataclass(frozen=True)
@@ -50,26 +59,26 @@ class Report:
     world: str
     versions: dict[str, str]
     cpu_features: str
-    simulated_seconds: float
-    wall_seconds: float
-    real_time_factor: float
-    time_to_first_tick: float
-    ticks: int
-    distance_m: float
-    recoveries: int
-    replans: int
-    collisions: int | None
-    pushed_into: int | None
-    min_clearance_m: float | None
-    localisation_error: dict[str, float] | None
-    relocalised_by: str
-    relocalisations: list[dict[str, Any]]
-    battery: float
-    stages: dict[str, dict[str, float]]
-    final_pose: dict[str, Any]
-    blackboard: dict[str, str]
-    peak_memory_mb: float
-    log_sha256: str
+    simulated_seconds: float = 0.0
+    wall_seconds: float = 0.0
+    real_time_factor: float = 0.0
+    time_to_first_tick: float = 0.0
+    ticks: int = 0
+    distance_m: float = 0.0
+    recoveries: int = 0
+    replans: int = 0
+    collisions: int | None = None
+    pushed_into: int | None = None
+    min_clearance_m: float | None = None
+    localisation_error: dict[str, float] | None = None
+    relocalised_by: str = ""
+    relocalisations: list[dict[str, Any]] = field(default_factory=list)
+    battery: float = 1.0
+    stages: dict[str, dict[str, float]] = field(default_factory=dict)
+    final_pose: dict[str, Any] = field(default_factory=dict)
+    blackboard: dict[str, str] = field(default_factory=dict)
+    peak_memory_mb: float = 0.0
+    log_sha256: str = ""
     folder: str = ""
     arguments: dict[str, str] = field(default_factory=dict)
     records_lost: list[dict[str, Any]] = field(default_factory=list)

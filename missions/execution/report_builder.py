@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -13,19 +12,17 @@ from missions.execution.resources import versions
 from stack.runtime.loop import Runtime
 from stack.sim.battery import START_CHARGE
 from stack.telemetry.recorder import RunFolder
-from stack.telemetry.records import Event, RunInfo, Snapshot, StageTiming
+from stack.telemetry.records import Event, StageTiming
+from stack.telemetry.sinks import Sink
 from stack.types import Pose2D
 
 
-class Milestones:
+class Milestones(Sink):
     """A telemetry sink that keeps the few events the report needs."""
 
     def __init__(self) -> None:
         self.relocalisations: list[dict[str, Any]] = []
         self.links_lost: list[dict[str, Any]] = []
-
-    def open(self, info: RunInfo) -> None:
-        """Do nothing."""
 
     def event(self, event: Event) -> None:
         """Keep `relocalised` events (time, pose, source) and `link_lost` (time, link, reason)."""
@@ -33,16 +30,6 @@ class Milestones:
             self.relocalisations.append({"time": event.time, **event.fields})
         elif event.kind == "link_lost":
             self.links_lost.append({"time": event.time, **event.fields})
-
-    def wants_snapshot(self, time: float) -> bool:
-        """Return False: no snapshot is needed."""
-        return False
-
-    def snapshot(self, snapshot: Snapshot) -> None:
-        """Ignore the final snapshot, which every sink receives."""
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """Do nothing."""
 
 
 def unstarted_report(plan: PreparedMission, options: RunOptions, folder: RunFolder) -> Report:
@@ -56,12 +43,8 @@ def unstarted_report(plan: PreparedMission, options: RunOptions, folder: RunFold
     return Report(
         mission=plan.mission.name, status="error", reason="", seed=options.seed,
         robot=plan.robot.name, world=plan.world.name, versions=versions(),
-        cpu_features=cpu_features(), simulated_seconds=0.0, wall_seconds=0.0, real_time_factor=0.0,
-        time_to_first_tick=0.0, ticks=0, distance_m=0.0, recoveries=0, replans=0, collisions=None,
-        pushed_into=None, min_clearance_m=None, localisation_error=None, relocalised_by="",
-        relocalisations=[], battery=START_CHARGE, stages={}, final_pose={},
-        blackboard={}, peak_memory_mb=0.0, log_sha256="", folder=str(folder.path),
-        arguments=dict(options.arguments or {}),
+        cpu_features=cpu_features(), battery=START_CHARGE,
+        folder=str(folder.path), arguments=dict(options.arguments or {}),
     )  # fmt: skip
 
 

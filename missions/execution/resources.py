@@ -22,7 +22,7 @@ from stack.errors import InputError
 from stack.mapping.limits import FARTHEST
 from stack.mapping.marker_maps import MARKERS_YAML, read_marker_map
 from stack.parameters import did_you_mean, nearest
-from stack.sim.import_world import read_any_world
+from stack.sim.import_world import GAZEBO, read_any_world
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import find_world
 from stack.telemetry.sensor_log import is_sensor_log, read_about, read_observations
@@ -83,6 +83,11 @@ def _near(path: Path, shipped: Mapping[str, Path]) -> str:
     return "give the path of a mission file, or a name from `treepilot list missions`"
 
 
+def base_folder(option: str | None, mission_folder: Path) -> Path:
+    """Return the base of a relative path: the current folder for an option, else the mission's."""
+    return Path.cwd() if option else mission_folder
+
+
 def load_world(name_or_path: str, folder: Path, start: Pose2D | None = None) -> World:
     """Load a world by name or path; a path is relative to the mission's folder.
 
@@ -94,6 +99,32 @@ def load_world(name_or_path: str, folder: Path, start: Pose2D | None = None) -> 
 def load_robot(name_or_path: str, folder: Path) -> RobotDescription:
     """Load a robot by name or path; a path is relative to the mission's folder."""
     return read_robot(find_robot(name_or_path, folder))
+
+
+class SceneFiles:
+    """The robots and worlds of one preparation: each file is read once, however often it is named.
+
+    The reader of the mission checks them, and the scene is made of them.
+    """
+
+    def __init__(self) -> None:
+        self._robots: dict[Path, RobotDescription] = {}
+        self._worlds: dict[tuple[Path, Pose2D | None], World] = {}
+
+    def robot(self, name_or_path: str, folder: Path) -> RobotDescription:
+        """Return a robot, as `load_robot` does."""
+        file = find_robot(name_or_path, folder)
+        if file not in self._robots:
+            self._robots[file] = read_robot(file)
+        return self._robots[file]
+
+    def world(self, name_or_path: str, folder: Path, start: Pose2D | None = None) -> World:
+        """Return a world, as `load_world` does."""
+        file = find_world(name_or_path, folder, WORLDS)
+        key = file, start if file.suffix in GAZEBO else None  # others do not depend on the start
+        if key not in self._worlds:
+            self._worlds[key] = read_any_world(file, start)
+        return self._worlds[key]
 
 
 @lru_cache(maxsize=4)
@@ -141,18 +172,20 @@ def recorded_world(name: str) -> World:
     return World(name, (-FARTHEST, -FARTHEST, FARTHEST, FARTHEST))
 
 
-def resources(world: str | None = None) -> Resources:
+def resources(world: str | None = None, files: SceneFiles | None = None) -> Resources:
     """Return the checks and look-ups that the mission reader calls for the names in a mission.
 
     Args:
         world: replaces the mission's world; a path is relative to the current folder.
+        files: read robots and worlds.
     """
+    files = files or SceneFiles()
     return Resources(
         navigation_kinds=NAVIGATION_KINDS,
         world_places=lambda name, folder: (
-            (load_world(world, Path.cwd()) if world else load_world(name, folder)).places
+            files.world(world or name, base_folder(world, folder)).places
         ),
-        check_robot=lambda name, folder: _ignore(load_robot(name, folder)),
+        check_robot=lambda name, folder: _ignore(files.robot(name, folder)),
         check_map=lambda name, folder: _ignore(load_map(name, folder)),
         check_markers=lambda name, folder: _ignore(read_marker_map(folder / name)),
         check_component=lambda kind, use, values, mapped: _ignore(

@@ -17,7 +17,7 @@ from time import perf_counter, sleep  # noqa: TID251 - only before the first ste
 from missions.execution.build import Engine, build, run_info
 from missions.execution.connections import network_sinks_of, open_control
 from missions.execution.prepare import PreparedMission, RunOptions, as_recorded
-from missions.execution.records.kept_values import KeptValues
+from missions.execution.records.kept_values import kept_values_of
 from missions.execution.records.run_folders import default_name
 from missions.execution.report import Report
 from missions.execution.report_builder import Milestones, compose_report, unstarted_report
@@ -34,7 +34,7 @@ from stack.errors import (
     traceback_text,
 )
 from stack.runtime.snapshots import compose_snapshot
-from stack.telemetry.hub import Telemetry, reason_of
+from stack.telemetry.hub import Telemetry, discard, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle
@@ -105,7 +105,7 @@ class Run:
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
         options = as_recorded(plan, options)
-        self._kept = _kept_values(plan, options)
+        self._kept = kept_values_of(plan, options)
         # Bad addresses are refused before anything is written.
         network_sinks, self._server = network_sinks_of(options)
         self._watch.compiles()
@@ -121,7 +121,7 @@ class Run:
     ) -> None:
         """Connect the parts of the run."""
         plan, options, folder = self._plan, self._options, self._folder
-        self._log = folder.log if folder is not None else _discard
+        self._log = folder.log if folder is not None else discard
         self._milestones = Milestones()
         own = [self._milestones] if folder is None else [self._milestones, Recorder(folder)]
         run_id = folder.path.name if folder is not None else default_name(plan.mission.source.stem)
@@ -311,20 +311,13 @@ class Run:
         stopping = runtime.state.is_over
         try:
             yield
-        except BodyError as error:
-            self._stop_robot()
-            self._steps_to_stop = 0
-            runtime.end(MissionState.ERROR, f"robot failed: {error}")
-        except WorkerError as error:
-            self._stop_robot()
-            self._log(traceback.format_exc())
-            self._steps_to_stop = 0
-            runtime.end(MissionState.ERROR, str(error))
         except Exception as error:
             self._stop_robot()
-            self._log(traceback.format_exc())
-            self._steps_to_stop = 0 if stopping else self._steps_to_stop
-            runtime.end(MissionState.ERROR, exception_sentence(error))
+            if not isinstance(error, BodyError):
+                self._log(traceback.format_exc())
+            if stopping or isinstance(error, BodyError | WorkerError):
+                self._steps_to_stop = 0
+            runtime.end(MissionState.ERROR, _sentence_of(error))
 
     @contextmanager
     def _reports_failure(self) -> Iterator[None]:
@@ -391,18 +384,8 @@ class Run:
             )
 
 
-def _kept_values(plan: PreparedMission, options: RunOptions) -> KeptValues | None:
-    """Return the kept values of a run with records; None if there are none to keep."""
-    mission = plan.mission
-    if options.out is None or plan.recording is not None:
-        return None
-    if not any(symbol.keep for symbol in mission.blackboard.values()):
-        return None
-    return KeptValues(
-        options.out.parent, mission.source.stem, mission.name, mission.blackboard,
-        forget=options.forget_kept,
-    )  # fmt: skip
-
-
-def _discard(text: str) -> None:
-    """Drop a log line: there is no run folder."""
+def _sentence_of(error: Exception) -> str:
+    """Return the reason of a mission that an error ends."""
+    if isinstance(error, BodyError):
+        return f"robot failed: {error}"
+    return str(error) if isinstance(error, WorkerError) else exception_sentence(error)

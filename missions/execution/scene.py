@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from missions.execution.fit import start_problem
 from missions.execution.fit.components import Marks
-from missions.execution.resources import load_robot, load_world, open_recording, recorded_world
+from missions.execution.resources import (
+    SceneFiles,
+    base_folder,
+    open_recording,
+    recorded_world,
+)
 from missions.language.model import Mission
 from missions.run_options import RunOptions
 from robots.logs.recording import Recording
@@ -38,15 +42,15 @@ class Scene:
     recording: Recording | None
 
 
-def scene_of(marks: Marks, options: RunOptions) -> Scene:
-    """Read the robot, the world and the log of a mission.
+def scene_of(marks: Marks, options: RunOptions, files: SceneFiles) -> Scene:
+    """Return the robot, the world and the log of a mission.
 
     Raises:
         InputError: one of them cannot be read, or the start of the options is no pose.
     """
     mission = marks.mission
     folder = mission.source.parent
-    described = load_robot(options.robot or mission.robot, base_folder(options.robot, folder))
+    described = files.robot(options.robot or mission.robot, base_folder(options.robot, folder))
     recording = _recording(options, marks)
     if recording is not None:
         described = recording.describe(described)
@@ -60,16 +64,11 @@ def scene_of(marks: Marks, options: RunOptions) -> Scene:
         world = recorded_world(robot.name)
         return Scene(described, robot, world, _start(options, mission, world), recording)
     base = base_folder(options.world, folder)
-    world = load_world(named, base)
+    world = files.world(named, base)
     start = _start(options, mission, world)
     if start != world.start:
-        world = load_world(named, base, start)
+        world = files.world(named, base, start)
     return Scene(described, robot, world, start, recording)
-
-
-def base_folder(option: str | None, mission_folder: Path) -> Path:
-    """Return the base of a relative path: the current folder for an option, else the mission's."""
-    return Path.cwd() if option else mission_folder
 
 
 def check_start(scene: Scene, marks: Marks, options: RunOptions) -> None:

@@ -121,8 +121,10 @@ class Importer:
 
     def copy(self, part: Section | None, kind: str, table: Table) -> None:
         """Import the parameters of a section that a table contains."""
-        for key, equivalent in table.items() if part is not None else ():
-            found = part.get(key) if part is not None else None
+        if part is None:
+            return
+        for key, equivalent in table.items():
+            found = part.get(key)
             if found is not None:
                 self.set(kind, found, equivalent)
 

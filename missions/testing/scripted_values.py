@@ -25,23 +25,11 @@ def _ambiguous(robot: ScriptedRobot, value: bool) -> None:
     robot.rivals = (RivalPose(Pose2D(0.0, 0.0), 0.5),) if value else ()
 
 
-def _pose(field: str) -> Callable[[ScriptedRobot, Any], None]:
-    def write(robot: ScriptedRobot, value: float) -> None:
-        robot.pose = replace(robot.pose, **{field: value})
+def _part(whole: str, field: str) -> Callable[[ScriptedRobot, Any], None]:
+    """Return the function that replaces a field of one of the robot's records."""
 
-    return write
-
-
-def _battery(field: str) -> Callable[[ScriptedRobot, Any], None]:
     def write(robot: ScriptedRobot, value: Any) -> None:
-        robot.battery = replace(robot.battery, **{field: value})
-
-    return write
-
-
-def _speed(field: str) -> Callable[[ScriptedRobot, Any], None]:
-    def write(robot: ScriptedRobot, value: float) -> None:
-        robot.speed = replace(robot.speed, **{field: value})
+        setattr(robot, whole, replace(getattr(robot, whole), **{field: value}))
 
     return write
 
@@ -57,16 +45,16 @@ def _detected(robot: ScriptedRobot, labels: list[str]) -> None:
 
 
 _SETTERS: dict[str, Callable[[ScriptedRobot, Any], None]] = {
-    "battery.charge": _battery("charge"),
-    "battery.charging": _battery("charging"),
-    "robot.speed": _speed("linear"),
-    "robot.turning": _speed("angular"),
+    "battery.charge": _part("battery", "charge"),
+    "battery.charging": _part("battery", "charging"),
+    "robot.speed": _part("speed", "linear"),
+    "robot.turning": _part("speed", "angular"),
     "localisation.health": _plain("health"),
     "localisation.deviation": _deviation,
     "localisation.ambiguous": _ambiguous,
     "detected": _detected,
     "pose": _plain("pose"),
-    "pose.x": _pose("x"),
-    "pose.y": _pose("y"),
-    "pose.heading": _pose("heading"),
+    "pose.x": _part("pose", "x"),
+    "pose.y": _part("pose", "y"),
+    "pose.heading": _part("pose", "heading"),
 }

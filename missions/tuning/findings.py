@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from missions.bench.bench import aligned
 from missions.tuning.scoring import MEASURES, Measure, Score, best_first
 from missions.tuning.tuning import TuningResult
 from stack.documents import as_yaml, value_of
@@ -33,7 +34,7 @@ def table_lines(tuned: TuningResult) -> Iterator[str]:
     baseline = tuned.scores[0]
     ranked = best_first(tuned.scores)
     names = [item.name for item in tuned.ranges]
-    yield from _aligned([_header(names), *(
+    yield from aligned([_header(names), *(
         [str(place), *_cells(score, baseline, names)] for place, score in enumerate(ranked, start=1)
     )])  # fmt: skip
     yield ""
@@ -145,10 +146,3 @@ def _runs(seeds: int, tuned: TuningResult | None = None) -> str:
         seeds = len(tuned.confirmed[1].costs)
         return f"{seeds} seeds not used for the selection" if seeds > 1 else "a new seed"
     return f"{seeds} seeds" if seeds > 1 else "one seed"
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = (f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
-        yield "  ".join(cells).rstrip()

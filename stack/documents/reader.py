@@ -170,7 +170,7 @@ class Section:
             return declared.read(node.plain())
         except ParameterError as error:
             self.findings.add(
-                self.code, _inner_mark(node), f"{declared.name}: {error.sentence}", error.hint
+                self.code, node.mark, f"{declared.name}: {error.sentence}", error.hint
             )
             return fallback
 
@@ -240,10 +240,6 @@ class Section:
 def is_one_line(name: str) -> bool:
     """Whether a name can be shown in one line of a list."""
     return "\n" not in name and "\t" not in name
-
-
-def _inner_mark(node: Node) -> Mark:
-    return node.mark
 
 
 def value_of(text: str) -> Any:

@@ -44,14 +44,11 @@ class TelemetryClient:
         missed_events: events that the engine had discarded before this client connected.
     """
 
-    def __init__(
-        self, run: RunHandle, *, images: bool = False, clock: Callable[[], float] = monotonic
-    ) -> None:
+    def __init__(self, run: RunHandle, clock: Callable[[], float] = monotonic) -> None:
         """Connect to a run.
 
         Args:
             run: a live run.
-            images: whether snapshots contain camera pictures.
             clock: returns wall seconds.
 
         Raises:
@@ -68,7 +65,7 @@ class TelemetryClient:
         self.report: dict[str, Any] | None = None
         self.is_over = False
         self.missed_events = 0
-        self._clock, self._images = clock, images
+        self._clock = clock
         self._newest: Snapshot | None = None
         self._moment, self._next_event, self._known_events = -1, 0, 0
         self._layers: dict[str, Layer] = {}
@@ -143,9 +140,7 @@ class TelemetryClient:
         import zmq
 
         versions = {name: layer.version for name, layer in self._layers.items()}
-        request = Request(
-            self.info is not None, self._next_event, self._moment, versions, self._images
-        )
+        request = Request(self.info is not None, self._next_event, self._moment, versions)
         self._requested = self._clock()
         try:
             self._socket.send(encode(request), zmq.NOBLOCK)

@@ -31,8 +31,8 @@ def reason_of(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _ignore(sentence: str) -> None:
-    """Default log: discard the line."""
+def discard(line: str) -> None:
+    """Drop a line of the log: there is no run folder."""
 
 
 class Telemetry:
@@ -54,7 +54,7 @@ class Telemetry:
     """
 
     def __init__(
-        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = _ignore,
+        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = discard,
         warn: Callable[[str], None] | None = None,
     ) -> None:  # fmt: skip
         self.info, self.count = info, 0
@@ -63,7 +63,6 @@ class Telemetry:
         self._sinks: dict[int, Sink] = {}
         self._sources: dict[int, CommandSource] = {}
         self._lost_links: list[tuple[str, str]] = []
-        self._shown: dict[int, tuple[float, float]] = {}
         self._attached = 0
         self._step, self._time = 0, 0.0
         self._digest = sha256()
@@ -209,23 +208,7 @@ class Telemetry:
     def _hand_out(self, numbers: Iterable[int], snapshot: Snapshot) -> None:
         for number in numbers:
             if number in self._sinks:
-                self._call(number, self._sinks[number].snapshot, self._unseen(number, snapshot))
-
-    def _unseen(self, number: int, snapshot: Snapshot) -> Snapshot:
-        """Return a snapshot without the picture and the mask that a sink has had before."""
-        image, mask = snapshot.image, snapshot.mask
-        shown = self._shown.get(number, (-1.0, -1.0))
-        stamps = (
-            shown[0] if image is None else image.stamp, shown[1] if mask is None else mask.stamp
-        )  # fmt: skip
-        self._shown[number] = stamps
-        old_image = image is not None and stamps[0] == shown[0]
-        old_mask = mask is not None and stamps[1] == shown[1]
-        if not (old_image or old_mask):
-            return snapshot
-        return replace(
-            snapshot, image=None if old_image else image, mask=None if old_mask else mask
-        )
+                self._call(number, self._sinks[number].snapshot, snapshot)
 
     def _call(self, number: int, method: Callable[..., Any], *arguments: Any) -> Any:
         """Call a sink's method unless the sink was removed; remove it if it raises."""
@@ -248,7 +231,6 @@ class Telemetry:
     def _drop(self, number: int, error: Exception) -> None:
         sink = self._sinks.pop(number)
         self._sources.pop(number, None)
-        self._shown.pop(number, None)
         name = type(sink).__name__
         if isinstance(error, RecordFull):
             self._warn(f"! at {self._time:.1f} s {error}")

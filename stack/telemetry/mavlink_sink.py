@@ -254,11 +254,9 @@ class MavlinkSink:
         """Answer a request of a station: it is not supported."""
         dialect, send = self._dialect, self._connection.mav
         station = message.get_srcSystem(), message.get_srcComponent()
-        if kind in ("COMMAND_LONG", "COMMAND_INT"):
-            number = message.command
-            send.command_ack_send(number, dialect.MAV_RESULT_UNSUPPORTED, 0, 0, *station)
-        elif kind == "SET_MODE":  # ArduPilot acknowledges it under the number of the message
-            number = message.get_msgId()
+        if kind in ("COMMAND_LONG", "COMMAND_INT", "SET_MODE"):
+            # ArduPilot acknowledges SET_MODE under the number of the message.
+            number = message.get_msgId() if kind == "SET_MODE" else message.command
             send.command_ack_send(number, dialect.MAV_RESULT_UNSUPPORTED, 0, 0, *station)
         elif kind in MISSION_REQUESTS:
             plan = message.to_dict().get("mission_type", 0)  # not in all of them

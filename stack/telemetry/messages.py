@@ -25,14 +25,12 @@ class Request:
         next_event: number of the first event that the client lacks.
         moment: number of the newest Moment that the client has, -1 for none.
         layers: versions of the layers that the client has, by name.
-        images: whether the client wants camera pictures.
     """
 
     has_info: bool = False
     next_event: int = 0
     moment: int = -1
     layers: Mapping[str, int] = field(default_factory=dict)
-    images: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +68,7 @@ class NamedLayer:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A snapshot without its layers, which are referred to by version.
+    """A snapshot without pictures, and without its layers, which are referred to by version.
 
     Attributes:
         number: counts the snapshots of a run.

@@ -15,7 +15,8 @@ from typing import Any
 from stack.errors import InputError
 from stack.telemetry.event_log import event_line, json_value
 from stack.telemetry.hub import EVENTS, SENSORS, reason_of
-from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.telemetry.records import Event, RunInfo
+from stack.telemetry.sinks import Sink
 
 
 class RunFolder:
@@ -138,7 +139,7 @@ def _ignore(record: str, reason: str) -> None:
     """Default of `RunFolder.on_loss`: there is nobody to tell."""
 
 
-class Recorder:
+class Recorder(Sink):
     """Sink that writes the events of a run into its folder.
 
     Each event is one write of one complete line, so that a killed run leaves complete lines.
@@ -148,10 +149,7 @@ class Recorder:
         self.folder = folder
         self._file = -1
 
-    @property
-    def record(self) -> str:
-        """Name of the file in the run folder."""
-        return EVENTS
+    record = EVENTS
 
     def open(self, info: RunInfo) -> None:
         """Create events.jsonl and lock it, which shows that the run is live."""
@@ -167,13 +165,6 @@ class Recorder:
             OSError: it cannot be written: the disk is full, or the file was removed.
         """
         write_all(self._file, event_line(event))
-
-    def wants_snapshot(self, time: float) -> bool:
-        """Never: the run folder contains only events."""
-        return False
-
-    def snapshot(self, snapshot: Snapshot) -> None:
-        """Ignored: `wants_snapshot` is always false, but the last one is sent to every sink."""
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Close events.jsonl. Safe to call twice."""

@@ -265,7 +265,7 @@ class Snapshot:
         pace: requested simulated seconds per wall second; 0: as fast as possible.
         parameters: current component parameters, flat: "controller.cruise_speed" -> value.
         public_parameters: the names of those that users may need; the others are for experts.
-        image: newest camera picture; None if the sink has had it with an earlier snapshot.
+        image: newest camera picture. Pictures are not sent to dashboards.
         truth: true pose, in simulation only.
         people: (n, 3) x, y, radius of the people, in simulation only.
         tracks: tracked moving objects, map frame; empty when no component needs tracks.
@@ -278,7 +278,7 @@ class Snapshot:
         debugging: breakpoints, forced outcomes and reloads.
         records_lost: files of the run folder that cannot be written, as text; empty if none.
         detections: objects in recent pictures, map frame.
-        mask: pixels of the colour in the newest picture that was searched; None as for `image`.
+        mask: pixels of the colour in the newest picture that was searched.
         cameras: state of every camera of the robot.
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.

@@ -16,7 +16,7 @@ from pathlib import Path
 from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 from typing import TYPE_CHECKING, Any
 
-from stack.errors import InputError, TelemetryError
+from stack.errors import TelemetryError
 from stack.telemetry.codec import decode_one_of, encode
 from stack.telemetry.event_log import json_value
 from stack.telemetry.inbox import STOP, CommandInbox
@@ -34,7 +34,6 @@ from stack.telemetry.messages import (
 )
 from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
 from stack.telemetry.rendezvous import RunHandle, announce, announce_again, withdraw
-from stack.types import ColourMask, Image
 
 if TYPE_CHECKING:
     import zmq
@@ -94,26 +93,13 @@ class TelemetryServer:
 
     link = "control by dashboards and `treepilot tell`"
 
-    def __init__(
-        self, address: str | None = None, clock: Callable[[], float] = monotonic,
-        folder: Path | None = None,
-    ) -> None:  # fmt: skip
-        """Prepare a server.
+    def __init__(self, clock: Callable[[], float] = monotonic, folder: Path | None = None) -> None:
+        """Prepare a server with a socket in the user's own folder of sockets.
 
         Args:
-            address: None for a socket in the user's own folder of sockets.
             clock: returns wall seconds.
             folder: of the run, which is announced; None if it has none.
-
-        Raises:
-            InputError: any other address: listening on a network without keys is not allowed.
         """
-        # A TCP listener belongs here: with CURVE keys of a 0600 file and a folder of known clients.
-        if address is not None:
-            raise InputError(
-                f"cannot listen on {address!r}: only local dashboards are supported; "
-                "forward the socket over ssh to watch from another machine"
-            )
         self.handle: RunHandle | None = None
         self._clock, self._folder = clock, folder
         self._socket: zmq.Socket[bytes] | None = None
@@ -124,13 +110,8 @@ class TelemetryServer:
         self._event_count = 0
         self._info, self._identity = b"", ""
         self._newest: Snapshot | None = None
-        # The newest picture and mask, with the moments in which they came: a client that did not
-        # ask in between gets them with a later moment.
-        self._image: Image | None = None
-        self._mask: ColourMask | None = None
-        self._image_moment = self._mask_moment = -1
         self._moment, self._looked = -1, clock()
-        self._encoded_moments: dict[tuple[bool, bool, bool], bytes] = {}
+        self._encoded_moment: bytes | None = None
         self._encoded_layers: dict[str, tuple[int, bytes]] = {}
 
     @property
@@ -174,12 +155,7 @@ class TelemetryServer:
 
     def snapshot(self, snapshot: Snapshot) -> None:
         """Keep the newest snapshot and answer the clients that are due."""
-        self._newest, self._moment = snapshot, self._moment + 1
-        if snapshot.image is not None:
-            self._image, self._image_moment = snapshot.image, self._moment
-        if snapshot.mask is not None:
-            self._mask, self._mask_moment = snapshot.mask, self._moment
-        self._encoded_moments.clear()
+        self._newest, self._moment, self._encoded_moment = snapshot, self._moment + 1, None
         for identity, client in list(self._due()):
             if client.asks:
                 self._tell_state(identity, client, snapshot)
@@ -351,12 +327,12 @@ class TelemetryServer:
                 if layers.get(name) != layer.version:
                     layers[name] = layer.version
                     yield self._layer(name)
-            yield self._moment_for(has)
+            yield self._newest_moment()
         first = max(has.next_event, self._event_count - len(self._events))
         batch = self._batch(first)
         if batch:
             yield encode(EventBatch(first, batch))
-        client.has = Request(True, first + len(batch), self._moment, layers, has.images)
+        client.has = Request(True, first + len(batch), self._moment, layers)
         yield encode(Served(self._event_count))
 
     def _batch(self, first: int) -> tuple[bytes, ...]:
@@ -379,25 +355,15 @@ class TelemetryServer:
             self._encoded_layers[name] = cached
         return cached[1]
 
-    def _moment_for(self, has: Request) -> bytes:
-        """Return the newest snapshot, with the picture and the mask that a client lacks."""
-        assert self._newest is not None
-        lacks = (
-            has.images, has.moment < self._image_moment and has.images,
-            has.moment < self._mask_moment,
-        )  # fmt: skip
-        if lacks not in self._encoded_moments:
-            newest, (images, lacks_image, lacks_mask) = self._newest, lacks
+    def _newest_moment(self) -> bytes:
+        """Return the newest snapshot without its pictures, which no dashboard shows."""
+        if self._encoded_moment is None:
+            newest = self._newest
+            assert newest is not None
             versions = {name: layer.version for name, layer in newest.layers.items()}
-            bare = dataclasses.replace(
-                newest,
-                layers={},
-                image=self._image if lacks_image else None,
-                mask=self._mask if lacks_mask else None,
-                depth_image=newest.depth_image if images else None,
-            )
-            self._encoded_moments[lacks] = encode(Moment(self._moment, versions, bare))
-        return self._encoded_moments[lacks]
+            bare = dataclasses.replace(newest, layers={}, image=None, mask=None, depth_image=None)
+            self._encoded_moment = encode(Moment(self._moment, versions, bare))
+        return self._encoded_moment
 
     def _send_ack(self, identity: bytes, ack: Ack) -> None:
         """Send an Ack; a client that does not read its messages keeps its place and budget."""

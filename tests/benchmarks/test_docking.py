@@ -7,7 +7,7 @@ from math import hypot, radians
 
 import pytest
 
-from missions.bench.bench import Options, RobotEntry
+from missions.bench.bench import Options
 from stack.sim.worlds.world_file import read_world
 from tests.benchmarks.benches.docking import (
     DOCKING,
@@ -19,6 +19,7 @@ from tests.benchmarks.benches.docking import (
     table_of,
     world_text,
 )
+from tests.benchmarks.robot_entry import RobotEntry
 
 ROW = DockingRow(
     "scout", 0, status="passed", cause="", error=0.002, turn=0.01, contacts=0, time=14.0,

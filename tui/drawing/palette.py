@@ -37,6 +37,11 @@ def health_colour(health: float, thresholds: HealthThresholds) -> int:
     return GOOD if health >= thresholds.good else WARN if health >= thresholds.lost else BAD
 
 
+def charge_colour(charge: float) -> int:
+    """Return the colour of the charge of a battery, in [0, 1]."""
+    return GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD
+
+
 def blend(low: int, high: int, share: float) -> int:
     """Return the colour at a fraction between low and high."""
     mixed = 0

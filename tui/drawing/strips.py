@@ -77,6 +77,12 @@ def one_line(text: str) -> str:
     return printable(text).replace("\n", " ").replace("\t", " ")
 
 
+def clock(time: float) -> str:
+    """Return a time of the robot's clock, seconds, as minutes and seconds: `01:23.4`."""
+    minutes, seconds = divmod(time, 60.0)
+    return f"{int(minutes):02d}:{seconds:04.1f}"
+
+
 @lru_cache(maxsize=4096)
 def style(foreground: int, background: int, bold: bool = False) -> Style:
     """Return the style of packed colours."""

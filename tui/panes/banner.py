@@ -9,7 +9,7 @@ from textual.widgets import Static
 
 from stack.telemetry.records import MissionState, Snapshot
 from tui.drawing.palette import BUSY, TEXT, TONES, css
-from tui.drawing.strips import one_line
+from tui.drawing.strips import clock, one_line
 from tui.link import Link
 
 MARGIN = 6
@@ -86,8 +86,7 @@ def _reload_failed(faults: tuple[str, ...], paused: bool) -> Notice:
 def _outcome(snapshot: Snapshot) -> Notice:
     tone, headline = OUTCOMES[snapshot.state]
     detail = "; ".join(filter(None, (snapshot.reason, snapshot.records_lost)))
-    minutes, seconds = divmod(snapshot.time, 60)
-    figures = f"{int(minutes):02d}:{seconds:04.1f}, {snapshot.counters.get('distance', 0.0):.1f} m"
+    figures = f"{clock(snapshot.time)}, {snapshot.counters.get('distance', 0.0):.1f} m"
     recoveries = int(snapshot.counters.get("recoveries", 0))
     if recoveries:
         figures += f", {recoveries} recover{'y' if recoveries == 1 else 'ies'}"

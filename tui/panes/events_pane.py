@@ -9,7 +9,7 @@ from textual.widgets import RichLog
 
 from stack.telemetry.records import ROUTINE, Event
 from tui.drawing.palette import BAD, DIM, GOOD, TEXT, WARN, css
-from tui.drawing.strips import one_line
+from tui.drawing.strips import clock, one_line
 
 LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
 RANK = {"info": 0, "warning": 1, "error": 2}
@@ -69,9 +69,8 @@ class EventsPane(RichLog):
 
 def line_of(event: Event) -> Text:
     """Return an event as a line: time, glyph, source, text."""
-    minutes, seconds = divmod(event.time, 60.0)
     glyph, colour = LEVEL_GLYPH.get(event.level, ("?", TEXT))
-    line = Text(f"{int(minutes):02d}:{seconds:04.1f} ", style=css(DIM))
+    line = Text(f"{clock(event.time)} ", style=css(DIM))
     line.append(f"{glyph} ", style=f"bold {css(colour)}")
     line.append(f"{one_line(event.source):<13}", style=css(DIM))
     line.append(one_line(event.text), style=css(TEXT if event.level == "info" else colour))

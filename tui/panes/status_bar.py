@@ -5,8 +5,19 @@ from __future__ import annotations
 from rich.text import Text
 
 from stack.telemetry.records import RunInfo, Snapshot, TreeRow
-from tui.drawing.palette import BAD, BUSY, DIM, GOOD, PANEL, TEXT, TONES, WARN, css, health_colour
-from tui.drawing.strips import TextLines, one_line
+from stack.telemetry.tree_text import depths
+from tui.drawing.palette import (
+    BUSY,
+    DIM,
+    PANEL,
+    TEXT,
+    TONES,
+    WARN,
+    charge_colour,
+    css,
+    health_colour,
+)
+from tui.drawing.strips import TextLines, clock, one_line
 from tui.link import STALE_AFTER, Link
 from tui.panes.header import header
 
@@ -51,8 +62,7 @@ class StatusBar(TextLines):
         for alarm in now.alarms:
             text.append(" ").append(f" ▲ {alarm} ", style=f"bold {css(PANEL)} on {css(WARN)}")
         if snapshot is not None:
-            minutes, seconds = divmod(snapshot.time, 60)
-            text.append(f"  {int(minutes):02d}:{seconds:04.1f}", style=f"not bold {css(TEXT)}")
+            text.append(f"  {clock(snapshot.time)}", style=f"not bold {css(TEXT)}")
         over = link.is_over or (snapshot is not None and snapshot.state.is_over)
         if link.silent_for > STALE_AFTER and not over:
             text.append(f"  no data for {link.silent_for:.0f} s", style=f"not bold {css(WARN)}")
@@ -68,7 +78,7 @@ class StatusBar(TextLines):
         health, charge = snapshot.health, snapshot.battery.charge
         for label, value, colour in (
             ("loc", f"{health:.2f}", health_colour(health, snapshot.health_thresholds)),
-            ("bat", f"{charge:.0%}", GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD),
+            ("bat", f"{charge:.0%}", charge_colour(charge)),
         ):
             text.append(f"  {label} ", style=css(DIM))
             text.append(value, style=css(colour))
@@ -77,10 +87,6 @@ class StatusBar(TextLines):
 
 def deepest_running(tree: tuple[TreeRow, ...]) -> TreeRow | None:
     """Return the running node with the most ancestors, the first if there are several."""
-    depth_of: dict[int, int] = {-1: -1}
-    deepest: tuple[int, TreeRow] | None = None
-    for row in tree:
-        depth = depth_of[row.id] = depth_of.get(row.parent, -1) + 1
-        if row.status == "running" and (deepest is None or depth > deepest[0]):
-            deepest = depth, row
-    return deepest[1] if deepest is not None else None
+    depth_of = depths(tree)
+    running = (row for row in tree if row.status == "running")
+    return max(running, key=lambda row: depth_of[row.id], default=None)

@@ -13,10 +13,10 @@ from tui.drawing.palette import (
     BUSY,
     DIM,
     FAINT,
-    GOOD,
     PARTICLE,
     TEXT,
     WARN,
+    charge_colour,
     css,
     health_colour,
 )
@@ -68,7 +68,7 @@ class VitalsPane(TextLines, can_focus=True):
 
     def _battery(self, text: Text, snapshot: Snapshot) -> None:
         charge = snapshot.battery.charge
-        colour = GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD
+        colour = charge_colour(charge)
         charging = " charging" if snapshot.battery.charging else ""
         _bar(text, "battery", charge, colour)
         text.append(f" {charge:.0%}{charging}\n", style=css(colour))

@@ -4,7 +4,13 @@ from typing import Annotated
 
 import typer
 
-from missions.cli.arguments import MissionArgument, Settings, assignments
+from missions.cli.arguments import (
+    MissionArgument,
+    OtherRobot,
+    Parameters,
+    Settings,
+    assignments,
+)
 
 
 def parameters(  # noqa: PLR0913 - each is an option of the command
@@ -16,13 +22,8 @@ def parameters(  # noqa: PLR0913 - each is an option of the command
             help="show only this kind (`safety`) or names with this text (`speed`)",
         ),
     ] = "",
-    robot: Annotated[
-        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
-    ] = None,
-    parameter: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="override a parameter, as in `treepilot run`"),
-    ] = None,
+    robot: OtherRobot = None,
+    parameter: Parameters = None,
     set_: Settings = None,
     changed: Annotated[
         bool, typer.Option("--changed", help="show only parameters that a file or option sets")

@@ -6,7 +6,13 @@ from typing import Annotated
 
 import typer
 
-from missions.cli.arguments import assignments, on_a_terminal
+from missions.cli.arguments import (
+    OtherRobot,
+    Parameters,
+    Settings,
+    assignments,
+    on_a_terminal,
+)
 
 
 class Camera(StrEnum):
@@ -65,19 +71,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
     seed: Annotated[
         int, typer.Option(min=0, help="random seed; the same seed gives the same run")
     ] = 0,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
-    ] = None,
-    parameter: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE", help="override a parameter, e.g. controller.cruise_speed=0.4"
-        ),
-    ] = None,
-    robot: Annotated[
-        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
-    ] = None,
+    set_: Settings = None,
+    parameter: Parameters = None,
+    robot: OtherRobot = None,
     world: Annotated[str | None, typer.Option(help="use another world: a name or a file")] = None,
     start: Annotated[
         str | None, typer.Option(metavar="X,Y,HEADING", help="start elsewhere: a pose or a place")

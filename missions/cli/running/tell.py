@@ -45,24 +45,6 @@ def _tell(
 
 
 @tell_app.command()
-def pause(context: typer.Context) -> None:
-    """Pause the mission; the robot stops."""
-    _send(context, "pause")
-
-
-@tell_app.command()
-def resume(context: typer.Context) -> None:
-    """Resume after a pause, a step or a breakpoint."""
-    _send(context, "resume")
-
-
-@tell_app.command("continue")
-def continue_(context: typer.Context) -> None:
-    """Same as resume."""
-    _send(context, "continue")
-
-
-@tell_app.command()
 def step(
     context: typer.Context,
     ticks: Annotated[int, typer.Argument(min=1, help="number of ticks")] = 1,
@@ -104,24 +86,6 @@ def force(
 
 
 @tell_app.command()
-def abort(context: typer.Context) -> None:
-    """Stop the robot and abort the mission."""
-    _send(context, "abort", reason="by the operator")
-
-
-@tell_app.command()
-def estop(context: typer.Context) -> None:
-    """Trigger the emergency stop; `release` resets it, then `resume` continues."""
-    _send(context, "estop", reason="operator")
-
-
-@tell_app.command()
-def release(context: typer.Context) -> None:
-    """Reset the emergency stop."""
-    _send(context, "release")
-
-
-@tell_app.command()
 def nodes(context: typer.Context) -> None:
     """List the nodes with number, status and breakpoint."""
     from missions.execution.client import status_lines
@@ -130,7 +94,26 @@ def nodes(context: typer.Context) -> None:
         typer.echo(line)
 
 
+def _add(kind: str, sentence: str, **arguments: Any) -> None:
+    """Add a command without arguments of its own."""
+
+    @tell_app.command(kind, help=sentence)
+    def command(context: typer.Context) -> None:
+        _send(context, kind, **arguments)
+
+
 def _send(context: typer.Context, kind: str, **arguments: Any) -> None:
     from missions.execution.client import tell
 
     typer.echo(tell(context.obj, kind, arguments))
+
+
+_add("pause", "Pause the mission; the robot stops.")
+_add("resume", "Resume after a pause, a step or a breakpoint.")
+_add("continue", "Same as resume.")
+_add("abort", "Stop the robot and abort the mission.", reason="by the operator")
+_add(
+    "estop", "Trigger the emergency stop; `release` resets it, then `resume` continues.",
+    reason="operator",
+)  # fmt: skip
+_add("release", "Reset the emergency stop.")

@@ -49,7 +49,7 @@ from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
 from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
-from stack.telemetry.hub import Telemetry
+from stack.telemetry.hub import Telemetry, discard
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog
@@ -119,7 +119,7 @@ def build(
     Raises:
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
-    log = folder.log if folder is not None else _discard
+    log = folder.log if folder is not None else discard
     body = _body(plan, options, make_body)
     announce_warnings(plan, telemetry)
     loop, emit = plan.choices["loop"].parameters, emitter(telemetry, "navigation")
@@ -318,10 +318,6 @@ def _places(plan: PreparedMission) -> PlaceMemory:
     if folder is not None:
         places.load(folder)
     return places
-
-
-def _discard(text: str) -> None:
-    """Drop a log line: there is no run folder."""
 
 
 def _idle() -> None:

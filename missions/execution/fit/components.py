@@ -45,6 +45,12 @@ class Marks:
         return named.marks.get(parameter, named.mark)
 
 
+def mark_of_component(mission: Mission, kind: str, parameter: str) -> Mark:
+    """Return the position of a parameter, else of its component, else the start of the file."""
+    named = mission.components.get(kind)
+    return Mark(str(mission.source)) if named is None else named.marks.get(parameter, named.mark)
+
+
 def check_robot_fits(choices: dict[str, Choice], marks: Marks, robot: RobotDescription) -> None:
     """Raise InputError for components whose settings do not fit the robot."""
     for choice in choices.values():

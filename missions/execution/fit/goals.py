@@ -55,6 +55,25 @@ class Goal:
         more = "or use `partial: true`: the robot stops at the nearest place and succeeds"
         return f"{remedy}, {more}"
 
+    def rim(self, footprint: Footprint) -> FloatArray:
+        """Return points (n, 2) on the robot's outline at the goal."""
+        return self.pose.transform(outline_points(footprint.points, SPACING))
+
+    def collision(self, code: str, thing: str, gap: float, need: float, remedy: str) -> Finding:
+        """Return the error that the goal is in a thing, or nearer to it than the robot needs."""
+        sentence = f"{self.words()} is in {thing}"
+        if gap > 0.0:
+            sentence = f"{self.words()} is too near to {thing}: {gap:.2f} m, "
+            sentence += f"the robot needs {need:.2f} m"
+        return Finding(self.mark, code, sentence, self.hint(remedy))
+
+    def tight_fit(self, thing: str, gap: float) -> Finding:
+        """Return the warning that the robot's outline at the goal touches a thing, or nearly."""
+        state = f"leaves {100.0 * gap:.0f} cm to" if gap > 0.0 else "overlaps"
+        sentence = f"{self.words()} is a tight fit: at {np.degrees(self.pose.heading):.0f} deg "
+        sentence += f"the robot {state} {thing}"
+        return Finding(self.mark, "W140", sentence, "move the goal, or turn it")
+
     def words(self) -> str:
         at = f"({round(self.pose.x, 3):g}, {round(self.pose.y, 3):g})"
         return f"the goal {self.name} {at}" if self.name else f"the goal {at}"
@@ -89,10 +108,10 @@ def start_problem(start: Pose2D, world: World, footprint: Footprint) -> str:
     rim = start.transform(outline_points(footprint.points, SPACING))
     for outline in outlines(world):
         if outline.distance_to(point)[0] < footprint.inscribed_radius:
-            return f"{where} collides with {_thing(outline)} of {world.name}"
+            return f"{where} collides with {_thing(outline, world)}"
         if outline.distance_to(rim).min() < -OVERLAP:
             turned = f"at {np.degrees(start.heading):.0f} deg the robot"
-            return f"{where}: {turned} overlaps {_thing(outline)} of {world.name}"
+            return f"{where}: {turned} overlaps {_thing(outline, world)}"
     return ""
 
 
@@ -261,14 +280,10 @@ def _goal_findings(goals: Sequence[Goal], world: World, footprint: Footprint) ->
     for number, goal in enumerate(inside):
         if goal.is_partial:
             continue
-        shape = shapes[nearest[number]]
-        if gaps[nearest[number], number] < footprint.inscribed_radius:
-            sentence = f"{goal.words()} is in {_thing(shape)} of {world.name}"
-            if gaps[nearest[number], number] > 0.0:
-                sentence = f"{goal.words()} is too near to {_thing(shape)} of {world.name}: "
-                sentence += f"{gaps[nearest[number], number]:.2f} m, the robot needs "
-                sentence += f"{footprint.inscribed_radius:.2f} m"
-            yield Finding(goal.mark, "E181", sentence, goal.hint("move the goal"))
+        thing, need = _thing(shapes[nearest[number]], world), footprint.inscribed_radius
+        gap = float(gaps[nearest[number], number])
+        if gap < need:
+            yield goal.collision("E181", thing, gap, need, "move the goal")
             continue
         near = [shapes[row] for row in np.flatnonzero(
             gaps[:, number] < footprint.circumscribed_radius + CLEARANCE)]  # fmt: skip
@@ -281,21 +296,14 @@ def _tight(
     """Report a goal at which the robot's outline, at its heading, touches an obstacle."""
     if not near:
         return
-    rim = goal.pose.transform(outline_points(footprint.points, SPACING))
+    rim = goal.rim(footprint)
     gaps = [float(shape.distance_to(rim).min()) for shape in near]
-    least = min(gaps)
-    if least >= CLEARANCE:
-        return
-    thing = _thing(near[gaps.index(least)])
-    heading = np.degrees(goal.pose.heading)
-    state = f"leaves {100.0 * least:.0f} cm to" if least > 0.0 else "overlaps"
-    sentence = f"{goal.words()} is a tight fit: at {heading:.0f} deg the robot {state} {thing} "
-    sentence += f"of {world.name}"
-    yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it")
+    if min(gaps) < CLEARANCE:
+        yield goal.tight_fit(_thing(near[gaps.index(min(gaps))], world), min(gaps))
 
 
-def _thing(shape: Outline) -> str:
-    return shape.name or "a wall"
+def _thing(shape: Outline, world: World) -> str:
+    return f"{shape.name or 'a wall'} of {world.name}"
 
 
 def _hint(goal: Goal, world: World) -> str:

@@ -16,7 +16,7 @@ from stack.geometry.connected import Cell, connected_to
 from stack.geometry.polygons import widest_disc
 from stack.sim.worlds.rasterise import RESOLUTION, cells_near, map_shape
 from stack.sim.worlds.world import World
-from stack.types import FloatArray, Pose2D
+from stack.types import FloatArray, Footprint, Pose2D
 
 MAX_CELLS = 1_000_000
 """Larger worlds have larger cells, in which fewer passages count as closed."""
@@ -46,7 +46,7 @@ class ReachableFloor:
     ) -> None:  # fmt: skip
         low = tuple(box for box in world.boxes if box.elevation < robot.height)
         self._world, self._footprint = replace(world, boxes=low), robot.footprint
-        x, y, self._radius = widest_disc(robot.footprint.points)
+        x, y, self._radius = _widest_disc(robot.footprint)
         self._middle = Pose2D(x, y)
         x_min, y_min, x_max, y_max = world.bounds
         area = (x_max - x_min) * (y_max - y_min)
@@ -125,6 +125,17 @@ class ReachableFloor:
         middles = np.column_stack([columns, rows]) + 0.5
         found: FloatArray = middles * self._resolution + self._world.bounds[:2]
         return found
+
+
+def _widest_disc(footprint: Footprint) -> tuple[float, float, float]:
+    """Return (x, y, radius) of the widest disc in an outline, without a search where it is known.
+
+    No disc is wider than the outline: one about the base that is as wide is the widest.
+    """
+    inscribed = footprint.inscribed_radius
+    if footprint.half_width <= inscribed:
+        return 0.0, 0.0, inscribed
+    return widest_disc(footprint.points)
 
 
 def _nearest(points: FloatArray, pose: Pose2D) -> tuple[float, float]:

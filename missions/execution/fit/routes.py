@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from missions.execution.fit.components import mark_of_component
 from missions.execution.fit.steps import every_leaf
 from missions.execution.fit.zones import KeepoutArea
 from missions.language.kinds.leaf import LeafStep
@@ -19,7 +20,7 @@ from stack.parameters import suggestion
 from stack.planning.routes.geojson import read_route_graph
 from stack.planning.routes.graph import RouteGraph
 from stack.planning.routes.parameters import RouteParameters
-from stack.sim.worlds.outlines import Outline, outlines
+from stack.sim.worlds.outlines import outlines
 from stack.sim.worlds.world import World
 from stack.types import FloatArray
 
@@ -47,52 +48,35 @@ def located_planner(
     given = choice.parameters.graph
     if not given:
         hint = "write `planner: {use: route, graph: routes/office.geojson}`"
-        raise InputError([Finding(_mark(mission), "E111", "planner: route needs a `graph`", hint)])
+        mark = mark_of_component(mission, "planner", "graph")
+        raise InputError([Finding(mark, "E111", "planner: route needs a `graph`", hint)])
     file = mission.source.parent / Path(given).expanduser()
     graph = _read(file, mission)
-    drawn = outlines(world, mapped_only=True) if mission.map != "none" else []
-    radius = robot.footprint.inscribed_radius
-    through = [*through_walls(graph, drawn, radius)]
-    if mission.map != "none":
-        through += through_zones(graph, areas, radius)
+    found = [] if mission.map == "none" else list(_through(graph, world, areas, robot))
     unknown = list(_unknown_edges(mission, graph))
     if unknown:
         raise InputError(unknown)
     parameters = replace(choice.parameters, graph=str(file))
-    return replace(choice, parameters=parameters), (*graph.warnings, *through)
-
-
-def through_walls(
-    graph: RouteGraph, outlines: Sequence[Outline], clearance: float
-) -> Iterator[Finding]:
-    """Yield a warning for each lane on which the robot would collide with an obstacle.
-
-    Args:
-        graph: graph of lanes.
-        outlines: outlines of the obstacles, map frame.
-        clearance: inscribed radius of the robot, metres.
-    """
-    things = [(item.name or "a wall", item.depth_at, clearance) for item in outlines]
-    hint = "move the edge; the robot drives around the obstacle if there is room"
-    yield from _through(graph, things, hint)
-
-
-def through_zones(
-    graph: RouteGraph, areas: Sequence[KeepoutArea], clearance: float
-) -> Iterator[Finding]:
-    """Yield a warning for each lane on which the robot would enter a keep-out zone.
-
-    Args:
-        graph: graph of lanes.
-        areas: keep-out zones, map frame.
-        clearance: inscribed radius of the robot, metres.
-    """
-    things = [(item.words(), item.depth_at, clearance if item.whole else 0.0) for item in areas]
-    hint = "move the edge or the zone; the robot drives around if there is room"
-    yield from _through(graph, things, hint)
+    return replace(choice, parameters=parameters), (*graph.warnings, *found)
 
 
 def _through(
+    graph: RouteGraph, world: World, areas: Sequence[KeepoutArea], robot: RobotDescription
+) -> Iterator[Finding]:
+    """Yield a warning for each lane on which the robot would collide, or enter a keep-out zone."""
+    radius = robot.footprint.inscribed_radius
+    walls = outlines(world, mapped_only=True)
+    obstacles = [(item.name or "a wall", item.depth_at, radius) for item in walls]
+    zones = [(item.words(), item.depth_at, radius if item.whole else 0.0) for item in areas]
+    yield from _first_on_each(
+        graph, obstacles, "move the edge; the robot drives around the obstacle if there is room"
+    )
+    yield from _first_on_each(
+        graph, zones, "move the edge or the zone; the robot drives around if there is room"
+    )
+
+
+def _first_on_each(
     graph: RouteGraph, things: Sequence[tuple[str, Depth, float]], hint: str
 ) -> Iterator[Finding]:
     """Report the first thing on each lane: its words, depth of points in it, and clearance."""
@@ -113,30 +97,26 @@ def _through(
 def _refuse_edges(mission: Mission, planner: str) -> None:
     """Raise InputError when a mission sets edges and its planner has no route graph."""
     hint = "choose `planner: {use: route, graph: FILE}`"
-    sentence = f"set_edge: the planner {planner} has no route graph"
-    found = [Finding(step.mark, "E111", sentence, hint) for step in _edge_setters(mission)]
+    sentence = f"the planner {planner} has no route graph"
+    found = [
+        Finding(step.mark, "E111", f"{step.kind}: {sentence}", hint)
+        for step in _edge_users(mission)
+    ]
     if found:
         raise InputError(found)
 
 
 def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
-    for step in _edge_setters(mission):
-        edge = step.ports.get("edge")
+    for step in _edge_users(mission):
+        edge = step.ports.get(step.behaviour.edge_port)
         if isinstance(edge, Constant) and edge.value not in graph.edges:
-            sentence = f"set_edge: the route graph has no edge {edge.value!r}"
+            sentence = f"{step.kind}: the route graph has no edge {edge.value!r}"
             yield Finding(step.mark, "E432", sentence, suggestion(str(edge.value), graph.edges))
 
 
-def _edge_setters(mission: Mission) -> Iterator[LeafStep]:
-    """Yield every set_edge of a mission once."""
-    return (leaf for leaf in every_leaf(mission) if leaf.kind == "set_edge")
-
-
-def _mark(mission: Mission) -> Mark:
-    component = mission.components.get("planner")
-    if component is None:
-        return Mark(str(mission.source))
-    return component.marks.get("graph", component.mark)
+def _edge_users(mission: Mission) -> Iterator[LeafStep]:
+    """Yield every behaviour of a mission that names an edge, once."""
+    return (leaf for leaf in every_leaf(mission) if leaf.behaviour.edge_port)
 
 
 def _read(file: Path, mission: Mission) -> RouteGraph:
@@ -145,7 +125,11 @@ def _read(file: Path, mission: Mission) -> RouteGraph:
         return read_route_graph(file)
     except InputError as error:
         found = [
-            replace(item, mark=_mark(mission), sentence=f"{file}: {item.sentence}")
+            replace(
+                item,
+                mark=mark_of_component(mission, "planner", "graph"),
+                sentence=f"{file}: {item.sentence}",
+            )
             if item.code == "E001"
             else item
             for item in error.findings

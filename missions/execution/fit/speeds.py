@@ -100,7 +100,7 @@ def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
             continue
         most, what = limits.angular_speed, "turns"
         if declared.unit == "m/s":
-            backward = speed < 0.0 or step.kind == "back_up"
+            backward = speed < 0.0 or step.behaviour.drives_backward
             most = limits.reverse_speed if backward else limits.linear_speed
             what = "drives backward" if backward else "drives"
         if abs(speed) <= most + 1e-9:

@@ -20,7 +20,7 @@ from stack.costmap.parameters import CostmapParameters
 from stack.costmap.zones import MARGIN, Zone, ZoneCells, read_mask
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
-from stack.geometry.polygons import distances_to_edges, outline_points, points_inside
+from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
@@ -150,22 +150,14 @@ def _goal_findings(
     for area in areas:
         gap, need = _distance(area, goal.pose), _need(area, robot)
         if gap < need:
-            sentence = f"{goal.words()} is in {area.words()}"
-            if gap > 0.0:
-                sentence = f"{goal.words()} is too near to {area.words()}: {gap:.2f} m, "
-                sentence += f"the robot needs {need:.2f} m"
-            yield Finding(goal.mark, "E182", sentence, goal.hint("move the goal or the zone"))
+            yield goal.collision("E182", area.words(), gap, need, "move the goal or the zone")
             return
     for area in areas:
         if not area.whole:
             continue
-        rim = goal.pose.transform(outline_points(robot.footprint.points, SPACING))
-        gap = float(area.distance_to(rim).min())
+        gap = float(area.distance_to(goal.rim(robot.footprint)).min())
         if gap < CLEARANCE:
-            state = f"leaves {100.0 * gap:.0f} cm to" if gap > 0.0 else "overlaps"
-            sentence = f"{goal.words()} is a tight fit: at {np.degrees(goal.pose.heading):.0f} deg "
-            sentence += f"the robot {state} {area.words()}"
-            yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it")
+            yield goal.tight_fit(area.words(), gap)
             return
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from missions.execution.prepare import PreparedMission, RunOptions
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.trees.mission_tree import MissionTree
 from missions.trees.slots import Slot
@@ -133,6 +134,19 @@ class KeptValues:
     def _refused(self, sentence: str) -> InputError:
         hint = "correct the file, or start without it: --forget-kept (it becomes a .bak file)"
         return InputError([Finding(Mark(str(self.path), 1, 1), "E136", sentence, hint)])
+
+
+def kept_values_of(plan: PreparedMission, options: RunOptions) -> KeptValues | None:
+    """Return the kept values of a run with records; None if there are none to keep."""
+    mission = plan.mission
+    if options.out is None or plan.recording is not None:
+        return None
+    if not any(symbol.keep for symbol in mission.blackboard.values()):
+        return None
+    return KeptValues(
+        options.out.parent, mission.source.stem, mission.name, mission.blackboard,
+        forget=options.forget_kept,
+    )  # fmt: skip
 
 
 def _plain(value: Any) -> Any:

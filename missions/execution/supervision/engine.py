@@ -26,7 +26,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.progress import ProgressLines
 from missions.execution.records.run_folders import RUNS, reserved_suffix
-from missions.execution.report import Report
+from missions.execution.report import INTERNAL_ERROR, WRONG_INPUT, Report, worst_of
 from missions.execution.resources import find_mission
 from missions.execution.run import Run, RunWatch
 from missions.execution.running import execute
@@ -35,19 +35,17 @@ from missions.execution.supervision.heartbeat import Heartbeat, Phase, Request
 from missions.execution.supervision.messages import Outbox
 from stack.body import FASTEST_PACE, SLOWEST_PACE, pace_problem
 from stack.errors import BodyError, Finding, InputError, TreepilotError
-from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.telemetry.records import Event
+from stack.telemetry.sinks import Sink
 from stack.types.printable import printable
 
-WRONG_INPUT, INTERNAL_ERROR = 2, 3
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-BY_SEVERITY = (3, 130, 1)
-"""Exit codes of several missions: the first of these that one of them has."""
 
 VIEWER_WITHIN = 5.0
 """Wall seconds that the first step waits for the dashboard, so that it shows the mission begin."""
 
 
-class Supervised(RunWatch):
+class Supervised(RunWatch, Sink):
     """Reports the progress of one run to the supervisor, and obeys its requests.
 
     It is a telemetry sink, for the names of the nodes, and the run's watch.
@@ -60,9 +58,6 @@ class Supervised(RunWatch):
         self._tree, self._cell = heartbeat.add_tree()
         self._folder = ""
 
-    def open(self, info: RunInfo) -> None:
-        """Do nothing."""
-
     def event(self, event: Event) -> None:
         """Tell the names of the nodes, also after a reload."""
         if event.kind == "tree":
@@ -72,13 +67,6 @@ class Supervised(RunWatch):
             self._heartbeat.set_names(self._tree, names)
         elif event.kind == "mission_ended":
             self._outbox.send("ended", folder=self._folder, how=event.text)
-
-    def wants_snapshot(self, time: float) -> bool:
-        """Never."""
-        return False
-
-    def snapshot(self, snapshot: Snapshot) -> None:
-        """Do nothing."""
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Tell that the records are being closed."""
@@ -161,8 +149,7 @@ def main() -> int:
     except Exception:
         return _internal_error()
     outbox.send("reports", reports=[report.plain() for report in reports])
-    codes = [report.exit_code for report in reports]
-    return next((code for code in BY_SEVERITY if code in codes), 0)
+    return worst_of([report.exit_code for report in reports])
 
 
 def _internal_error() -> int:

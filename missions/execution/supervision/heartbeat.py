@@ -43,8 +43,7 @@ class Phase(IntEnum):
     STARTING = 0
     COMPILING = 1
     RUNNING = 2
-    STOPPING = 3
-    CLOSING = 4
+    CLOSING = 3
 
 
 class Request(IntEnum):

@@ -13,16 +13,12 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from missions.execution.report import Report
+from missions.execution.report import INTERNAL_ERROR, INTERRUPTED, WRONG_INPUT, Report, worst_of
 from missions.execution.supervision.heartbeat import Phase
 from missions.execution.supervision.lost_engine import end_of, lost_reports
 from missions.execution.supervision.supervisor import POLL, Supervisor
 from missions.execution.supervision.viewer import Viewer
 from missions.run_options import RunOptions
-
-SUCCEEDED, WRONG_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 130
-BY_SEVERITY = (INTERNAL_ERROR, INTERRUPTED, 1)
-"""Exit codes of several missions: the first of these that one of them has."""
 
 HANG_TIMEOUT = 60.0
 """Wall seconds without a step after which an engine is killed, if not chosen otherwise."""
@@ -65,7 +61,7 @@ def launch(options: LaunchOptions) -> int:
         )
         try:
             if not options.headless and not _watch(supervisor):
-                return SUCCEEDED
+                return 0
             supervisor.wait()
             if supervisor.hung_up and supervisor.engine.poll() is None:
                 return INTERRUPTED
@@ -149,7 +145,7 @@ def _print_result(supervisor: Supervisor, options: LaunchOptions) -> int:
         if error.errno not in (errno.EPIPE, errno.EIO):  # nobody reads it, the terminal is gone
             print(f"cannot print the report: {error.strerror}", file=sys.stderr)
             codes.append(INTERNAL_ERROR)
-    return next((code for code in BY_SEVERITY if code in codes), SUCCEEDED)
+    return worst_of(codes)
 
 
 def _print(reports: Sequence[Report], options: LaunchOptions) -> None:

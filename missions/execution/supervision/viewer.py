@@ -6,13 +6,12 @@ import json
 import os
 import subprocess
 import sys
-import termios
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
 from missions.execution.supervision.child_process import command_of
-from tui.terminal.restore import RESTORE
+from tui.terminal.restore import restore_terminal, terminal_settings
 
 CLOSE_WITHIN = 2.0
 """Wall seconds that a dashboard gets to end after the run was interrupted."""
@@ -33,7 +32,7 @@ class Viewer:
             handle: of the run.
             owns_run: whether ctrl+c in it ends the run; otherwise it asks.
         """
-        self._settings = _terminal_settings()
+        self._settings = terminal_settings()
         self._outcome, theirs = os.pipe()
         self._process = subprocess.Popen(
             command_of(
@@ -84,21 +83,5 @@ class Viewer:
             self.trouble = str(answer.get("trouble") or f"it ended with exit code {code}")
             self.traceback = str(answer.get("traceback", ""))
         if was_open or outcome == "crashed":
-            self._restore_terminal()
+            restore_terminal(sys.stdout, self._settings)
         return outcome
-
-    def _restore_terminal(self) -> None:
-        """Undo what a dashboard that could not do so itself has set."""
-        with suppress(OSError):
-            sys.stdout.write(RESTORE)
-            sys.stdout.flush()
-        if self._settings is not None:
-            with suppress(termios.error, OSError):
-                termios.tcsetattr(sys.stdin.fileno(), termios.TCSADRAIN, self._settings)
-
-
-def _terminal_settings() -> list[Any] | None:
-    try:
-        return termios.tcgetattr(sys.stdin.fileno())
-    except (termios.error, OSError, ValueError):
-        return None

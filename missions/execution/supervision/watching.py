@@ -6,11 +6,10 @@ import signal
 import sys
 from dataclasses import asdict
 
+from missions.execution.report import INTERNAL_ERROR, INTERRUPTED
 from missions.execution.supervision.supervisor import POLL
 from missions.execution.supervision.viewer import Viewer
 from stack.telemetry.rendezvous import find_run
-
-CRASHED, INTERRUPTED = 3, 130
 
 
 def watch_run(name: str) -> int:
@@ -31,5 +30,5 @@ def watch_run(name: str) -> int:
         print(f"aborted {run.run_id}", file=sys.stderr)
     if outcome == "crashed":
         print(f"the dashboard crashed: {viewer.trouble}; the mission continues", file=sys.stderr)
-        return CRASHED
+        return INTERNAL_ERROR
     return INTERRUPTED if caught else 0

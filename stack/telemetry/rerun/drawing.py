@@ -1,40 +1,20 @@
-"""Draws snapshots and events in rerun."""
+"""Draws the entities of a run in rerun."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from math import cos, sin
-from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 import rerun as rr
 
-from stack.telemetry.outlines import (
-    at_height,
-    largest_variance,
-    outline,
-    uncertainty_ellipse,
-)
+from stack.telemetry.outlines import at_height, largest_variance, outline, uncertainty_ellipse
 from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot, TreeRow
 from stack.telemetry.rerun.blueprint import layout, node_path
 from stack.telemetry.rerun.grids import GridDrawing, WindowDrawing
-from stack.telemetry.rerun.localisation import (
-    PARTICLE_COLOUR,
-    SCAN_COLOUR,
-    draw_particles,
-    draw_rivals,
-    draw_scan,
-    localisation_constants,
-)
-from stack.telemetry.rerun.objects import draw_detections, draw_mask
-from stack.telemetry.rerun.parameters import RecordingParameters
-from stack.telemetry.rerun.pictures import (
-    DEPTH_COLOUR,
-    draw_colour_picture,
-    draw_depth_picture,
-    draw_depth_points,
-)
+from stack.telemetry.rerun.localisation import PARTICLE_COLOUR, SCAN_COLOUR, localisation_constants
+from stack.telemetry.rerun.pictures import DEPTH_COLOUR
 from stack.telemetry.rerun.place import (
     draw_markers,
     draw_places,
@@ -44,20 +24,7 @@ from stack.telemetry.rerun.place import (
 )
 from stack.telemetry.rerun.recording import BASE, MAP, TRUTH, Recording
 from stack.telemetry.tree_text import NOTHING, tree_markdown
-from stack.types import (
-    ColourMask,
-    DepthImage,
-    Detection,
-    FloatArray,
-    Footprint,
-    Image,
-    OccupancyGrid,
-    Path,
-    Pose2D,
-    RivalPose,
-    Scan,
-    TrackedObject,
-)
+from stack.types import FloatArray, Footprint, Path, Pose2D, TrackedObject
 
 Colour = tuple[int, int, int]
 
@@ -102,34 +69,15 @@ PLAN_HEIGHTS = {"path": 0.05, "local_plan": 0.08}
 
 
 class RerunDrawing:
-    """Draws snapshots and events into one recording."""
+    """Draws the robot, its plans, layers, states and plots into one recording."""
 
-    def __init__(self, info: RunInfo, file: FilePath, parameters: RecordingParameters) -> None:
-        self._info = info
-        limit = parameters.size_limit * 1e6
-        self._recording = Recording(file, limit, info.run_id, info.title or info.run_id)
+    def __init__(self, info: RunInfo, recording: Recording) -> None:
+        self._info, self._recording = info, recording
         self._grids: dict[str, GridDrawing | WindowDrawing] = {}
         self._trail: Pose2D | None = None
         self._has_truth = False
         self._known_nodes: set[int] = set()
         self._activities: dict[str, Colour] = {}
-
-    def at(self, time: float) -> None:
-        """Set the robot time, seconds, of everything drawn from now on."""
-        self._recording.at(time)
-
-    def write(self) -> None:
-        """Write what was drawn to the file.
-
-        Raises:
-            RecordFull: the file reached its size limit.
-            OSError: it cannot be written.
-        """
-        self._recording.write()
-
-    def close(self) -> None:
-        """Close the file; what was not written is lost."""
-        self._recording.close()
 
     def static_entities(self) -> None:
         """Draw robot model, markers, places and the legends of the plots."""
@@ -193,26 +141,6 @@ class RerunDrawing:
             self._people(snapshot.people)
         self._tracks(snapshot.tracks)
 
-    def scan(self, scan: Scan, pose: Pose2D, grid: OccupancyGrid | None) -> None:
-        """Draw a scan that was taken at a pose, compared with the map if there is one."""
-        draw_scan(self._recording, scan, pose, grid)
-
-    def detections(self, detections: tuple[Detection, ...]) -> None:
-        """Draw detected objects on picture and map; hide them if there are none."""
-        draw_detections(self._recording, detections)
-
-    def mask(self, mask: ColourMask | None) -> None:
-        """Draw the pixels of a colour over the picture; hide them if there are none."""
-        draw_mask(self._recording, mask)
-
-    def rivals(self, rivals: tuple[RivalPose, ...]) -> None:
-        """Draw rival poses; hide them if there are none."""
-        draw_rivals(self._recording, rivals)
-
-    def particles(self, particles: FloatArray) -> None:
-        """Draw particles, (n, 3) of x, y and heading, as arrows."""
-        draw_particles(self._recording, particles)
-
     def plan(self, name: str, plan: Path | None) -> None:
         """Draw the global plan, `path`, or the `local_plan`; hide it if there is none."""
         entity = f"world/{name}"
@@ -273,18 +201,6 @@ class RerunDrawing:
         text = tree_markdown(snapshot, self._info)
         document = rr.TextDocument(text, media_type="text/markdown")
         self._recording.stream.log("tree_text", document)
-
-    def image(self, image: Image) -> None:
-        """Log a rectified camera picture; before the first one, the camera's pose and model."""
-        draw_colour_picture(self._recording, image)
-
-    def depth_image(self, image: DepthImage) -> None:
-        """Log a picture of a depth camera, likewise; the world shows its points."""
-        draw_depth_picture(self._recording, image)
-
-    def depth_points(self, points: FloatArray) -> None:
-        """Draw the obstacles of the depth cameras, (n, 3) map frame."""
-        draw_depth_points(self._recording, points)
 
     def _constants(self) -> None:
         """Log what does not change of entities: sizes and colours; and the robot's outline."""

@@ -15,25 +15,14 @@ class RecordingParameters:
         5.0, "Hz", above=0.0, at_most=100.0, public=True,
         help="snapshots: pose, plots, states, people and tracks; no other rate can be higher",
     )  # fmt: skip
-    scan_rate: float = parameter(5.0, "Hz", above=0.0, at_most=100.0, help="lidar scans")
     particle_rate: float = parameter(
         2.0, "Hz", above=0.0, at_most=100.0, help="particles of the localisation"
-    )
-    plan_rate: float = parameter(
-        2.0, "Hz", above=0.0, at_most=100.0, help="global and local plan, if they changed"
     )
     local_costmap_rate: float = parameter(
         1.0, "Hz", above=0.0, at_most=100.0, help="local costmap, if it changed"
     )
     global_costmap_rate: float = parameter(
         0.5, "Hz", above=0.0, at_most=100.0, help="changed parts of the global costmap"
-    )
-    picture_rate: float = parameter(
-        2.0,
-        "Hz",
-        above=0.0,
-        at_most=100.0,
-        help="camera pictures as JPEG, depth pictures as PNG, and depth obstacles",
     )
     size_limit: float = parameter(
         2000.0, at_least=1.0, public=True, help="megabytes at which the recording of a run stops"

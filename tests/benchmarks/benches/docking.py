@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from missions.bench.bench import Bench, Options, RobotEntry, Row, Rows, groups
+from missions.bench.bench import Bench, Options, Row, Rows, groups
 from missions.bench.layout import write_world
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.running import execute
@@ -22,6 +22,7 @@ from stack.streams import stream
 from stack.types import Pose2D, wrap_angle
 from tests.benchmarks.benchmark import FILES, HELD_OUT, Benchmark, Given, table
 from tests.benchmarks.layouts import Layout
+from tests.benchmarks.robot_entry import RobotEntry
 from tests.benchmarks.truth import TruthRecorder, ending
 
 MISSION = FILES / "docking.yaml"

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from missions.bench.bench import Bench, Options, RobotEntry, Row, Rows, groups
+from missions.bench.bench import Bench, Options, Row, Rows, groups
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.execution.running import execute
@@ -22,6 +22,7 @@ from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.sinks import Sink
 from tests.benchmarks.benchmark import HELD_OUT, Benchmark, Given, table
 from tests.benchmarks.layouts import Layout
+from tests.benchmarks.robot_entry import RobotEntry
 from tests.benchmarks.truth import ending
 
 MISSION = MISSIONS / "35_follow_me.yaml"

@@ -133,9 +133,18 @@ def test_a_table_of_another_mission_world_or_robot_is_not_continued(tmp_path, mo
     shutil.copytree(find_robot("scout", tmp_path).parent, tmp_path / "scout")
     faster = tmp_path / "scout" / "robot.yaml"
     record(robot=str(faster))
-    text = faster.read_text("utf-8").replace("linear_speed: 0.8 m/s", "linear_speed: 0.9 m/s")
-    faster.write_text(text, "utf-8")
-    with pytest.raises(InputError, match="results of other settings"):
+    shape = tmp_path / "scout" / "scout.urdf"
+    for file, before, after in (
+        (faster, "linear_speed: 0.8 m/s", "linear_speed: 0.9 m/s"),
+        (faster, "field_of_view: 360 deg", "field_of_view: 270 deg"),
+        (shape, '<mass value="', '<mass value="1'),
+    ):
+        text = file.read_text("utf-8")
+        assert before in text
+        file.write_text(text.replace(before, after), "utf-8")
+        with pytest.raises(InputError, match="results of other settings"):
+            record(robot=str(faster))
+        file.write_text(text, "utf-8")
         record(robot=str(faster))
 
 

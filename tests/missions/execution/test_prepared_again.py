@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missions.execution import resources
 from missions.execution.prepare import RunOptions, diagnose, prepare
 from missions.execution.resources import find_mission, load_robot
 from robots.load import find_robot
@@ -117,6 +118,23 @@ def test_an_edited_mesh_of_a_gazebo_world_is_read_again(tmp_path):
         world = prepare(mission, RunOptions()).world
         sizes.append(next(box.size[0] for box in world.boxes if "crate" in box.name))
     assert sizes == pytest.approx([0.5, 1.0], abs=0.04)
+
+
+def test_robot_and_world_are_each_read_once(mission, monkeypatch):
+    """The reader of the mission and the scene both need them, also if the mission has errors."""
+    read = []
+    for reader in (resources.read_robot, resources.read_any_world):
+
+        def counted(file, *start, reader=reader):
+            read.append(file.name)
+            return reader(file, *start)
+
+        monkeypatch.setattr(resources, reader.__name__, counted)
+    for text, is_faulty in ((MISSION, False), (MISSION.replace("wave: {}", "weave: {}"), True)):
+        mission.write_text(text.replace("start: [1.5,", "start: [1.6,"), "utf-8")
+        assert bool(found(mission)) == is_faulty
+        assert sorted(read) == ["hall.yaml", "robot.yaml"]
+        read.clear()
 
 
 def test_a_relative_path_follows_the_folder_of_the_process(mission, tmp_path, monkeypatch):

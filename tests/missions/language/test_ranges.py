@@ -1,5 +1,6 @@
 """Comparisons that ranges make constant: found with their reason, and never a false alarm."""
 
+from dataclasses import replace
 from math import pi
 
 import pytest
@@ -188,6 +189,16 @@ def test_every_way_to_write_a_condition_is_compared_with_the_robot(tmp_path):
     """
     found = speed_findings(read_text(tmp_path, text), load_robot("scout", tmp_path))
     assert [item.mark.line for item in found] == [2, 5, 6, 7, 8, 9, 12]
+
+
+@pytest.mark.parametrize("behaviour", ["back_up", "undock", "drive_on_heading"])
+def test_speeds_backward_are_compared_with_the_speed_in_reverse(tmp_path, behaviour):
+    """Of a robot that drives at 0.8 m/s forward and at 0.2 m/s in reverse."""
+    scout = load_robot("scout", tmp_path)
+    slow = replace(scout, limits=replace(scout.limits, reverse_speed=0.2))
+    mission = read_text(tmp_path, f"run: {{{behaviour}: {{distance: 1 m, speed: 0.3 m/s}}}}")
+    expected = [] if behaviour == "drive_on_heading" else ["W141"]
+    assert [item.code for item in speed_findings(mission, slow)] == expected
 
 
 def test_headings_of_the_robot_are_wrapped():

@@ -6,7 +6,6 @@ import pytest
 from stack.telemetry.event_log import event_line
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Ack, Command, RecordFull
-from stack.types import CameraModel, ColourMask, Image
 
 
 class Notes:
@@ -232,31 +231,3 @@ def test_a_link_that_fails_at_the_end_is_no_event(info):
     telemetry = Telemetry(info, [sink, Link("close")])
     telemetry.close(None)
     assert sink.events == []
-
-
-def picture(stamp: float) -> Image:
-    camera = CameraModel(2, 2, 1.0, (0.2, 0.0, 0.3))
-    return Image(stamp, np.zeros((2, 2, 3), np.uint8), camera)
-
-
-def test_every_sink_gets_every_new_picture_once_also_the_one_that_asks_later(info, snapshot_at):
-    often, rare = Notes(), Notes(wants=False)
-    telemetry = Telemetry(info, [often, rare])
-    for step, stamp in enumerate((0.2, 0.2, 0.4, 0.4)):
-        rare.wants = step % 2 == 1
-        mask = ColourMask("red", stamp, np.zeros((2, 2), np.uint8))
-        telemetry.publish(
-            lambda stamp=stamp, mask=mask: snapshot_at(image=picture(stamp), mask=mask)
-        )
-    late = Notes()
-    telemetry.attach(late)
-    telemetry.publish(lambda: snapshot_at(image=picture(0.4), mask=None))
-
-    def stamps(sink, name):
-        shown = [getattr(snapshot, name) for snapshot in sink.snapshots]
-        return [None if item is None else item.stamp for item in shown]
-
-    assert stamps(often, "image") == [0.2, None, 0.4, None, None]
-    assert stamps(rare, "image") == [0.2, 0.4, None]
-    assert stamps(rare, "mask") == [0.2, 0.4, None]
-    assert stamps(late, "image") == [0.4]

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from stack.telemetry.rerun.sink import MASK_SHOWN, RerunSink
+from stack.telemetry.rerun.sink import RerunSink
+from stack.telemetry.rerun.snapshots import MASK_SHOWN
 from stack.types import ColourMask, Detection
 from tests.stack.telemetry.test_rerun_sink import rerun, rows_by_entity
 

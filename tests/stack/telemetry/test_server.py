@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import zmq
 
-from stack.errors import InputError, TelemetryError
+from stack.errors import TelemetryError
 from stack.telemetry import client as client_module
 from stack.telemetry import codec, server
 from stack.telemetry.client import TelemetryClient
@@ -47,8 +47,8 @@ class Run:
     def fail(self, sentence):
         raise AssertionError(sentence)
 
-    def connect(self, **options):
-        client = TelemetryClient(self.server.handle, clock=self.clock, **options)
+    def connect(self):
+        client = TelemetryClient(self.server.handle, clock=self.clock)
         self.clients.append(client)
         return client
 
@@ -132,21 +132,8 @@ def test_a_client_learns_what_is_fixed_and_sees_the_newest_moment(run, info, sna
         snapshot.layers["map"].content.cells, expected.layers["map"].content.cells
     )
     assert snapshot.layers["scene"] == expected.layers["scene"]
-    assert snapshot.image is None
+    assert (snapshot.image, snapshot.mask, snapshot.depth_image) == (None, None, None)
     assert client.poll() is None
-
-
-def test_pictures_come_to_those_who_want_them(run):
-    client = run.connect(images=True)
-    assert run.until(client.poll).image.pixels.shape == (6, 8, 3)
-
-
-def test_a_client_that_comes_later_gets_the_picture_too(run):
-    first = run.connect(images=True)
-    stamp = run.until(first.poll).image.stamp
-    second = run.connect(images=True)
-    assert run.until(second.poll).image.stamp == stamp
-    assert run.until(second.poll).image is None  # it has it
 
 
 def test_without_clients_no_snapshot_is_built(run):
@@ -495,8 +482,6 @@ def at(address):
 
 
 def test_only_local_addresses(clock):
-    with pytest.raises(InputError, match=r"cannot listen on 'tcp://0.0.0.0:1': only local"):
-        TelemetryServer("tcp://0.0.0.0:1")
     with pytest.raises(TelemetryError, match="expected ipc://"):
         TelemetryClient(at("tcp://127.0.0.1:1"))
 

@@ -1,25 +1,28 @@
-"""The object detector of a mission: its files, and the labels that nodes and layers ask for."""
+"""Models of a mission: the object detector with its labels, and place recognition."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
+from missions.execution.fit.components import mark_of_component
 from missions.execution.fit.steps import every_leaf
+from missions.execution.resources import map_folder
 from missions.language.analysis.claims import mark_of
 from missions.language.model import Mission
 from missions.language.values import Constant
 from stack.components import Choice
-from stack.documents import Finding, Mark
+from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import suggestion
 from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.objects.trial import checked_labels
+from stack.perception.places.descriptor import checked_digest
+from stack.perception.places.keyframe_files import check_keyframes
+from stack.perception.places.parameters import PlaceParameters
 
-KIND = "object_detector"
-SEARCHES = ("find_object", "approach_object")
-"""Behaviours that search for a colour or a label."""
+KIND, PLACES = "object_detector", "place_recognition"
 
 
 def located_detector(
@@ -42,7 +45,8 @@ def located_detector(
             sentence = f"{KIND}: {error}".replace(parameters.model, given.model)
             if given.label_file:
                 sentence = sentence.replace(parameters.label_file, given.label_file)
-            raise InputError([Finding(_mark(mission, "model"), "E111", sentence)]) from None
+            mark = mark_of_component(mission, KIND, "model")
+            raise InputError([Finding(mark, "E111", sentence)]) from None
     found = list(_searches(mission, given, labels))
     if found:
         raise InputError(found)
@@ -55,13 +59,14 @@ def _searches(
 ) -> Iterator[Finding]:
     """Yield errors of the nodes that search for an object."""
     for step in every_leaf(mission):
-        if step.kind not in SEARCHES:
+        label = step.behaviour.label_port
+        if not label:
             continue
-        value = step.ports.get("label")
+        value = step.ports.get(label)
         mark = mark_of(value, step.mark)
         if (value is None) == ("colour" not in step.ports):
-            sentence = f"{step.kind} needs either a `colour` or a `label`"
-            yield Finding(mark, "E111", sentence, "write `colour: red`, or `label: chair`")
+            sentence = f"{step.kind} needs either a `colour` or a `{label}`"
+            yield Finding(mark, "E111", sentence, f"write `colour: red`, or `{label}: chair`")
         elif value is not None and not detector.model:
             yield Finding(
                 mark, "E111", f"{step.kind} searches for a label, and no object detector is set",
@@ -69,11 +74,11 @@ def _searches(
             )  # fmt: skip
         elif isinstance(value, Constant) and value.value not in labels:
             yield Finding(
-                mark, "E111", f"label: {detector.model} has no label {value.value!r}",
+                mark, "E111", f"{label}: {detector.model} has no label {value.value!r}",
                 suggestion(str(value.value), labels),
             )  # fmt: skip
         elif isinstance(value, Constant) and detector.only and value.value not in detector.only:
-            sentence = f"label: {KIND}.only leaves out {value.value!r}"
+            sentence = f"{label}: {KIND}.only leaves out {value.value!r}"
             yield Finding(mark, "E111", sentence, "add it to `only`")
 
 
@@ -84,18 +89,32 @@ def _warnings(
     """Yield warnings about a model or a layer without effect."""
     if labels and robot.camera is None:
         sentence = f"{robot.name} has no camera: the object detector sees nothing"
-        yield Finding(_mark(mission, "model"), "W142", sentence)
+        yield Finding(mark_of_component(mission, KIND, "model"), "W142", sentence)
     depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
     uses = any(layer.component.needs_detections for layer in choices["costmap"].parts)
     if uses and not labels and not depth:
         sentence = "the layer `semantic` has no effect: nothing tells it what things are"
         hint = f"set `{KIND}: {{model: FILE.onnx}}`, or `depth: {{obstacles: true}}` for people"
-        yield Finding(_mark(mission, "layers", "costmap"), "W142", sentence, hint)
+        yield Finding(mark_of_component(mission, "costmap", "layers"), "W142", sentence, hint)
 
 
-def _mark(mission: Mission, parameter: str, kind: str = KIND) -> Mark:
-    """Return the position of a parameter; the start of the file if it is not written there."""
-    named = mission.components.get(kind)
-    if named is None:
-        return Mark(str(mission.source))
-    return named.marks.get(parameter, named.mark)
+def located_places(choice: Choice, mission: Mission) -> Choice:
+    """Return place recognition with the path of its model resolved.
+
+    Raises:
+        InputError: the model cannot be used, or the keyframes of the map are damaged or of another
+            model.
+    """
+    given: PlaceParameters = choice.parameters
+    parameters = given.located(mission.source.parent)
+    try:
+        digest = checked_digest(parameters)
+    except InputError as error:
+        # The message names the file as the mission does: reports have no absolute paths.
+        sentence = f"{PLACES}: {error}".replace(parameters.descriptor, given.descriptor)
+        mark = mark_of_component(mission, PLACES, "descriptor")
+        raise InputError([Finding(mark, "E111", sentence)]) from None
+    folder = map_folder(mission.map, mission.source.parent)
+    if folder is not None:
+        check_keyframes(folder, digest)
+    return replace(choice, parameters=parameters)
