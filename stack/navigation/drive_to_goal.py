@@ -323,15 +323,14 @@ class GoalDrive(Drive):
     def _other_turning_place(self, state: Perceived) -> str | None:
         """Choose another end of the path if there is no room to turn at the goal; say so."""
         tools, pose = self._tools, state.estimate.pose
-        only_turns = (
-            self._follower.at_position and tools.turns_in_place and self._goals.only_last_left
-        )
+        follower = self._follower
+        only_turns = follower.at_position and follower.can_turn and self._goals.only_last_left
         if self._turns_elsewhere or not only_turns:
             return None
         reach = self._choice.tolerance
         place = turning_place(
-            self.goal, pose, tools.global_costmap.view, state.obstacles.points, tools.bodies,
-            tools.parameters.turning_distance if reach is None else reach,
+            self.goal, pose, tools.global_costmap.view, state.obstacles.points,
+            tools.robot.footprint, tools.parameters.turning_distance if reach is None else reach,
         )  # fmt: skip
         if place is None:
             return None

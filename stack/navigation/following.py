@@ -106,7 +106,7 @@ class Follower:
         """Set the path to follow."""
         self.resume(now)
         self.progress = self._tools.path_follower.progress_on(path)
-        self._speeds = PathSpeeds(path, self._tools.deceleration)
+        self._speeds = PathSpeeds(path, self._tools.robot.limits.linear_deceleration)
         self._steer(self.progress, now)
         self.idle.reset()
 
@@ -131,7 +131,7 @@ class Follower:
     def off_heading(self, state: Perceived) -> str:
         """Describe the heading error of a car that stands at the goal's position; else empty."""
         stands = self.idles(state.time) and standing(state.motion.twist)
-        if self._tools.turns_in_place or self.progress is None or not (stands and self.at_position):
+        if self.can_turn or self.progress is None or not (stands and self.at_position):
             return ""
         goal, pose = self.progress.path.goal, state.estimate.pose
         off = abs(wrap_angle(goal.heading - pose.heading))
@@ -143,7 +143,7 @@ class Follower:
     @property
     def can_turn(self) -> bool:
         """Whether the robot can turn in place."""
-        return self._tools.turns_in_place
+        return self._tools.robot.drivetrain.turns_in_place
 
     def idles(self, now: float) -> bool:
         """Whether the robot has stood before the goal for IDLE_BEFORE_REPLAN seconds."""
@@ -217,7 +217,10 @@ class Follower:
     def _seen_and_mapped(self, state: Perceived) -> FloatArray:
         """Return the obstacle points of the controller, and the map's walls in blind sectors."""
         points, tools = _points(state), self._tools
-        ground, reach = tools.global_costmap.ground, tools.bodies.circumscribed + BEHIND_BLIND
+        ground, reach = (
+            tools.global_costmap.ground,
+            tools.robot.footprint.circumscribed_radius + BEHIND_BLIND,
+        )
         walls = unseen_walls(ground, state.estimate.pose, state.obstacles, reach)
         return np.concatenate([points, walls]) if len(walls) else points
 
@@ -226,12 +229,16 @@ class Follower:
         tools, person, progress = self._tools, self.standoff.person, self.progress
         if person is None or progress is None:
             return False
-        bodies, keep = tools.bodies, tools.parameters.person_clearance
+        outline, keep = tools.robot.footprint, tools.parameters.person_clearance
         pose, (x, y) = state.estimate.pose, person.position
-        path = progress.ahead(bodies.circumscribed + keep + 2.0 * person.radius)
+        path = progress.ahead(outline.circumscribed_radius + keep + 2.0 * person.radius)
         aside = float(np.hypot(path[:, 0] - x, path[:, 1] - y).min()) if len(path) else inf
-        room = hypot(x - pose.x, y - pose.y) - person.radius - bodies.circumscribed
-        holds = room <= keep and aside <= person.radius + bodies.inscribed and not self.at_position
+        room = hypot(x - pose.x, y - pose.y) - person.radius - outline.circumscribed_radius
+        holds = (
+            room <= keep
+            and aside <= person.radius + outline.inscribed_radius
+            and not self.at_position
+        )
         if holds:
             self._blocked.start_once(state.time)
             self.forget_obstacle()

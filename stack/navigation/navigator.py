@@ -9,6 +9,7 @@ from stack.compilation import KernelTypes
 from stack.components import Estimator, GoalChecker, Planner, ProgressChecker
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
+from stack.costmap.costmap import Costmap
 from stack.drivetrain.description import RobotDescription
 from stack.navigation.activities import Activities
 from stack.navigation.capabilities.base import Base
@@ -19,12 +20,11 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.people.passing_place import Bodies
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.reactive_motions import ReactiveMotions
 from stack.navigation.recoveries import DriveFor
-from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor
+from stack.navigation.tasks import Emit, MotionExecutor
 from stack.types import ContactZone, CurrentStep, Path, Perceived, Pose2D, Twist
 
 
@@ -77,23 +77,15 @@ class Navigator:
         self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
         goal_checker: GoalChecker, progress_checker: ProgressChecker,
         parameters: NavigationParameters, evasion: Evasion, estimator: Estimator,
-        now: CurrentStep, local_costmap: CostmapLike, global_costmap: CostmapLike, emit: Emit,
+        now: CurrentStep, local_costmap: Costmap, global_costmap: Costmap, emit: Emit,
         period: float, log: Callable[[str], None] = lambda _: None, *, is_real_time: bool = False,
         cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._evasion = MotionEvasion(evasion, path_follower, emit)
         self._tools = DriveTools(
-            path_follower, goal_checker, progress_checker,
+            robot, path_follower, goal_checker, progress_checker,
             PlannerWorker(planner, log, is_real_time=is_real_time), parameters, local_costmap,
-            global_costmap, emit,
-            clear_of=robot.footprint.inscribed_radius,
-            deceleration=robot.limits.linear_deceleration,
-            motions=ReactiveMotions(robot, global_costmap, period),
-            is_round=robot.footprint.is_round,
-            turns_in_place=robot.drivetrain.turns_in_place,
-            bodies=Bodies(
-                robot.footprint.inscribed_radius, robot.footprint.circumscribed_radius
-            ),
+            global_costmap, emit, ReactiveMotions(robot, global_costmap, period),
         )  # fmt: skip
         self.localisation_monitor = LocalisationMonitor(emit, period)
         self.activities = Activities(emit, self.localisation_monitor, log)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.components import Estimator
+from stack.costmap.costmap import Costmap
 from stack.costmap.layer import Frame, sampled
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError, ParameterError, WorkerError
@@ -21,7 +22,7 @@ from stack.mapping.marker_maps import MARKERS_YAML, marker_map_text
 from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.relocalisation import report_pose
-from stack.navigation.tasks import CostmapLike, Emit
+from stack.navigation.tasks import Emit
 from stack.parameters import suggestion
 from stack.perception.markers.survey import MarkerSurvey
 from stack.perception.places.memory import PlaceMemory
@@ -81,7 +82,7 @@ class Map:
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, robot: RobotDescription, estimator: Estimator,
-        costmaps: tuple[CostmapLike, CostmapLike], static: OccupancyGrid | None, store: MapStore,
+        costmaps: tuple[Costmap, Costmap], static: OccupancyGrid | None, store: MapStore,
         emit: Emit, survey: MarkerSurvey | None = None, markers: Sequence[Marker] = (),
         places: PlaceMemory | None = None,
         cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
@@ -274,7 +275,7 @@ def _key(marker: Marker) -> tuple[str, int]:
     return marker.dictionary, marker.number
 
 
-def _from_costs(costmap: CostmapLike) -> OccupancyGrid:
+def _from_costs(costmap: Costmap) -> OccupancyGrid:
     """Return the obstacles and free cells that a costmap without a map has sensed."""
     view = costmap.marks
     cells = np.full(view.cells.shape, FREE, np.int8)

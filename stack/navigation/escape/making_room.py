@@ -86,7 +86,7 @@ class MakingRoom:
     def _should_begin(self, state: Perceived, follower: Follower) -> bool:
         p, tools = self._tools.parameters, self._tools
         held = follower.waiting and follower.standoff.person is None
-        if not held or tools.is_round or not standing(state.motion.twist):
+        if not held or tools.robot.footprint.is_round or not standing(state.motion.twist):
             self._held.reset()
             return False
         self._held.start_once(state.time)
@@ -97,7 +97,7 @@ class MakingRoom:
         near = nearest(state.world.tracks, state.estimate.pose, 2.0 * p.person_distance)
         if away < ELSEWHERE or near is not None or not _turns(follower, state.estimate.pose):
             return False
-        return not can_turn(state.obstacles.points, tools.bodies.circumscribed)
+        return not can_turn(state.obstacles.points, tools.robot.footprint)
 
 
 def _turns(follower: Follower, pose: Pose2D) -> bool:

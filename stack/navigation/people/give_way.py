@@ -12,7 +12,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Drive
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
-from stack.navigation.people.passing_place import REACH, Avoided, find_passing_place, way_of
+from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
 from stack.navigation.people.standoff import STANDS, Standoff, nearest
 from stack.navigation.people.walking_directions import WalkingDirections
 from stack.navigation.tasks import MotionExecutor
@@ -181,8 +181,8 @@ class GiveWay:
             return
         speed = state.motion.twist.linear
         costs = self._tools.global_costmap.view
-        bodies = self._tools.bodies
-        meeting = find_narrow_meeting(costs, ahead, state.world.tracks, speed, bodies)
+        outline = self._tools.robot.footprint
+        meeting = find_narrow_meeting(costs, ahead, state.world.tracks, speed, outline)
         if meeting is None:
             return
         self._looked_ahead_at = now
@@ -205,7 +205,9 @@ class GiveWay:
             ways.append(ahead)
         near = [track for track in state.world.tracks if nearest([track], pose, REACH) is not None]
         costs = self._tools.global_costmap.view
-        return find_passing_place(costs, pose, ways, Avoided(near, self._tried), self._tools.bodies)
+        return find_passing_place(
+            costs, pose, ways, self._tools.robot.footprint, people=near, tried=self._tried
+        )
 
     def _leave(self, state: Perceived, place: Pose2D, meeting: Meeting, why: str) -> None:
         """Begin the drive to a passing place."""
@@ -290,7 +292,7 @@ class GiveWay:
 
     def _can_turn(self, state: Perceived) -> bool:
         """Whether nothing is within the circle in which the robot turns."""
-        return can_turn(state.obstacles.points, self._tools.bodies.circumscribed)
+        return can_turn(state.obstacles.points, self._tools.robot.footprint)
 
     def _is_in_front(self, at: tuple[float, float]) -> bool:
         """Whether a person is on the part of the way that leads to where the robot left it."""

@@ -43,7 +43,9 @@ class PathCheck:
         if progress.path.partial:
             end = progress.path.goal
             points = points[np.hypot(points[:, 0] - end.x, points[:, 1] - end.y) > NEAR_ENOUGH]
-        self.blocked_at = blocked_at(costmap.view, points, pose, self._tools.clear_of)
+        self.blocked_at = blocked_at(
+            costmap.view, points, pose, self._tools.robot.footprint.inscribed_radius
+        )
 
     def forget_blockage(self) -> None:
         """Count the path as free until the costs change."""

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stack.navigation.capabilities.localisation import Localisation
 
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
+from stack.navigation.capabilities.localisation import Localisation
 from stack.navigation.capabilities.map import Map
 from stack.navigation.capabilities.perception import Perception
 from stack.navigation.capabilities.robot import RunningRobot
