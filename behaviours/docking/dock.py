@@ -14,7 +14,6 @@ from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._sensing.dock_fit import DockFitter
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
-    STANDSTILL,
     ContactZone,
     DockShape,
     FailureCode,
@@ -179,7 +178,7 @@ class Dock(DrivingBehaviour):
                 FailureCode.DOCK_NOT_FOUND,
                 f"no dock within 0.3 m and 20 deg of [{self.dock.x:.2f}, {self.dock.y:.2f}]",
             )
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.stand()
         return Status.RUNNING
 
     def _approach(self) -> Status:
@@ -192,7 +191,7 @@ class Dock(DrivingBehaviour):
         if to_go <= AT_DOCK:
             self.position_error = hypot(to_go, robot.y)
             self._enter(_Phase.CONTACT)
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.stand()
             return Status.RUNNING
         speed = min(self.speed, max(SLOWEST, SLOWER * to_go))
         target = Pose2D(self._front + self.gap - TARGET_BEYOND, 0.0, pi)
@@ -202,7 +201,7 @@ class Dock(DrivingBehaviour):
     def _confirm(self) -> Status:
         if self.robot.battery.charging:
             return Status.SUCCESS
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.stand()
         if self._timer.is_over(CHARGE_TIME):
             return self._again(
                 FailureCode.NOT_CHARGING, f"at the dock, but not charging after {CHARGE_TIME:g} s"
