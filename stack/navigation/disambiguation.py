@@ -8,7 +8,7 @@ from stack.components import Estimator
 from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, RivalPose, Scan, Twist
 
 VIEW_TIME = 0.5
@@ -127,7 +127,7 @@ class Disambiguation(MotionExecutor):
     def _look(self, state: Perceived) -> Twist:
         """Stand for a moment, then drive to the next view or give up."""
         self.task.report(f"{_rivals(state)}, looking", 0.0)
-        if not standing(state.motion.twist):
+        if not state.motion.twist.stands:
             self._looking.start(state.time)
         if self._looking.elapsed(state.time) < VIEW_TIME:
             return STANDSTILL

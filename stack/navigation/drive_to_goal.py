@@ -25,7 +25,7 @@ from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
 from stack.navigation.plans.zone_names import with_zones
-from stack.navigation.tasks import MotionTask, standing
+from stack.navigation.tasks import MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
 
 VIA_RADIUS = 0.4
@@ -252,7 +252,7 @@ class GoalDrive(Drive):
         if reason is None:
             return
         twist = state.motion.twist
-        direction = 0 if standing(twist) else int(copysign(1, twist.linear))
+        direction = 0 if twist.stands else int(copysign(1, twist.linear))
         pose = state.estimate.pose
         copy = self._tools.global_costmap.copied()
         progress = self._follower.progress

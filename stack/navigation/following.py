@@ -14,7 +14,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.unseen import unseen_walls
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.standoff import Standoff
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import moving_discs
 from stack.types import (
     STANDSTILL,
@@ -130,7 +130,7 @@ class Follower:
 
     def off_heading(self, state: Perceived) -> str:
         """Describe the heading error of a car that stands at the goal's position; else empty."""
-        stands = self.idles(state.time) and standing(state.motion.twist)
+        stands = self.idles(state.time) and state.motion.twist.stands
         if self.can_turn or self.progress is None or not (stands and self.at_position):
             return ""
         goal, pose = self.progress.path.goal, state.estimate.pose
@@ -162,7 +162,7 @@ class Follower:
         return self._tools.goal_checker.reached(self._drive_state(state, self.progress))
 
     def _drive_state(self, state: Perceived, progress: PathProgress) -> DriveState:
-        still = self._last == STANDSTILL and standing(state.motion.twist)
+        still = self._last == STANDSTILL and state.motion.twist.stands
         top = min(self._tools.path_follower.top_speed, self.posted_limit)
         return DriveState(
             state.time, state.estimate.pose, still, progress.remaining, progress.reversals, top

@@ -13,7 +13,7 @@ from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import Limits
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import CollisionMonitor
 from stack.types import (
     STANDSTILL,
@@ -130,7 +130,7 @@ class Recovery(MotionExecutor):
         return self._twist(self._rate)
 
     def _finish(self, state: Perceived) -> Twist:
-        if standing(state.motion.twist):
+        if state.motion.twist.stands:
             self.task.succeed(f"done, {self._done:.2f} {self._profile.unit}")
         return STANDSTILL
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from math import hypot
 
 from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.plans.planner_worker import PlanFuture
@@ -17,16 +16,6 @@ from stack.types import (
     TaskStatus,
     Twist,
 )
-
-STANDING_SPEED, STANDING_TURN = 0.02, 0.05
-"""Speeds in m/s and rad/s below which the robot counts as standing."""
-
-
-def standing(twist: Twist) -> bool:
-    """Whether a measured velocity counts as standstill."""
-    speed = hypot(twist.linear, twist.lateral)
-    return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
-
 
 Emit = Callable[..., None]
 """emit(kind, text, level="info", **fields): publish an event."""

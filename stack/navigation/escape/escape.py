@@ -22,7 +22,7 @@ from stack.navigation.recoveries import (
     RecoveryTools,
     StraightLine,
 )
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, FloatArray, Perceived, Pose2D, Twist
 
 ESCAPE_PADDING = 0.03
@@ -189,7 +189,7 @@ class Escape(MotionExecutor):
 
     def _finish(self, state: Perceived) -> Twist:
         self._rate, self._segments, self._chosen = 0.0, (), None
-        if not standing(state.motion.twist):
+        if not state.motion.twist.stands:
             return STANDSTILL
         wanted = self._goal.clearance
         result = f"clearance {self._clearance:.2f} m after {self._driven:.2f} m"
@@ -240,7 +240,7 @@ class Escape(MotionExecutor):
     def _search_motion(self, state: Perceived) -> None:
         """Search a motion from the current pose; wait and fail when there is none."""
         self._rate, self._segments = 0.0, ()
-        if not standing(state.motion.twist):
+        if not state.motion.twist.stands:
             return
         looked = self._look_time.running and self._look_time.elapsed(state.time) < LOOK_AGAIN - 1e-9
         if self._wait_time.running and looked:

@@ -9,7 +9,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Follower
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.standoff import nearest
-from stack.navigation.tasks import MotionExecutor, standing
+from stack.navigation.tasks import MotionExecutor
 from stack.types import Perceived, Pose2D, Twist
 
 PATIENCE = 0.4
@@ -86,7 +86,7 @@ class MakingRoom:
     def _should_begin(self, state: Perceived, follower: Follower) -> bool:
         p, tools = self._tools.parameters, self._tools
         held = follower.waiting and follower.standoff.person is None
-        if not held or tools.robot.footprint.is_round or not standing(state.motion.twist):
+        if not held or tools.robot.footprint.is_round or not state.motion.twist.stands:
             self._held.reset()
             return False
         self._held.start_once(state.time)
