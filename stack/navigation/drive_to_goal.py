@@ -19,8 +19,7 @@ from stack.navigation.people.possible_people import PossiblePeople
 from stack.navigation.people.standoff import nearest
 from stack.navigation.plans.choice import PlanChoice
 from stack.navigation.plans.goal_sequence import GoalSequence
-from stack.navigation.plans.partial_end import PartialEnd, near_partial_end
-from stack.navigation.plans.path_check import PathCheck
+from stack.navigation.plans.path_check import PartialEnd, PathCheck, near_partial_end
 from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
@@ -94,6 +93,7 @@ class GoalDrive(Drive):
         self._making_room = MakingRoom(tools, self.timers)
         self._possible_people = PossiblePeople(tools, self.timers)
         self._give_way = None if aside else GiveWay(tools, self._drive_aside, self.timers)
+        self._parts += [part for part in (self._making_room, self._give_way) if part is not None]
 
     def step(self, state: Perceived) -> Twist:
         """Compute the velocity for this step."""
@@ -126,28 +126,11 @@ class GoalDrive(Drive):
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
 
-    def pause(self, now: float) -> None:
-        """Hold the drive."""
-        super().pause(now)
-        self._making_room.pause(now)
-        if self._give_way is not None:
-            self._give_way.pause(now)
-
     def resume(self, now: float) -> None:
         """Continue from where the robot stands."""
         super().resume(now)
-        self._making_room.resume(now)
         if self.task.future is not None:
             self._drop_request()
-        if self._give_way is not None:
-            self._give_way.resume(now)
-
-    def stop(self, now: float) -> None:
-        """Release the controller."""
-        if self._give_way is not None:
-            self._give_way.stop(now)
-        self._making_room.stop(now)
-        super().stop(now)
 
     @property
     def makes_way(self) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from stack.components import ControlState, DriveState
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
-from stack.lifecycle import Timers
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.unseen import unseen_walls
 from stack.navigation.path_speeds import PathSpeeds, slower
@@ -35,7 +35,7 @@ BEHIND_BLIND = 0.5
 """Metres beyond its outline in which a robot minds the map's walls in its blind sectors."""
 
 
-class Follower:
+class Follower(Lifecycle):
     """Follows a path and detects when the robot has arrived, is stuck or is blocked.
 
     Args:
@@ -282,6 +282,7 @@ class Drive(MotionExecutor):
     def __init__(self, task: MotionTask, tools: DriveTools, tolerance: float | None) -> None:
         super().__init__(task)
         self._follower = Follower(tools, tolerance, self.timers)
+        self._parts: list[Lifecycle] = [self._follower]
 
     @property
     def makes_way(self) -> bool:
@@ -291,16 +292,19 @@ class Drive(MotionExecutor):
     def pause(self, now: float) -> None:
         """Hold the drive."""
         super().pause(now)
-        self._follower.pause(now)
+        for part in self._parts:
+            part.pause(now)
 
     def resume(self, now: float) -> None:
         """Continue from where the robot stands."""
         super().resume(now)
-        self._follower.resume(now)
+        for part in self._parts:
+            part.resume(now)
 
     def stop(self, now: float) -> None:
         """Release the controller."""
-        self._follower.stop(now)
+        for part in reversed(self._parts):
+            part.stop(now)
 
     def note_evasion(self) -> None:
         """Note that an evasion is over: the robot may be beside its path."""

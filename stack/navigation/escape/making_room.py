@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import atan2, inf
 
-from stack.lifecycle import Timers
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Follower
 from stack.navigation.people.backing_out import can_turn
@@ -22,7 +22,7 @@ ELSEWHERE = 0.3
 """Metres from the last place where the robot made room at which it may do so again."""
 
 
-class MakingRoom:
+class MakingRoom(Lifecycle):
     """Drives a robot away from what keeps it from turning, by its range sensors.
 
     The plans of a grid begin in any direction, but a box beside a wall cannot turn: it leaves the

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import hypot, inf
 
 import numpy as np
 
-from stack.lifecycle import Timers
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Drive
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
 from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
 from stack.navigation.people.standoff import STANDS, Standoff, nearest
-from stack.navigation.people.walking_directions import WalkingDirections
 from stack.navigation.tasks import MotionExecutor
 from stack.types import STANDSTILL, FloatArray, Perceived, Pose2D, TrackedObject, Twist
 
@@ -48,6 +47,10 @@ DRIVING_SPEED, STARTING_TIME = 0.5, 1.5
 NEAR_WAY = 0.7
 """Metres to the way between the robot and whom it faced, within which a person has not passed."""
 
+WALKS, ONWARD = 0.3, 2.0
+"""m/s from which the velocity of a person shows where they want to go, and metres for which people
+who stand are expected to go on straight."""
+
 PASSED = 0.5
 """Seconds without a person in front after which they have passed."""
 
@@ -74,7 +77,31 @@ class Trail:
         del self._points[: -round(TRAIL_LENGTH / TRAIL_STEP)]
 
 
-class GiveWay:
+class WalkingDirections:
+    """Remembers the direction of everybody in sight, also after they have stopped."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[float, float]] = {}
+
+    def update(self, people: Sequence[TrackedObject]) -> None:
+        """Note how people walk now, map frame."""
+        known = {person.id: self._known[person.id] for person in people if person.id in self._known}
+        for person in people:
+            if person.speed >= WALKS:
+                x, y = person.velocity
+                known[person.id] = (x / person.speed, y / person.speed)
+        self._known = known
+
+    def way_of(self, person: TrackedObject) -> FloatArray | None:
+        """Return (2, 2) the way of a person straight ahead, map frame; None if it is not known."""
+        direction = self._known.get(person.id)
+        if direction is None:
+            return None
+        here = np.array(person.position)
+        return np.array([here, here + ONWARD * np.array(direction)])
+
+
+class GiveWay(Lifecycle):
     """Decides when a drive leaves a person's way, drives to a passing place and waits there.
 
     Args:
@@ -130,17 +157,13 @@ class GiveWay:
 
     def pause(self, now: float) -> None:
         """Hold the drive to a passing place."""
-        if self._drive is not None:
-            self._drive.pause(now)
-        if self._back is not None:
-            self._back.pause(now)
+        for motion in filter(None, (self._drive, self._back)):
+            motion.pause(now)
 
     def resume(self, now: float) -> None:
         """Continue it."""
-        if self._drive is not None:
-            self._drive.resume(now)
-        if self._back is not None:
-            self._back.resume(now)
+        for motion in filter(None, (self._drive, self._back)):
+            motion.resume(now)
 
     def stop(self, now: float) -> None:
         """End it."""

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from stack.control.evasion.parameters import EvasionParameters
 from stack.errors import NavigationError
+from stack.navigation.people.give_way import WalkingDirections
 from stack.navigation.people.narrow_meeting import find_narrow_meeting, widths_across
 from stack.navigation.people.passing_place import (
     APART,
@@ -22,7 +23,6 @@ from stack.navigation.people.passing_place import (
     find_passing_place,
     way_of,
 )
-from stack.navigation.people.walking_directions import WalkingDirections
 from stack.types import (
     STANDSTILL,
     CostGrid,
