@@ -105,7 +105,6 @@ class Dock(DrivingBehaviour):
         return pose.compose(Pose2D(footprint.front + staging, 0.0, pi))
 
     def initialise(self) -> None:
-        """Drive to the place in front of the dock."""
         self._front = self.robot.base.footprint.front
         self._fitter, self._shape = DockFitter(DockShape()), DockShape()
         self._trail, self._stamp = OdometryTrail(), self.robot.time
@@ -120,7 +119,6 @@ class Dock(DrivingBehaviour):
         self._phase = _Phase.STAGING
 
     def update(self) -> Status:
-        """Go on with the current phase."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         self.feedback_message = self._phase.value
         if self._phase in (_Phase.STAGING, _Phase.BACKING):

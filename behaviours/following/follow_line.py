@@ -90,7 +90,6 @@ class FollowLine(FollowingBehaviour):
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_LINE, FailureCode.NO_IMAGE)
 
     def initialise(self) -> None:
-        """Start to look for the line."""
         super().initialise()
         self._since_seen = self.start_timer()
         self._stamp = self.robot.time
@@ -101,7 +100,6 @@ class FollowLine(FollowingBehaviour):
         self._decided: list[FloatArray] = []
 
     def update(self) -> Status:
-        """Trace the line in the newest picture, and steer along it."""
         robot = self.robot
         self.record_way()
         lines = robot.perception.floor_lines(cast(LineColour, self.colour), self.width)

@@ -114,7 +114,6 @@ class FollowPerson(FollowingBehaviour):
     ends_by = ("until_stands", "until_travelled", "until_time", "until_place")
 
     def initialise(self) -> None:
-        """Look for the person to follow."""
         super().initialise()
         self._front = self.robot.base.footprint.front
         self._unseen, self._stood, self._since_plan = (self.start_timer() for _ in range(3))
@@ -130,7 +129,6 @@ class FollowPerson(FollowingBehaviour):
         self.times_lost, self.travelled = 0, 0.0
 
     def update(self) -> Status:
-        """Follow, or search."""
         self.record_way()
         self.travelled = self._trail.distance
         person = self._person()
@@ -152,7 +150,6 @@ class FollowPerson(FollowingBehaviour):
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
         self._end_query()
         super().terminate(new_status)
 

@@ -56,7 +56,6 @@ class WallFollow(FollowingBehaviour):
     ends_by = ("until_travelled", "until_time", "until_place", "until_loop")
 
     def initialise(self) -> None:
-        """Start to search for the wall."""
         super().initialise()
         self._radius = self.robot.base.footprint.circumscribed_radius
         self._since_seen = self.start_timer()
@@ -65,7 +64,6 @@ class WallFollow(FollowingBehaviour):
         self._turned_back_at = -TURNED_BACK
 
     def update(self) -> Status:
-        """Steer towards a point ahead on the curve along the wall."""
         self.record_way()
         self.travelled, self.distance_error_rms = self.way_followed, self._errors.value
         if self.distance <= self._radius:

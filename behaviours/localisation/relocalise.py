@@ -73,7 +73,6 @@ class Relocalise(DrivingBehaviour):
         self._steps = self._search()
 
     def update(self) -> Status:
-        """Run the search until its next tick."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         if self._uses_camera():
             self.robot.perception.image()  # a request keeps the camera on between two stops

@@ -77,7 +77,6 @@ class Explore(SteppedBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Remember the start."""
         self._home = self.robot.localisation.pose
         self._timer, self._trail = self.start_timer(), OdometryTrail()
         self._tried: list[_Tried] = []
@@ -85,7 +84,6 @@ class Explore(SteppedBehaviour):
         self._steps = self._explore()
 
     def update(self) -> Status:
-        """Go on; write the outputs at the end."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         status = self.advance(self._steps)
         if status is not Status.RUNNING:

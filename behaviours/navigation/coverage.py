@@ -45,7 +45,6 @@ class Coverage(SteppedBehaviour):
     area_ports = ("area",)
 
     def initialise(self) -> None:
-        """Plan the lanes."""
         self._width = self.width or 2.0 * self.robot.base.footprint.half_width
         spacing = self._width * (1.0 - self.overlap)
         self._plan = self.robot.map.coverage(list(self.area), spacing)
@@ -55,7 +54,6 @@ class Coverage(SteppedBehaviour):
         self._steps = self._cover()
 
     def update(self) -> Status:
-        """Go on; write the outputs at the end."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         self._mark()
         if not self._plan.lanes:

@@ -81,7 +81,6 @@ class ApproachObject(DrivingBehaviour):
         self._steps = self._approach()
 
     def update(self) -> Status:
-        """Look at a new picture, then go on."""
         self._look(self._watch.update())
         if self._watch.is_blind:
             return self.fail(FailureCode.NO_IMAGE, self._wanted.silence)

@@ -72,7 +72,6 @@ class FindObject(DrivingBehaviour):
         self._steps = self._search()
 
     def update(self) -> Status:
-        """Look at a new picture, then go on with the search."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         self.path_length = self._trail.distance
         found = self._watch.update()

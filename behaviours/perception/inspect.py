@@ -53,13 +53,11 @@ class Inspect(DrivingBehaviour):
     goal_ports = ("at",)
 
     def initialise(self) -> None:
-        """Begin with the drive, if there is one."""
         self._best: tuple[float, Image, PictureQuality, Pose2D] | None = None
         self.taken = 0
         self._steps = self._inspect()
 
     def update(self) -> Status:
-        """Go on to the next tick."""
         return self.advance(self._steps)
 
     def _inspect(self) -> Steps:

@@ -47,7 +47,6 @@ class WaitForDoor(DrivingBehaviour):
     fails_with = (*DRIVE_FAILURES, FailureCode.DOOR_CLOSED)
 
     def initialise(self) -> None:
-        """Start the drive to the place to wait at, if there is one."""
         self._doorway = Doorway(self.door, self.width)
         self._drive = None
         if self.distance is not None:
@@ -57,7 +56,6 @@ class WaitForDoor(DrivingBehaviour):
         self.free_width, self.waited = 0.0, 0.0
 
     def update(self) -> Status:
-        """Look at a new scan."""
         if self._drive is not None:
             status = self.follow(self._drive)
             if status is not Status.SUCCESS:

@@ -60,11 +60,9 @@ class Disambiguation(MotionExecutor):
         self.drive: GoalDrive | None = None
 
     def start(self, now: float) -> None:
-        """Look around first."""
         self._looking.start(now)
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         if self._then is not None and self.drive is self._then:
             return self._step(self._then, state)
         if not state.estimate.ambiguous:
@@ -81,19 +79,16 @@ class Disambiguation(MotionExecutor):
         return twist
 
     def pause(self, now: float) -> None:
-        """Hold the drive, and the time to look."""
         super().pause(now)
         if self.drive is not None:
             self.drive.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue."""
         super().resume(now)
         if self.drive is not None:
             self.drive.resume(now)
 
     def stop(self, now: float) -> None:
-        """Release the controller."""
         if self.drive is not None:
             self.drive.task.cancel("the search for a view is over")
             self.drive.stop(now)

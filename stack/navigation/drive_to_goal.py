@@ -96,7 +96,6 @@ class GoalDrive(Drive):
         self._parts += [part for part in (self._making_room, self._give_way) if part is not None]
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         state = self._possible_people.added(state, held=self._is_held_up)
         aside = self._twist_aside(state)
         if aside is not None:
@@ -127,7 +126,6 @@ class GoalDrive(Drive):
             return STANDSTILL
 
     def resume(self, now: float) -> None:
-        """Continue from where the robot stands."""
         super().resume(now)
         if self.task.future is not None:
             self._drop_request()

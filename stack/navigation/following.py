@@ -87,7 +87,6 @@ class Follower(Lifecycle):
             self._steer(self.progress, now)
 
     def stop(self, now: float) -> None:
-        """End the drive."""
         self._tools.release(self, now)
 
     @property
@@ -290,19 +289,16 @@ class Drive(MotionExecutor):
         return False
 
     def pause(self, now: float) -> None:
-        """Hold the drive."""
         super().pause(now)
         for part in self._parts:
             part.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue from where the robot stands."""
         super().resume(now)
         for part in self._parts:
             part.resume(now)
 
     def stop(self, now: float) -> None:
-        """Release the controller."""
         for part in reversed(self._parts):
             part.stop(now)
 
@@ -319,11 +315,9 @@ class PathDrive(Drive):
         task.path = path
 
     def start(self, now: float) -> None:
-        """Give the path to the controller."""
         self._follower.set_path(self.path, now)
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         follower, task = self._follower, self.task
         try:
             if follower.progress is not None:

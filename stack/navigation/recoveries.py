@@ -105,7 +105,6 @@ class Recovery(MotionExecutor):
         """Return the twist that drives the motion at this rate."""
 
     def start(self, now: float) -> None:
-        """Start the time limits."""
         self._total.start(now)
         self._stall.start(now)
 
@@ -115,7 +114,6 @@ class Recovery(MotionExecutor):
         self._rate = 0.0
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         self._done = self._measure(state.motion)
         remaining = self._profile.total - self._done
         self.task.report(f"{max(0.0, remaining):.2f} {self._profile.unit} to go", remaining)

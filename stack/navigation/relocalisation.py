@@ -42,7 +42,6 @@ class Relocalisation(MotionExecutor):
         self._standing_since: float | None = None
 
     def start(self, now: float) -> None:
-        """Start to wait for scans."""
         self._waiting.start(now)
 
     def step(self, state: Perceived) -> Twist:

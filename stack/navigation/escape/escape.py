@@ -83,7 +83,6 @@ class Escape(MotionExecutor):
         return 3.0 * (self._goal.distance / self._goal.speed + 12.6 / spin) + 5.0
 
     def start(self, now: float) -> None:
-        """Start the time limits."""
         self._total.start(now)
         self._rest.start(now)
 
@@ -93,7 +92,6 @@ class Escape(MotionExecutor):
         self._rate, self._chosen, self._segments, self._last = 0.0, None, (), None
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         pose = state.motion.pose
         self._follow_up(state)
         if self._out_of_time(state) or not self._sees(state):

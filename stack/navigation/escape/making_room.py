@@ -61,17 +61,14 @@ class MakingRoom(Lifecycle):
         return None
 
     def pause(self, now: float) -> None:
-        """Hold the motion."""
         if self._motion is not None:
             self._motion.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the motion."""
         if self._motion is not None:
             self._motion.resume(now)
 
     def stop(self, now: float) -> None:
-        """End the motion."""
         if self._motion is not None:
             self._motion.stop(now)
             self._motion = None

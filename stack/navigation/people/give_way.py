@@ -156,17 +156,14 @@ class GiveWay(Lifecycle):
         return twist
 
     def pause(self, now: float) -> None:
-        """Hold the drive to a passing place."""
         for motion in filter(None, (self._drive, self._back)):
             motion.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue it."""
         for motion in filter(None, (self._drive, self._back)):
             motion.resume(now)
 
     def stop(self, now: float) -> None:
-        """End it."""
         if self._drive is not None:
             self._drive.task.cancel("the way is free")
             self._drive.stop(now)
