@@ -199,7 +199,7 @@ class Runtime:
         own = {
             "distance": self.distance,
             "recoveries": float(self.parts.tree.recoveries),
-            "replans": float(self.parts.navigator.replans),
+            "replans": float(self.parts.navigator.tools.replans),
         }
         return own if self.parts.scorer is None else {**own, **self.parts.scorer.counters()}
 

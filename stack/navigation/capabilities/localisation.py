@@ -61,7 +61,7 @@ class Localisation:
         activities = self._navigator.activities
         task = activities.task("relocalise", while_lost=True)
         executor = Relocalisation(
-            task, self._estimator, self._navigator.parameters, self._frames, self._emit
+            task, self._estimator, self._navigator.tools.parameters, self._frames, self._emit
         )
         activities.start(executor, "recovery", "searching for the pose on the whole map")
         return task

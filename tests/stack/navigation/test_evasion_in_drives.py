@@ -71,7 +71,7 @@ def test_a_robot_that_drives_by_odometry_evades_slowly(toy):
     toy.health, toy.obscured = 0.0, True
     walking_at(toy, toy.world.time)
     toy.step()
-    limit = toy.navigator.parameters.obscured_speed
+    limit = toy.navigator.tools.parameters.obscured_speed
     toy.commands.clear()
     toy.run(4.0)
     assert "evasion" in toy.kinds()
