@@ -112,7 +112,6 @@ class Map:
 
     @property
     def known_area(self) -> float:
-        """Area of free and occupied cells, square metres."""
         grid = self.grid
         if self._area is None or self._area[0] is not grid:
             self._area = grid, known_area(grid)
@@ -122,10 +121,6 @@ class Map:
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
         avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
-        """Return the frontiers that the robot can reach, the nearest first, with other views.
-
-        With `seen_from`, all that is out of view from these places counts as unknown.
-        """
         radius = self._robot.footprint.inscribed_radius + SPARE
         grid = self.grid
         if seen_from is not None:
@@ -136,7 +131,6 @@ class Map:
     def coverage(
         self, corners: Sequence[Pose2D], spacing: float, *, clearance: float | None = None
     ) -> CoveragePlan:
-        """Return lanes that cover a polygon, or the robot's room, except keep-out zones."""
         radius = self._robot.footprint.half_width + SPARE
         polygon = np.array([(corner.x, corner.y) for corner in corners]) if corners else None
         return coverage_plan(
@@ -146,12 +140,7 @@ class Map:
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Clear sensed obstacles in the `local` or `global` costmap or `both`. The map stays.
-
-        Args:
-            which: costmap.
-            radius: metres around the robot; None: everywhere.
-            layer: name of the only layer to clear; None: all.
+        """Clear sensed obstacles. The map stays.
 
         Raises:
             ParameterError: unknown costmap or layer.
@@ -177,7 +166,6 @@ class Map:
         self._emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
 
     def set_mapping(self, is_mapping: bool) -> None:
-        """Begin or cease to change the map."""
         self._estimator.set_mapping(is_mapping)
         self._emit("map", "mapping" if is_mapping else "localising on the map as it is")
 
@@ -244,10 +232,6 @@ class Map:
 
     def load(self, name: str, pose: Pose2D | None = None) -> None:
         """Load a saved map into the estimator, and its keyframes, and use it from now on.
-
-        Args:
-            name: of the folder, or of a map.yaml.
-            pose: of the robot in that map; None: unknown.
 
         Raises:
             NavigationError: FAILED if the files are wrong, UNSUPPORTED if the estimator cannot
