@@ -109,7 +109,7 @@ class Navigator:
         Otherwise they are obstacles: evasion is off, or the controller plans with tracks itself.
         """
         on = self.evasion.parameters.when != "never"
-        return on and not self.path_follower.plans_with_tracks
+        return on and not self.tools.path_follower.plans_with_tracks
 
     @property
     def goal(self) -> Pose2D | None:
