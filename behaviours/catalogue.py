@@ -12,7 +12,7 @@ import pkgutil
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -44,56 +44,20 @@ MISSION_WORDS = frozenset({
 })  # fmt: skip
 """Words of the mission language; no behaviour can have one of these names."""
 
-
-_PLAIN: dict[type, tuple[bool, bool]] = {
-    behaviours.Success: (True, False), behaviours.Failure: (False, True),
-    behaviours.Running: (False, False),
+_PLAIN: dict[type, dict[str, bool]] = {
+    behaviours.Success: {"can_fail": False}, behaviours.Failure: {"can_succeed": False},
+    behaviours.Running: {"can_succeed": False, "can_fail": False},
 }  # fmt: skip
-"""Whether leaves of py_trees can succeed and fail; any other one can."""
+"""Leaves of py_trees that cannot succeed or fail; any other one can."""
 
 OWN_MODULES = ("py_trees", "behaviours")
 """Modules of which missions can use leaves by dotted names without listing them."""
 
 
-@dataclass(frozen=True)
-class BehaviourKind:
-    """A behaviour that missions can use.
+@dataclass(frozen=True, kw_only=True)
+class Traits:
+    """What a behaviour class declares of itself; RobotBehaviour says what each of them means."""
 
-    Attributes:
-        name: as written in missions.
-        ports: inputs by name.
-        outputs: outputs by name; empty for a plain py_trees leaf.
-        doc: docstring, unindented.
-        summary: first line of the docstring.
-        source: file that defines it.
-        uses_wheels: whether it moves the robot.
-        takes_time: whether it never succeeds in its first tick.
-        is_instant: whether it always ends in its first tick.
-        duration_port: port with the time that it runs at least; "" without one.
-        is_condition: whether it succeeds when its condition is true and only then.
-        can_succeed, can_fail: whether it can.
-        fails_with: the codes that it can fail with; None if they are not known.
-        ends_by: ports of which one must be set, or it never succeeds.
-        failure_ports: ports with the code and the reason of its failure; may be empty.
-        goal_ports: ports with poses that the robot must be able to stand at.
-        arrival_port: port with the pose at which it leaves the robot; "" without one.
-        runs_in_tests: whether tests of missions run it unless they mock it.
-        also_known_as: its names elsewhere, for example in Nav2.
-        goal_ports: ports with poses that the robot drives to.
-        area_ports: ports with the corners of areas that the robot drives over.
-        needs: what the robot must have, such as `camera` or `lidar or sonar`.
-        edge_port: port with an edge of the planner's route graph; "" without one.
-        label_port: port with a label of the object detector; "" without one.
-        drives_backward: whether its speeds are backward ones.
-    """
-
-    name: str
-    cls: type[Behaviour]
-    ports: Mapping[str, Declaration]
-    outputs: Mapping[str, Declaration]
-    doc: str
-    summary: str
-    source: str
     uses_wheels: bool
     takes_time: bool
     is_instant: bool
@@ -101,18 +65,43 @@ class BehaviourKind:
     is_condition: bool
     can_succeed: bool
     can_fail: bool
-    fails_with: tuple[str, ...] | None = None
-    ends_by: tuple[str, ...] = ()
-    failure_ports: tuple[str, ...] = ()
-    goal_ports: tuple[str, ...] = ()
-    arrival_port: str = ""
-    runs_in_tests: bool = False
-    also_known_as: tuple[str, ...] = ()
-    area_ports: tuple[str, ...] = ()
-    needs: tuple[str, ...] = ()
-    edge_port: str = ""
-    label_port: str = ""
-    drives_backward: bool = False
+    fails_with: tuple[str, ...] | None
+    ends_by: tuple[str, ...]
+    failure_ports: tuple[str, ...]
+    goal_ports: tuple[str, ...]
+    area_ports: tuple[str, ...]
+    arrival_port: str
+    runs_in_tests: bool
+    also_known_as: tuple[str, ...]
+    needs: tuple[str, ...]
+    edge_port: str
+    label_port: str
+    drives_backward: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehaviourKind(Traits):
+    """A behaviour that missions can use.
+
+    Attributes:
+        name: as written in missions.
+        ports: inputs by name.
+        outputs: outputs by name; empty for a plain py_trees leaf.
+        doc: docstring, unindented.
+        source: file that defines it.
+    """
+
+    name: str
+    cls: type[Behaviour]
+    ports: Mapping[str, Declaration]
+    outputs: Mapping[str, Declaration]
+    doc: str
+    source: str
+
+    @property
+    def summary(self) -> str:
+        """First line of the docstring."""
+        return self.doc.partition("\n")[0]
 
     @property
     def is_built_in(self) -> bool:
@@ -221,10 +210,7 @@ def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterat
     """
     for plugin in plugins:
         if plugin_folder.is_path(plugin):
-            path = plugin_folder.path_of(plugin, folder)
-            loader = plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
-            files = plugin_folder.plugin_files(path) if path.exists() else []
-            loads = [partial(loader.load, file) for file in files]
+            loads = list(plugin_folder.loads(plugin_folder.path_of(plugin, folder)).values())
         else:
             loads = [partial(import_quietly, plugin)]
         for load in loads:
@@ -309,22 +295,16 @@ class _Search:
             what = "file" if path.suffix == ".py" else "folder"
             self.report(str(path), f"there is no such plugin {what}")
             return
-        files = plugin_folder.plugin_files(path)
-        if not files:
+        loads = plugin_folder.loads(path)
+        if not loads:
             self.report(str(path), "this folder contains no plugin file (*.py)")
-        loader = plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
-        for file in files:
-            self.attempt(str(file), partial(self._add_file, loader, file))
-
-    def _add_file(self, loader: plugin_folder.FolderLoader, file: Path) -> None:
-        self.add_module(loader.load(file), str(file))
+        for file, load in loads.items():
+            self.attempt(str(file), partial(self.add_module, load, str(file)))
 
     def add_dotted(self, name: str) -> None:
-        for module in _module_names(name):
-            self.attempt(module, partial(self._add_dotted_module, module))
-
-    def _add_dotted_module(self, name: str) -> None:
-        self.add_module(import_quietly(name))
+        """Add the leaves of a module; for a package, also those of its public modules."""
+        for module in (name, *sorted(module.name for module in _public_modules(name))):
+            self.attempt(module, partial(self.add_module, partial(import_quietly, module)))
 
     def add_entry(self, entry: EntryPoint) -> None:
         if entry.attr:
@@ -332,8 +312,9 @@ class _Search:
         else:
             self.add_dotted(entry.module)
 
-    def add_module(self, module: ModuleType, label: str = "") -> None:
-        """Add every leaf that the module itself defines; names with an underscore are private."""
+    def add_module(self, load: Callable[[], ModuleType], label: str = "") -> None:
+        """Add every leaf that a module itself defines; names with an underscore are private."""
+        module = load()
         for item in vars(module).copy().values():
             if inspect.isclass(item) and item.__module__ == module.__name__ and _is_leaf(item):
                 self.add(item, label or str(module.__file__))
@@ -379,40 +360,17 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
             ports, outputs = plain_leaf.ports(cls), {}
     except (ParameterError, TypeError, NameError) as error:
         raise _Unusable(str(error)) from error
-    doc = inspect.cleandoc(cls.__doc__ or "")
     declared = cls if issubclass(cls, RobotBehaviour) else RobotBehaviour
-    succeeds, fails = _PLAIN.get(cls, (declared.can_succeed, declared.can_fail))
     problem = needs_problem(declared.needs)
     if problem:
         raise _Unusable(problem)
+    traits = {trait.name: getattr(declared, trait.name) for trait in fields(Traits)}
+    traits["takes_time"] = declared.uses_wheels or declared.takes_time
+    traits.update(_PLAIN.get(cls, {}))
     return BehaviourKind(
-        name=name,
-        cls=cls,
-        ports=ports,
-        outputs=outputs,
-        doc=doc,
-        summary=doc.partition("\n")[0],
-        source=inspect.getfile(cls),
-        uses_wheels=declared.uses_wheels,
-        takes_time=declared.uses_wheels or declared.takes_time,
-        is_instant=declared.is_instant,
-        duration_port=declared.duration_port,
-        is_condition=declared.is_condition,
-        can_succeed=succeeds,
-        can_fail=fails,
-        fails_with=declared.fails_with,
-        ends_by=declared.ends_by,
-        failure_ports=declared.failure_ports,
-        goal_ports=declared.goal_ports,
-        arrival_port=declared.arrival_port,
-        runs_in_tests=declared.runs_in_tests,
-        also_known_as=declared.also_known_as,
-        area_ports=declared.area_ports,
-        needs=declared.needs,
-        edge_port=declared.edge_port,
-        label_port=declared.label_port,
-        drives_backward=declared.drives_backward,
-    )
+        name=name, cls=cls, ports=ports, outputs=outputs, doc=inspect.cleandoc(cls.__doc__ or ""),
+        source=inspect.getfile(cls), **traits,
+    )  # fmt: skip
 
 
 def _class_named(dotted: str, modules: Sequence[str]) -> type:
@@ -431,11 +389,6 @@ def _class_named(dotted: str, modules: Sequence[str]) -> type:
     except (Exception, SystemExit) as error:
         raise _Unusable(plugin_folder.sentence_for(error)) from error
     return found
-
-
-def _module_names(name: str) -> list[str]:
-    """Return the module; for a package, also its public modules."""
-    return [name, *sorted(module.name for module in _public_modules(name))]
 
 
 def _public_modules(name: str) -> list[pkgutil.ModuleInfo]:

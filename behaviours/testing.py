@@ -90,7 +90,8 @@ class ScriptedRobot:
 
     `robot.base`, `robot.map` and so on are the robot itself. The test sets what the behaviour
     reads: `robot.battery = Battery(0.1)`. Every call of the behaviour is recorded in `calls` as
-    (name, arguments); the newest task is `task`.
+    (name, arguments). Those that begin something return a new task, `task`; the test ends it:
+    `robot.task.succeed(path)`. Motions have failed with LOST if the robot is lost.
 
     Attributes:
         picture: returned by `image()`.
@@ -159,23 +160,10 @@ class ScriptedRobot:
 
     @property
     def base(self) -> ScriptedRobot:
-        """The robot itself, as each of the next three."""
+        """The robot itself, which is each of its capabilities."""
         return self
 
-    @property
-    def localisation(self) -> ScriptedRobot:
-        """The robot itself."""
-        return self
-
-    @property
-    def map(self) -> ScriptedRobot:
-        """The robot itself."""
-        return self
-
-    @property
-    def perception(self) -> ScriptedRobot:
-        """The robot itself."""
-        return self
+    localisation = map = perception = base
 
     def advance(self, seconds: float) -> None:
         """Advance the clock. A subclass can override this to move the robot."""
@@ -194,33 +182,26 @@ class ScriptedRobot:
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
         avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
-        """Return `frontier_list`."""
         return list(self.frontier_list)
 
     def coverage(
         self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
     ) -> CoveragePlan:
-        """Return `lanes` and record the call."""
-        self.calls.append(
-            ("coverage", {"corners": corners, "spacing": spacing, "clearance": clearance})
-        )
+        self._record("coverage", corners=corners, spacing=spacing, clearance=clearance)
         return self.lanes
 
     def save(self, name: str) -> str:
         """Record the call; return the name."""
-        self.calls.append(("save", {"name": name}))
+        self._record("save", name=name)
         return name
 
     def load(self, name: str, pose: Pose2D | None = None) -> None:
-        """Record the call."""
-        self.calls.append(("load", {"name": name, "pose": pose}))
+        self._record("load", name=name, pose=pose)
 
     def set_mapping(self, is_mapping: bool) -> None:
-        """Record the call."""
-        self.calls.append(("set_mapping", {"is_mapping": is_mapping}))
+        self._record("set_mapping", is_mapping=is_mapping)
 
     def image(self) -> Image | None:
-        """Return `picture`."""
         return self.picture
 
     def point_cloud(
@@ -232,70 +213,55 @@ class ScriptedRobot:
         return replace(self.cloud, points=self.cloud.points[self.cloud.points[:, 2] > above])
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
-        """Return `sightings`."""
         return self.sightings
 
     def place_sightings(self) -> tuple[PlaceSighting, ...]:
-        """Return `seen_places`."""
         return self.seen_places
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
-        """Return `lines`."""
         return self.lines
 
     def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
-        """Return those of `objects` with the colour."""
-        if self.objects is None:
-            return None
-        return tuple(item for item in self.objects if item.label == colour)
+        return self.detections(colour)
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
-        """Return those of `objects` with the label."""
         if self.objects is None:
             return None
         return tuple(item for item in self.objects if label in (None, item.label))
 
     def fit_at(self, pose: Pose2D) -> float:
-        """Return `fit(pose)`."""
         return self.fit(pose)
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
     ) -> ScriptedTask:
-        """Return a new motion task."""
         return self._move("navigate_to", goal=goal, tolerance=tolerance, partial=partial)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
     ) -> ScriptedTask:
-        """Return a new motion task."""
         return self._move("navigate_through", goals=goals, tolerance=tolerance)
 
     def follow_path(self, path: Path) -> ScriptedTask:
-        """Return a new motion task."""
         return self._move("follow_path", path=path)
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
-        """Return a new task; the test ends it with `robot.task.succeed(path)`."""
         return self._request("plan", goal=goal, start=start)
 
     def spin(
         self, angle: float, *, speed: float | None = None, while_lost: bool = False
     ) -> ScriptedTask:
-        """Return a new motion task; it has failed with LOST if the robot is lost."""
         return self._move_unless_lost(while_lost, "spin", angle=angle, speed=speed)
 
     def back_up(
         self, distance: float, *, speed: float | None = None, while_lost: bool = False
     ) -> ScriptedTask:
-        """Return a new motion task; it has failed with LOST if the robot is lost."""
         return self._move_unless_lost(while_lost, "back_up", distance=distance, speed=speed)
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
         while_lost: bool = False,
     ) -> ScriptedTask:  # fmt: skip
-        """Return a new motion task; it has failed with LOST if the robot is lost."""
         return self._move_unless_lost(
             while_lost, "drive_on_heading", distance=distance, speed=speed, direction=direction
         )
@@ -304,13 +270,11 @@ class ScriptedRobot:
         self, *, clearance: float | None = None, distance: float = 1.5,
         speed: float | None = None, while_lost: bool = False,
     ) -> ScriptedTask:  # fmt: skip
-        """Return a new motion task; it has failed with LOST if the robot is lost."""
         return self._move_unless_lost(
             while_lost, "escape", clearance=clearance, distance=distance, speed=speed
         )
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> ScriptedTask:
-        """Return a new motion task."""
         return self._move("assisted_teleop", seconds=seconds, silence=silence)
 
     def drive_for(
@@ -327,29 +291,26 @@ class ScriptedRobot:
         self.motion.cancel()
         self.twist, self.contact = twist, contact
         self.gives_way = gives_way
-        self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
+        self._record("drive_for", twist=twist, seconds=seconds)
         return ScriptedTask()
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Record the call."""
         options = {"radius": radius, "layer": layer}
         rest = {name: value for name, value in options.items() if value is not None}
-        self.calls.append(("clear_costmap", {"which": which, **rest}))
+        self._record("clear_costmap", which=which, **rest)
 
     def set_edge(self, edge: str, *, closed: bool) -> None:
         """Record the call. Raises ParameterError for an edge that is not in `edges`."""
         if edge not in self.edges:
             raise ParameterError("edge", f"the route graph has no edge {edge!r}")
-        self.calls.append(("set_edge", {"edge": edge, "closed": closed}))
+        self._record("set_edge", edge=edge, closed=closed)
 
     def relocalise(self) -> ScriptedTask:
-        """Return a new task."""
         return self._request("relocalise")
 
     def disambiguate(self) -> ScriptedTask:
-        """Return a new motion task."""
         return self._move("disambiguate")
 
     def set_pose(
@@ -357,24 +318,22 @@ class ScriptedRobot:
     ) -> None:
         """Set `pose`, give up the rivals and record the call."""
         self.pose, self.rivals = pose, ()
-        deviations = {
-            "position_deviation": position_deviation,
-            "heading_deviation": heading_deviation,
-        }
-        self.calls.append(("set_pose", {"pose": pose, **deviations, "source": source}))
+        self._record(
+            "set_pose", pose=pose, position_deviation=position_deviation,
+            heading_deviation=heading_deviation, source=source,
+        )  # fmt: skip
 
     def save_image(
         self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
     ) -> str:
         """Record the call; return the path that a real robot would use."""
         given = {} if details is None else {"details": details}
-        self.calls.append(("save_image", {"image": image, "name": name, **given}))
+        self._record("save_image", image=image, name=name, **given)
         return f"images/{name}.png"
 
     def say(self, text: str) -> None:
-        """Append the message to `said`."""
         self.said.append(text)
-        self.calls.append(("say", {"text": text}))
+        self._record("say", text=text)
 
     def _move(self, name: str, **arguments: Any) -> ScriptedTask:
         self.motion.cancel()
@@ -387,8 +346,11 @@ class ScriptedRobot:
             task.fail(FailureCode.LOST, "the robot is lost")
         return task
 
+    def _record(self, called: str, **arguments: Any) -> None:
+        self.calls.append((called, arguments))
+
     def _request(self, name: str, **arguments: Any) -> ScriptedTask:
-        self.calls.append((name, arguments))
+        self._record(name, **arguments)
         self.task = ScriptedTask()
         return self.task
 

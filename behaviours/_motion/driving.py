@@ -1,4 +1,4 @@
-"""Behaviours that command velocities, and those whose course of action is a generator."""
+"""Base classes of behaviours: with a course of action as a generator, and those that drive."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Generator
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
+from stack.robot import Task
 from stack.types import STANDSTILL
 
 TIME_TO_LIVE = 0.3
@@ -16,14 +17,8 @@ Steps = Generator[None, None, bool]
 """A course of action: goes on to the next `yield` in each tick, returns whether it succeeded."""
 
 
-class DrivingBehaviour(RobotBehaviour):
-    """Base class of behaviours that command velocities in their ticks."""
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot if this node was running; another node may drive it otherwise."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+class SteppedBehaviour(RobotBehaviour):
+    """Base class of behaviours whose course of action is a generator."""
 
     def advance(self, steps: Steps) -> Status:
         """Go on until the next `yield`; steps that end with False have set `failure`."""
@@ -35,3 +30,29 @@ class DrivingBehaviour(RobotBehaviour):
             assert self.failure is not None, "failed steps have set a reason"
             return self.fail(self.failure.code, self.failure.sentence)
         return Status.RUNNING
+
+    def done(self, task: Task, doing: str = "") -> Steps:
+        """Wait for the end of a task; return whether it succeeded.
+
+        Args:
+            task: to follow.
+            doing: feedback meanwhile; empty: that of the task.
+        """
+        while (status := self.follow(task)) is Status.RUNNING:
+            self.feedback_message = doing or self.feedback_message
+            yield
+        return status is Status.SUCCESS
+
+
+class DrivingBehaviour(SteppedBehaviour):
+    """Base class of behaviours that command velocities in their ticks."""
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop the robot if this node was running; another node may drive it otherwise."""
+        super().terminate(new_status)
+        if self.status is Status.RUNNING:
+            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+
+    def stand(self, *, gives_way: bool = False) -> None:
+        """Command standstill until the next ticks; `gives_way`: leave the way of people."""
+        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=gives_way)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import exp, hypot
+from math import dist, exp, hypot
 
 import numpy as np
 
@@ -193,10 +193,10 @@ class FollowedPerson:
     def _note_jump(self, own: TrackedObject, now: float) -> None:
         """Note that the person's track jumps, and that it moves again."""
         if self._jumped_to is not None:
-            if _apart(own.position, self._jumped_to) >= MOVED:
+            if dist(own.position, self._jumped_to) >= MOVED:
                 self._jumped_to = None
             return
-        away = _apart(own.position, self.seen.expected(now))
+        away = dist(own.position, self.seen.expected(now))
         if own.id == self.seen.id and deviation(own) <= SURE and away > JUMP:
             self._jumped_to = own.position
             self._cost = _walking_cost(own, self._walk, now)
@@ -225,7 +225,7 @@ class FollowedPerson:
                 other.renew(track, now)
             elif self.visible:
                 self._others[track.id] = Seen.of(track, now)
-            away = _apart(track.position, self.expected(now))
+            away = dist(track.position, self.expected(now))
             if away < gap:
                 nearest, gap = track.id, away
         self._others = {
@@ -252,14 +252,14 @@ class FollowedPerson:
         other = by_id.get(meeting.other)
         if own is None or other is None:
             return self.seen.id
-        if _apart(own.position, other.position) < NEAR:
+        if dist(own.position, other.position) < NEAR:
             meeting.parted = None
             return self.seen.id
         if meeting.parted is None:
             meeting.parted = now
-        changed = _apart(own.velocity, meeting.course)
+        changed = dist(own.velocity, meeting.course)
         crossed = (
-            _apart(other.velocity, meeting.course), _apart(own.velocity, meeting.other_course)
+            dist(other.velocity, meeting.course), dist(own.velocity, meeting.other_course)
         )  # fmt: skip
         if changed <= EXCHANGED or max(crossed) >= CLEARLY * changed:
             return own.id
@@ -288,8 +288,8 @@ class FollowedPerson:
             for item in self._things.people(standing, self.radius) if item is not best
         ]  # fmt: skip
         for cost, track in costs:
-            away = _apart(track.position, last.expected(now))
-            if any(_apart(track.position, other.expected(now)) < away for other in gone):
+            away = dist(track.position, last.expected(now))
+            if any(dist(track.position, other.expected(now)) < away for other in gone):
                 continue  # another person who was out of sight
             if cost <= least and _is_walkable(track, last, now):
                 best, least = track, cost
@@ -305,8 +305,8 @@ def _walking_cost(track: TrackedObject, last: Seen, now: float) -> float:
     """Return how far a track is from where the person is expected, and from their velocity."""
     stood = hypot(*last.velocity) < STANDING
     turning = 0.0 if stood else TURNING * exp(-(now - last.stamp) / TURNING_TIME)
-    away = _apart(track.position, last.expected(now))
-    return away + turning * _apart(track.velocity, last.velocity)
+    away = dist(track.position, last.expected(now))
+    return away + turning * dist(track.velocity, last.velocity)
 
 
 def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
@@ -321,16 +321,12 @@ def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
 def _is_walkable(track: TrackedObject, last: Seen, now: float) -> bool:
     """Whether the person can have come there since they were seen."""
     speed = max(WALKING, HURRY * hypot(*last.velocity))
-    return _apart(track.position, last.position) <= FIRST_REACH + speed * (now - last.stamp)
+    return dist(track.position, last.position) <= FIRST_REACH + speed * (now - last.stamp)
 
 
 def deviation(track: TrackedObject) -> float:
     """Return the standard deviation of a track's position in its worst direction, metres."""
     return float(np.sqrt(max(0.0, np.linalg.eigvalsh(track.covariance[:2, :2])[-1])))
-
-
-def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
-    return hypot(one[0] - other[0], one[1] - other[1])
 
 
 def _mean(

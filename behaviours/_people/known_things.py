@@ -7,7 +7,7 @@ or while they were in sight elsewhere, is another thing, and so is what has anot
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import hypot
+from math import dist
 
 from stack.types import StandingObject
 
@@ -36,7 +36,7 @@ class KnownThings:
     def note(self, standing: Iterable[StandingObject], person: tuple[float, float]) -> None:
         """Remember what stands while the person is in sight at a place, map frame."""
         for item in standing:
-            if _apart(item.position, person) > CLOSE and not self._is_known(item):
+            if dist(item.position, person) > CLOSE and not self._is_known(item):
                 self._places.append(item.position)
 
     def people(
@@ -50,9 +50,5 @@ class KnownThings:
 
     def _is_known(self, item: StandingObject) -> bool:
         return item.since < self._began or any(
-            _apart(item.position, place) <= SAME_PLACE for place in self._places
+            dist(item.position, place) <= SAME_PLACE for place in self._places
         )
-
-
-def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
-    return hypot(one[0] - other[0], one[1] - other[1])

@@ -9,7 +9,9 @@ from __future__ import annotations
 import importlib
 import sys
 import traceback
+from collections.abc import Callable
 from contextlib import chdir, redirect_stdout, suppress
+from functools import partial
 from hashlib import sha256
 from importlib.machinery import ModuleSpec
 from importlib.util import cache_from_source, module_from_spec
@@ -30,7 +32,7 @@ def path_of(plugin: str, folder: Path | None) -> Path:
     return (folder or Path()) / Path(plugin).expanduser()
 
 
-def plugin_files(path: Path) -> list[Path]:
+def _plugin_files(path: Path) -> list[Path]:
     """Return the files that may define behaviours, sorted; tests and private files excluded."""
     if path.is_file():
         return [path]
@@ -41,30 +43,33 @@ def plugin_files(path: Path) -> list[Path]:
     ]
 
 
-class FolderLoader:
-    """Imports the files of one folder; a new loader imports them again."""
+def loads(path: Path) -> dict[Path, Callable[[], ModuleType]]:
+    """Return a function for each file of a plugin, which imports it, as the file is now.
 
-    def __init__(self, folder: Path) -> None:
-        digest = sha256(str(folder.resolve()).encode()).hexdigest()[:12]
-        self._package = f"treepilot_plugin_{digest}"
-        for name in [n for n in sys.modules if n.partition(".")[0] == self._package]:
-            del sys.modules[name]
-        spec = ModuleSpec(self._package, None, is_package=True)
-        spec.submodule_search_locations = [str(folder.resolve())]
-        sys.modules[self._package] = module_from_spec(spec)
-        for file in folder.glob("*.py"):
-            with suppress(OSError):  # bytecode has the second and the size of its source only
-                Path(cache_from_source(str(file))).unlink()
-        importlib.invalidate_caches()
+    The functions raise what the file raises.
 
-    def load(self, file: Path) -> ModuleType:
-        """Import a file of the folder; it cannot change the working directory.
+    Args:
+        path: folder or file; one that does not exist has no files.
+    """
+    if not path.exists():
+        return {}
+    folder = path if path.is_dir() else path.parent
+    package = f"treepilot_plugin_{sha256(str(folder.resolve()).encode()).hexdigest()[:12]}"
+    for name in [n for n in sys.modules if n.partition(".")[0] == package]:
+        del sys.modules[name]
+    spec = ModuleSpec(package, None, is_package=True)
+    spec.submodule_search_locations = [str(folder.resolve())]
+    sys.modules[package] = module_from_spec(spec)
+    for file in folder.glob("*.py"):
+        with suppress(OSError):  # bytecode has the second and the size of its source only
+            Path(cache_from_source(str(file))).unlink()
+    importlib.invalidate_caches()
+    return {file: partial(_load, f"{package}.{file.stem}") for file in _plugin_files(path)}
 
-        Raises:
-            Exception: any exception that the file raises.
-        """
-        with chdir("."):  # relative paths of the mission are read afterwards
-            return import_quietly(f"{self._package}.{file.stem}")
+
+def _load(name: str) -> ModuleType:
+    with chdir("."):  # the file cannot change the working directory: relative paths are read later
+        return import_quietly(name)
 
 
 def import_quietly(name: str) -> ModuleType:

@@ -14,7 +14,6 @@ from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._sensing.dock_fit import DockFitter
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
-    STANDSTILL,
     ContactZone,
     DockShape,
     FailureCode,
@@ -106,7 +105,6 @@ class Dock(DrivingBehaviour):
         return pose.compose(Pose2D(footprint.front + staging, 0.0, pi))
 
     def initialise(self) -> None:
-        """Drive to the place in front of the dock."""
         self._front = self.robot.base.footprint.front
         self._fitter, self._shape = DockFitter(DockShape()), DockShape()
         self._trail, self._stamp = OdometryTrail(), self.robot.time
@@ -121,7 +119,6 @@ class Dock(DrivingBehaviour):
         self._phase = _Phase.STAGING
 
     def update(self) -> Status:
-        """Go on with the current phase."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         self.feedback_message = self._phase.value
         if self._phase in (_Phase.STAGING, _Phase.BACKING):
@@ -179,7 +176,7 @@ class Dock(DrivingBehaviour):
                 FailureCode.DOCK_NOT_FOUND,
                 f"no dock within 0.3 m and 20 deg of [{self.dock.x:.2f}, {self.dock.y:.2f}]",
             )
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.stand()
         return Status.RUNNING
 
     def _approach(self) -> Status:
@@ -192,7 +189,7 @@ class Dock(DrivingBehaviour):
         if to_go <= AT_DOCK:
             self.position_error = hypot(to_go, robot.y)
             self._enter(_Phase.CONTACT)
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.stand()
             return Status.RUNNING
         speed = min(self.speed, max(SLOWEST, SLOWER * to_go))
         target = Pose2D(self._front + self.gap - TARGET_BEYOND, 0.0, pi)
@@ -202,7 +199,7 @@ class Dock(DrivingBehaviour):
     def _confirm(self) -> Status:
         if self.robot.battery.charging:
             return Status.SUCCESS
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.stand()
         if self._timer.is_over(CHARGE_TIME):
             return self._again(
                 FailureCode.NOT_CHARGING, f"at the dock, but not charging after {CHARGE_TIME:g} s"

@@ -28,12 +28,10 @@ class Undock(RobotBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Start to drive backward."""
         self._task = self.robot.base.back_up(self.distance, speed=self.speed)
         self._is_turning = False
 
     def update(self) -> Status:
-        """Drive back, then turn."""
         is_back = self._task.status is TaskStatus.SUCCEEDED
         if is_back and self.turn and not self._is_turning:
             self._task, self._is_turning = self.robot.base.spin(pi), True

@@ -22,7 +22,6 @@ class Check(RobotBehaviour):
     condition: Expression = port("condition that must be true")
 
     def update(self) -> Status:
-        """Evaluate the condition once."""
         if self.condition():
             return Status.SUCCESS
         return self.fail(FailureCode.CHECK_FAILED, f"not true: {self.condition.explain()}")

@@ -18,7 +18,6 @@ class Say(RobotBehaviour):
     text: str = port("message")
 
     def update(self) -> Status:
-        """Write the message."""
         self.robot.say(self.text)
         self.feedback_message = self.text
         return Status.SUCCESS

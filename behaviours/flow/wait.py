@@ -19,11 +19,9 @@ class Wait(RobotBehaviour):
     time: float = port("duration", unit="s", at_least=0.0)
 
     def initialise(self) -> None:
-        """Start the timer."""
         self._timer = self.start_timer()
 
     def update(self) -> Status:
-        """Succeed when the time is over."""
         if self._timer.is_over(self.time):
             return Status.SUCCESS
         self.feedback_message = f"{self._timer.left(self.time):.1f} s left"

@@ -19,7 +19,6 @@ class WaitUntil(RobotBehaviour):
     condition: Expression = port("condition to wait for, evaluated on every tick")
 
     def update(self) -> Status:
-        """Evaluate the condition; show its values while it is false."""
         if self.condition():
             return Status.SUCCESS
         self.feedback_message = f"waiting for {self.condition.explain()}"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import copysign, sqrt
+from math import copysign
 from typing import cast
 
 import numpy as np
@@ -11,9 +10,9 @@ from py_trees.common import Status
 
 from behaviours._line.steering import KEPT, CentreLine, Sweep, approach, extended, steer
 from behaviours._line.trace import LineEnd, LineTrace, Sector, trace_line
-from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
-from behaviours._motion.odometry_trail import OdometryTrail
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours._motion.driving import TIME_TO_LIVE
+from behaviours._motion.following import FollowingBehaviour
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
     LINE_COLOURS,
     STANDSTILL,
@@ -26,7 +25,6 @@ from stack.types import (
     wrap_angle,
 )
 
-TIME_TO_LIVE = 0.3
 BLIND_TIME = 2.0
 DELAY = 0.1
 """Seconds from a command to its effect; the robot steers for its pose after it."""
@@ -60,20 +58,7 @@ MARK_KNOWN, AT_END = 0.4, 0.02
 """Metres before the end mark from which on it is not looked for again; where the robot stops."""
 
 
-@dataclass(slots=True)
-class _Record:
-    """Distances to the line since the robot reached it."""
-
-    start: FollowStart | None = None
-    count: int = 0
-    squares: float = 0.0
-
-    @property
-    def rms(self) -> float:
-        return sqrt(self.squares / self.count) if self.count else 0.0
-
-
-class FollowLine(RobotBehaviour):
+class FollowLine(FollowingBehaviour):
     """Drive along a line on the floor that the camera sees, across gaps and junctions.
 
     Drives to the line first, if it begins within 2 m ahead. Succeeds at the end mark, a short bar
@@ -95,12 +80,6 @@ class FollowLine(RobotBehaviour):
         "longest gap that is crossed", unit="m", default=0.5, at_least=0.0, at_most=1.5
     )
     until_mark: bool = port("end at the end mark", default=True)
-    until_travelled: float | None = port(
-        "end after this distance", unit="m", default=None, above=0.0
-    )
-    until_time: float | None = port("end after this time", unit="s", default=None, above=0.0)
-    until_place: Pose2D | None = port("end near this place, map frame", default=None)
-    place_radius: float = port("radius around `until_place`", unit="m", default=0.5, above=0.0)
     travelled: float = output("distance along the line", unit="m")
     junctions: int = output("junctions passed")
     error_rms: float = output("RMS distance from the seen line", unit="m")
@@ -111,22 +90,18 @@ class FollowLine(RobotBehaviour):
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_LINE, FailureCode.NO_IMAGE)
 
     def initialise(self) -> None:
-        """Start to look for the line."""
-        self._trail = OdometryTrail()
+        super().initialise()
         self._since_seen = self.start_timer()
-        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
         self._stamp = self.robot.time
         self._since_start = self.start_timer()
         self._line: CentreLine | None = None
         self._end, self._is_on_line = LineEnd.OPEN, False
         self._sweep: Sweep | None = None
         self._decided: list[FloatArray] = []
-        self._record = _Record()
 
     def update(self) -> Status:
-        """Trace the line in the newest picture, and steer along it."""
         robot = self.robot
-        self._trail.record(robot.time, robot.base.odometry)
+        self.record_way()
         lines = robot.perception.floor_lines(cast(LineColour, self.colour), self.width)
         if lines is not None and lines.stamp > self._stamp:
             self._stamp = lines.stamp
@@ -135,8 +110,8 @@ class FollowLine(RobotBehaviour):
         self._record_progress()
         if self._is_over():
             return Status.SUCCESS
-        if self._sweep is None and self._watch.is_stuck(robot.base.odometry):
-            return self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
+        if self._sweep is None and self.is_stuck:
+            return self.no_progress()
         if self._since_seen.is_over(BLIND_TIME):
             return self.fail(
                 FailureCode.NO_IMAGE, f"the camera gave no picture for {BLIND_TIME:g} s"
@@ -146,12 +121,6 @@ class FollowLine(RobotBehaviour):
             return self.fail(FailureCode.NO_LINE, self._where_lost())
         robot.base.drive_for(command, TIME_TO_LIVE)
         return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
-        if self.status is Status.RUNNING:
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _look(self, lines: FloorLines) -> None:
         """Trace the line again from where the robot is on it, or look for one."""
@@ -207,7 +176,8 @@ class FollowLine(RobotBehaviour):
         self._line.advance(here)
         self._end = LineEnd.MARK if is_marked else LineEnd.OPEN
         if self._sweep is not None:
-            self._sweep, self._watch = None, StuckWatch(self.start_timer(), here)
+            self._sweep = None
+            self.expect_motion()
         for corner in trace.junctions:
             is_near = np.hypot(corner[0] - here.x, corner[1] - here.y) < DECIDED
             if is_near and not self._is_decided(corner):
@@ -236,34 +206,28 @@ class FollowLine(RobotBehaviour):
         return steer(line.offset(soon, moving.linear), speed)
 
     def _record_progress(self) -> None:
-        record, distance, line = self._record, self._trail.distance, self._line
+        line = self._line
         if line is None:
             self.travelled, self.junctions, self.error_rms = 0.0, 0, 0.0
             return
         line.advance(self.robot.base.odometry)
         if self._is_on_line:
-            if record.start is None:
-                record.start = FollowStart(
-                    self.start_timer(), distance, self.robot.localisation.pose
-                )
+            if self._start is None:
+                self.begin_here()
             error = line.offset(self.robot.base.odometry, 0.0).error
-            record.count += 1
-            record.squares += error**2
+            self._errors.add(error)
             self.feedback_message = f"{100 * error:.0f} cm beside the line"
-        self.travelled = distance - record.start.travelled if record.start else 0.0
-        self.junctions, self.error_rms = len(self._decided), record.rms
+        self.travelled = self.way_followed
+        self.junctions, self.error_rms = len(self._decided), self._errors.value
 
     def _is_over(self) -> bool:
-        line, start = self._line, self._record.start
-        if line is None or start is None:
+        line = self._line
+        if line is None or self._start is None:
             return False
-        limits = FollowLimits(
-            self.until_travelled, self.until_time, self.until_place, self.place_radius
-        )
         at_mark = self._end is LineEnd.MARK and line.remaining <= AT_END
-        return at_mark or limits.are_reached(start, self.travelled, self.robot.localisation.pose)
+        return at_mark or self.is_limit_reached
 
     def _where_lost(self) -> str:
-        if self._record.start is None:
+        if self._start is None:
             return f"no {self.colour} line of {100 * self.width:g} cm in sight"
         return f"the line was lost after {self.travelled:.1f} m"

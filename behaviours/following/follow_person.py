@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from functools import partial
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._motion.driving import TIME_TO_LIVE
-from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
+from behaviours._motion.driving import TIME_TO_LIVE, Steps
+from behaviours._motion.following import STUCK_TIME, FollowingBehaviour
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._motion.paths import shortened
 from behaviours._people.followed_person import COASTS, SURE, FollowedPerson, deviation
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.robot import Task
 from stack.types import (
     STANDSTILL,
@@ -69,10 +68,8 @@ WALKED = 0.5
 
 FATAL = (FailureCode.LOST, FailureCode.AMBIGUOUS)
 
-Steps = Generator[None, None, None]
 
-
-class FollowPerson(RobotBehaviour):
+class FollowPerson(FollowingBehaviour):
     """Follow a walking person at a distance, also after a loss of sight.
 
     The person is the nearest walking one ahead, or nearest to a place. The robot plans to where the
@@ -104,11 +101,6 @@ class FollowPerson(RobotBehaviour):
         "end when the person, after a walk, has stood for this time and the robot is there",
         unit="s", default=None, above=0.0,
     )  # fmt: skip
-    until_travelled: float | None = port(
-        "end after this distance", unit="m", default=None, above=0.0
-    )
-    until_time: float | None = port("end after this time", unit="s", default=None, above=0.0)
-    until_place: Pose2D | None = port("end near this place, map frame", default=None)
     place_radius: float = port("radius around `until_place`", unit="m", default=1.0, above=0.0)
     person: Pose2D = output("where the person was last seen, map frame; heading of their walk")
     gap: float = output("distance between the robot's front and the person", unit="m")
@@ -122,13 +114,11 @@ class FollowPerson(RobotBehaviour):
     ends_by = ("until_stands", "until_travelled", "until_time", "until_place")
 
     def initialise(self) -> None:
-        """Look for the person to follow."""
+        super().initialise()
         self._front = self.robot.base.footprint.front
-        self._trail = OdometryTrail()
         self._unseen, self._stood, self._since_plan = (self.start_timer() for _ in range(3))
         self._supposed = self.start_timer()
-        self._unplanned, self._start = self.start_timer(), self._begin()
-        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
+        self._unplanned = self.start_timer()
         self._followed_person: FollowedPerson | None = None
         self._query: Task | None = None
         self._drive: Task | None = None
@@ -139,8 +129,7 @@ class FollowPerson(RobotBehaviour):
         self.times_lost, self.travelled = 0, 0.0
 
     def update(self) -> Status:
-        """Follow, or search."""
-        self._trail.record(self.robot.time, self.robot.base.odometry)
+        self.record_way()
         self.travelled = self._trail.distance
         person = self._person()
         if person is None:
@@ -161,14 +150,8 @@ class FollowPerson(RobotBehaviour):
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Stop the robot."""
-        super().terminate(new_status)
         self._end_query()
-        if self.status is Status.RUNNING:
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
-
-    def _begin(self) -> FollowStart:
-        return FollowStart(self.start_timer(), 0.0, self.robot.localisation.pose)
+        super().terminate(new_status)
 
     def _person(self) -> FollowedPerson | None:
         """Return the person as they are now; None before a person was chosen."""
@@ -179,8 +162,8 @@ class FollowPerson(RobotBehaviour):
             if track is None:
                 return None
             person = self._followed_person = FollowedPerson(track, now)
-            self._start, self._first = self._begin(), Pose2D(*track.position)
-            self._trail = OdometryTrail()
+            self._trail, self._first = OdometryTrail(), Pose2D(*track.position)
+            self.begin_here()
             for timer in (self._unseen, self._supposed, self._stood, self._unplanned):
                 timer.restart()
         else:
@@ -215,7 +198,7 @@ class FollowPerson(RobotBehaviour):
             return self.fail(
                 FailureCode.PERSON_LOST, f"no walking person {where} within {self.patience:g} s"
             )
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
+        self.stand(gives_way=True)
         self.feedback_message = "waiting for a person who walks"
         return Status.RUNNING
 
@@ -245,10 +228,7 @@ class FollowPerson(RobotBehaviour):
         return None
 
     def _is_over(self, person: FollowedPerson) -> bool:
-        limits = FollowLimits(
-            self.until_travelled, self.until_time, self.until_place, self.place_radius
-        )
-        if limits.are_reached(self._start, self._trail.distance, self.robot.localisation.pose):
+        if self.is_limit_reached:
             return True
         stands = self.until_stands
         there = self._gap(person) <= self.distance + SET_OFF + SLACK
@@ -263,7 +243,7 @@ class FollowPerson(RobotBehaviour):
             self._stand(person, gap)
             return
         self.feedback_message = f"following, {gap:.1f} m to the person"
-        if self._watch.is_stuck(self.robot.base.odometry):
+        if self.is_stuck:
             self._why = Failure(
                 FailureCode.NO_PROGRESS,
                 f"the person walks on, but no progress for {STUCK_TIME:g} s",
@@ -337,7 +317,7 @@ class FollowPerson(RobotBehaviour):
         self._end_query()
         self._drive, self._followed = None, None  # `drive_for` cancels it
         self._unplanned.restart()
-        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
+        self.expect_motion()
         self.feedback_message = f"standing, {gap:.1f} m to the person"
         self._face(person)
 
@@ -371,16 +351,16 @@ class FollowPerson(RobotBehaviour):
                 self.robot.base.navigate_to(goal, tolerance=SEARCH_TOLERANCE, partial=True)
             )
         yield from self._do(self.robot.base.spin(2.0 * pi))
-        yield from self._waiting()
+        return (yield from self._waiting())
 
     def _do(self, task: Task) -> Steps:
-        while self.follow(task) is Status.RUNNING:
-            yield
+        yield from self.done(task)
         self._end_drive()
+        return True
 
     def _waiting(self) -> Steps:
         while True:
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
+            self.stand(gives_way=True)
             yield
 
 

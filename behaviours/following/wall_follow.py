@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import atan2, copysign, cos, hypot, pi, sin, sqrt
+from math import atan2, copysign, cos, hypot, pi, sin
 
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour
-from behaviours._motion.motion_watch import STUCK_TIME, FollowLimits, FollowStart, StuckWatch
-from behaviours._motion.odometry_trail import OdometryTrail
+from behaviours._motion.driving import TIME_TO_LIVE
+from behaviours._motion.following import FollowingBehaviour
 from behaviours._sensing import wall_geometry as geometry
 from behaviours.base import DRIVE_FAILURES, output, port
-from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist, wrap_angle
+from stack.types import FailureCode, FloatArray, Twist, wrap_angle
 
 LOOKAHEAD = 0.45
 """Metres along the curve; 1.3 s at 0.35 m/s, well above the delay of scan and actuators (0.2 s)."""
@@ -29,21 +27,7 @@ LOOP_LENGTH, LOOP_DISTANCE, LOOP_TURN = 3.0, 0.4, pi / 3.0
 BLIND_TIME = 2.0
 
 
-@dataclass(slots=True)
-class _Record:
-    """Progress of wall following; distance errors are recorded on straight walls only."""
-
-    start: FollowStart | None = None
-    bent_at: float = 0.0
-    count: int = 0
-    squares: float = 0.0
-
-    @property
-    def error_rms(self) -> float:
-        return sqrt(self.squares / self.count) if self.count else 0.0
-
-
-class WallFollow(DrivingBehaviour):
+class WallFollow(FollowingBehaviour):
     """Drive along a wall at a set distance, around corners and past doorways.
 
     Approaches the wall first if necessary. Succeeds at the first `until_…` that is reached; without
@@ -62,12 +46,6 @@ class WallFollow(DrivingBehaviour):
     search: float = port(
         "longest distance to drive to find a wall", unit="m", default=5.0, above=0.0
     )
-    until_travelled: float | None = port(
-        "end after this distance", unit="m", default=None, above=0.0
-    )
-    until_time: float | None = port("end after this time", unit="s", default=None, above=0.0)
-    until_place: Pose2D | None = port("end near this place, map frame", default=None)
-    place_radius: float = port("radius around `until_place`", unit="m", default=0.5, above=0.0)
     until_loop: bool = port("end when the robot is back at the start of the wall", default=False)
     travelled: float = output("distance along the wall", unit="m")
     distance_error_rms: float = output("RMS distance error on straight walls", unit="m")
@@ -78,19 +56,16 @@ class WallFollow(DrivingBehaviour):
     ends_by = ("until_travelled", "until_time", "until_place", "until_loop")
 
     def initialise(self) -> None:
-        """Start to search for the wall."""
+        super().initialise()
         self._radius = self.robot.base.footprint.circumscribed_radius
-        self._trail = OdometryTrail()
         self._since_seen = self.start_timer()
-        self._watch = StuckWatch(self.start_timer(), self.robot.base.odometry)
         self._course = self.robot.base.odometry.heading
-        self._record = _Record()
+        self._bent_at = 0.0
         self._turned_back_at = -TURNED_BACK
 
     def update(self) -> Status:
-        """Steer towards a point ahead on the curve along the wall."""
-        self._trail.record(self.robot.time, self.robot.base.odometry)
-        self._write_outputs()
+        self.record_way()
+        self.travelled, self.distance_error_rms = self.way_followed, self._errors.value
         if self.distance <= self._radius:
             return self.fail(
                 FailureCode.FAILED,
@@ -99,9 +74,9 @@ class WallFollow(DrivingBehaviour):
             )
         if self._is_over():
             return Status.SUCCESS
-        if self._watch.is_stuck(self.robot.base.odometry):
-            return self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
-        if self._record.start is None and self._trail.distance > self.search:
+        if self.is_stuck:
+            return self.no_progress()
+        if self._start is None and self._trail.distance > self.search:
             return self.fail(FailureCode.NO_WALL, f"no wall found within {self.search:g} m")
         points = self._points()
         if points is None:
@@ -118,7 +93,7 @@ class WallFollow(DrivingBehaviour):
         return self._trail.since(scan.stamp).inverse().transform(scan.points())
 
     def _wait_for_scan(self) -> Status:
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.stand()
         if self._since_seen.is_over(BLIND_TIME):
             return self.fail(FailureCode.NO_WALL, f"no lidar scan for {BLIND_TIME:g} s")
         self.feedback_message = "waiting for the lidar"
@@ -158,35 +133,24 @@ class WallFollow(DrivingBehaviour):
     def _record_progress(self, curve: geometry.OffsetCurve) -> None:
         """Record the start of wall following, and the distance errors on straight walls."""
         off_course = abs(atan2(curve.tangent[1], curve.tangent[0]))
-        record, distance = self._record, self._trail.distance
-        if record.start is None and abs(curve.error) < 0.1 and off_course < 0.35:
-            record.start = FollowStart(self.start_timer(), distance, self.robot.localisation.pose)
-        if record.start is None or _bend(curve.points) > STRAIGHT:
-            record.bent_at = distance
-        elif distance - record.bent_at > SETTLING:
-            record.count += 1
-            record.squares += curve.error**2
+        distance = self._trail.distance
+        if self._start is None and abs(curve.error) < 0.1 and off_course < 0.35:
+            self.begin_here()
+        if self._start is None or _bend(curve.points) > STRAIGHT:
+            self._bent_at = distance
+        elif distance - self._bent_at > SETTLING:
+            self._errors.add(curve.error)
         self.feedback_message = f"{curve.wall_distance:.2f} m from the wall"
 
     def _is_over(self) -> bool:
-        start, here = self._record.start, self.robot.localisation.pose
+        start, here = self._start, self.robot.localisation.pose
         if start is None:
             return False
-        travelled = self._trail.distance - start.travelled
         back = here.distance_to(start.pose) <= LOOP_DISTANCE and (
             abs(wrap_angle(here.heading - start.pose.heading)) <= LOOP_TURN
         )
-        limits = FollowLimits(
-            self.until_travelled, self.until_time, self.until_place, self.place_radius
-        )
-        return limits.are_reached(start, travelled, here) or (
-            self.until_loop and travelled >= LOOP_LENGTH and back
-        )
-
-    def _write_outputs(self) -> None:
-        start = self._record.start
-        self.travelled = self._trail.distance - start.travelled if start else 0.0
-        self.distance_error_rms = self._record.error_rms
+        looped = self.until_loop and self.way_followed >= LOOP_LENGTH and back
+        return looped or self.is_limit_reached
 
 
 def _pursue(x: float, y: float, speed: float, ahead: float) -> Twist:

@@ -22,10 +22,8 @@ class Disambiguate(RobotBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Start the task."""
         self._task = self.robot.base.disambiguate()
 
     def update(self) -> Status:
-        """Return the status of the task."""
         self.rivals = len(self.robot.localisation.estimate.rivals)
         return self.follow(self._task)

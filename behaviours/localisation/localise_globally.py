@@ -26,11 +26,9 @@ class LocaliseGlobally(RobotBehaviour):
     fails_with = (FailureCode.LOST, FailureCode.AMBIGUOUS)
 
     def initialise(self) -> None:
-        """Start the search."""
         self._task = self.robot.localisation.relocalise()
 
     def update(self) -> Status:
-        """Return the status of the search."""
         self.rivals = len(self.robot.localisation.estimate.rivals)
         failure = self._task.failure
         if failure is not None and failure.code == FailureCode.AMBIGUOUS and not self.unique:

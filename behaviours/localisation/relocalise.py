@@ -14,8 +14,7 @@ from behaviours._sensing.marker_pose import Hypothesis, hypotheses, merged
 from behaviours._sensing.place_pose import place_hypothesis
 from behaviours._sensing.wall_geometry import room_ahead
 from behaviours.base import DRIVE_FAILURES, output, port
-from stack.robot import Task
-from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle
+from stack.types import FailureCode, Image, Twist, wrap_angle
 
 FIRST_PICTURE, NEXT_PICTURE = 2.0, 1.0
 """Seconds to wait for a picture from a camera that was off, and from one that is on."""
@@ -30,8 +29,6 @@ FINE_TIME, LOOK_TIME = 1.0, 2.5
 """Seconds for which the pose must be good to be kept, and within which it may become so: after a
 push, or while people hide the map, the health of a right pose drops for a moment."""
 MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
-
-"""A procedure over several ticks: yields once per tick, returns whether it succeeded."""
 
 
 class Relocalise(DrivingBehaviour):
@@ -76,7 +73,6 @@ class Relocalise(DrivingBehaviour):
         self._steps = self._search()
 
     def update(self) -> Status:
-        """Run the search until its next tick."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         if self._uses_camera():
             self.robot.perception.image()  # a request keeps the camera on between two stops
@@ -86,7 +82,7 @@ class Relocalise(DrivingBehaviour):
         """Search by camera, then by lidar; if nothing fits, move and search by lidar again."""
         if self.only_if_lost and (yield from self._is_fine()):
             return self._found("kept")
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.stand()
         if self._uses_camera() and (yield from self._by_camera()):
             return self._found(self._source)
         if (yield from self._by_lidar()):
@@ -135,7 +131,7 @@ class Relocalise(DrivingBehaviour):
                 last = next((one for one in self._known if one.source == "marker"), None)
                 return last is not None and (yield from self._try(last))
             self.feedback_message = f"looking around, turned {degrees(turned):.0f} deg"
-            if not (yield from self._done(self.robot.base.spin(step, while_lost=True))):
+            if not (yield from self.done(self.robot.base.spin(step, while_lost=True))):
                 return False
             turned += step
             self._looked_until = self.robot.time  # pictures taken while turning do not count
@@ -215,10 +211,10 @@ class Relocalise(DrivingBehaviour):
 
     def _by_lidar(self) -> Steps:
         """Search the whole map; if several places look alike, drive to where they differ."""
-        if not (yield from self._done(self.robot.localisation.relocalise())):
+        if not (yield from self.done(self.robot.localisation.relocalise())):
             if not self._is_ambiguous:
                 return False
-            if not (yield from self._done(self.robot.base.disambiguate())):
+            if not (yield from self.done(self.robot.base.disambiguate())):
                 return False
         if (yield from self._is_confirmed()):
             return True
@@ -237,7 +233,7 @@ class Relocalise(DrivingBehaviour):
         around = np.pad(ranges, (window // 2, window - 1 - window // 2), mode="edge")
         room = np.lib.stride_tricks.sliding_window_view(around, window).min(axis=1)
         direction = wrap_angle(float(scan.angles[int(np.argmax(room))]) + scan.mount.heading)
-        if not (yield from self._done(self.robot.base.spin(direction, while_lost=True))):
+        if not (yield from self.done(self.robot.base.spin(direction, while_lost=True))):
             return False
         end, timer = self._trail.distance + MOVE_DISTANCE, self.start_timer()
         while (
@@ -248,16 +244,10 @@ class Relocalise(DrivingBehaviour):
             self.feedback_message = "moving for another view"
             self.robot.base.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE, while_lost=True)
             yield
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+        self.stand()
         return True
 
     def _room(self) -> float:
         """Return the free distance ahead of the footprint, metres; 0 without a scan."""
         scan, radius = self.robot.perception.scan, self.robot.base.footprint.circumscribed_radius
         return room_ahead(scan.points(), radius + 0.05) - radius if scan is not None else 0.0
-
-    def _done(self, task: Task) -> Steps:
-        """Wait for the end of a task; return whether it succeeded."""
-        while (status := self.follow(task)) is Status.RUNNING:
-            yield
-        return status is Status.SUCCESS

@@ -23,7 +23,6 @@ class SetPose(RobotBehaviour):
     fails_with = ()
 
     def update(self) -> Status:
-        """Set the pose."""
         self.robot.localisation.set_pose(
             self.pose,
             position_deviation=self.position_deviation,

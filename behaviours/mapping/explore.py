@@ -8,9 +8,9 @@ from math import hypot
 
 from py_trees.common import Status
 
-from behaviours._motion.driving import Steps
+from behaviours._motion.driving import SteppedBehaviour, Steps
 from behaviours._motion.odometry_trail import OdometryTrail
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import Frontier, Pose2D
 
 LOOK_PERIOD = 1.0
@@ -45,7 +45,7 @@ class _Tried:
         return self.attempts >= ATTEMPTS or self.drives >= DRIVES
 
 
-class Explore(RobotBehaviour):
+class Explore(SteppedBehaviour):
     """Drive to frontiers until nothing reachable is unknown, and return to the start.
 
     A frontier is where known free space meets unknown space. The next one is a near one with much
@@ -77,7 +77,6 @@ class Explore(RobotBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Remember the start."""
         self._home = self.robot.localisation.pose
         self._timer, self._trail = self.start_timer(), OdometryTrail()
         self._tried: list[_Tried] = []
@@ -85,18 +84,13 @@ class Explore(RobotBehaviour):
         self._steps = self._explore()
 
     def update(self) -> Status:
-        """Go on; write the outputs at the end."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
-        try:
-            next(self._steps)
-        except StopIteration as end:
+        status = self.advance(self._steps)
+        if status is not Status.RUNNING:
             self.known_area = self.robot.map.known_area
             self.path_length, self.time_taken = self._trail.distance, self._timer.elapsed
             self.unreachable = sum(item.is_forgotten for item in self._tried)
-            if end.value:
-                return Status.SUCCESS
-            return Status.FAILURE
-        return Status.RUNNING
+        return status
 
     def _explore(self) -> Steps:
         while True:
@@ -163,9 +157,7 @@ class Explore(RobotBehaviour):
 
     def _look_around(self) -> Steps:
         """Turn a little, so that the map gets a scan from here, and wait until it is drawn."""
-        task = self.robot.base.spin(LOOK_ANGLE)
-        while self.follow(task) is Status.RUNNING:
-            yield
+        yield from self.done(self.robot.base.spin(LOOK_ANGLE))
         self.failure = None
         settling = self.start_timer()
         while not settling.is_over(SETTLING_TIME):

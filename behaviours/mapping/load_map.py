@@ -24,7 +24,6 @@ class LoadMap(RobotBehaviour):
     fails_with = (FailureCode.UNSUPPORTED,)
 
     def update(self) -> Status:
-        """Load the map."""
         try:
             self.robot.map.load(self.path, self.pose)
         except NavigationError as error:

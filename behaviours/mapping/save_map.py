@@ -21,7 +21,6 @@ class SaveMap(RobotBehaviour):
     fails_with = ()
 
     def update(self) -> Status:
-        """Save the map."""
         try:
             self.saved = self.robot.map.save(self.path)
         except NavigationError as error:

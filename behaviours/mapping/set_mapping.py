@@ -20,7 +20,6 @@ class SetMapping(RobotBehaviour):
     fails_with = (FailureCode.UNSUPPORTED,)
 
     def update(self) -> Status:
-        """Switch."""
         try:
             self.robot.map.set_mapping(self.enabled)
         except NavigationError as error:

@@ -29,12 +29,10 @@ class AssistedTeleop(RobotBehaviour):
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Give control to the operator."""
         self.robot.say("the operator may drive: arrow keys, enter when done")
         self._task = self.robot.base.assisted_teleop(self.time, silence=self.silence)
 
     def update(self) -> Status:
-        """Return the status of the teleoperation task."""
         status = self.follow(self._task)
         why = self._task.failure
         over = why is not None and why.code == FailureCode.TIMED_OUT

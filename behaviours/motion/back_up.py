@@ -20,9 +20,7 @@ class BackUp(RobotBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Start the task."""
         self._task = self.robot.base.back_up(self.distance, speed=self.speed)
 
     def update(self) -> Status:
-        """Return the status of the task."""
         return self.follow(self._task)

@@ -19,11 +19,9 @@ class DriveFor(DrivingBehaviour):
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Start the timer."""
         self._timer = self.start_timer()
 
     def update(self) -> Status:
-        """Command the velocity on every tick until the time is over."""
         if self._timer.is_over(self.time):
             return Status.SUCCESS
         left = self._timer.left(self.time)

@@ -29,11 +29,9 @@ class DriveOnHeading(RobotBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Start the task."""
         self._task = self.robot.base.drive_on_heading(
             self.distance, speed=self.speed, direction=self.direction
         )
 
     def update(self) -> Status:
-        """Return the status of the task."""
         return self.follow(self._task)

@@ -32,11 +32,9 @@ class FreeSpaceEscape(RobotBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Start the task."""
         self._task = self.robot.base.escape(
             clearance=self.clearance, distance=self.distance, speed=self.speed
         )
 
     def update(self) -> Status:
-        """Return the status of the task."""
         return self.follow(self._task)

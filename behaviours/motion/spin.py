@@ -21,9 +21,7 @@ class Spin(RobotBehaviour):
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
-        """Start the task."""
         self._task = self.robot.base.spin(self.angle, speed=self.speed)
 
     def update(self) -> Status:
-        """Return the status of the task."""
         return self.follow(self._task)

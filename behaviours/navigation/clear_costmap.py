@@ -17,6 +17,5 @@ class ClearCostmap(RobotBehaviour):
     which: str = port("costmap to clear", default="both", one_of=("local", "global", "both"))
 
     def update(self) -> Status:
-        """Clear the costmaps."""
         self.robot.map.clear_costmap(self.which)
         return Status.SUCCESS

@@ -17,6 +17,5 @@ class ClearCostmapAroundRobot(RobotBehaviour):
     layer: str = port("layer to clear; empty: all layers", default="")
 
     def update(self) -> Status:
-        """Clear the costmaps."""
         self.robot.map.clear_costmap(self.which, radius=self.radius, layer=self.layer or None)
         return Status.SUCCESS

@@ -24,11 +24,9 @@ class ComputePath(RobotBehaviour):
     length: float = output("length of the path", unit="m")
 
     def initialise(self) -> None:
-        """Ask for the plan."""
         self._task = self.robot.base.plan(self.goal, self.start)
 
     def update(self) -> Status:
-        """Return the status of the plan; write the path."""
         status = self.follow(self._task)
         if status is not Status.SUCCESS:
             return status

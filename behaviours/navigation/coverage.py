@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._motion.driving import Steps
+from behaviours._motion.driving import SteppedBehaviour, Steps
 from behaviours._motion.odometry_trail import OdometryTrail
-from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
-from stack.robot import Task
+from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import Failure, FailureCode, Path, Pose2D
 
 SPACING = 0.1
 """Metres between two poses of a lane."""
 
 
-class Coverage(RobotBehaviour):
+class Coverage(SteppedBehaviour):
     """Drive over all of a room or polygon in parallel lanes, as a vacuum cleaner does.
 
     The lanes keep the robot's clearance from obstacles on the map and from keep-out zones. A lane
@@ -46,7 +45,6 @@ class Coverage(RobotBehaviour):
     area_ports = ("area",)
 
     def initialise(self) -> None:
-        """Plan the lanes."""
         self._width = self.width or 2.0 * self.robot.base.footprint.half_width
         spacing = self._width * (1.0 - self.overlap)
         self._plan = self.robot.map.coverage(list(self.area), spacing)
@@ -56,21 +54,19 @@ class Coverage(RobotBehaviour):
         self._steps = self._cover()
 
     def update(self) -> Status:
-        """Go on; write the outputs at the end."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         self._mark()
         if not self._plan.lanes:
             zones = " and ".join(repr(name) for name in self._plan.zones)
             why = f"; keep-out zones in it: {zones}" if zones else ""
             return self.fail(FailureCode.NO_VALID_PATH, f"no lane fits into the area{why}")
-        try:
-            next(self._steps)
-        except StopIteration:
-            return self._result()
+        share = float(self._seen.mean()) if self._seen.size else 0.0
+        if self.advance(self._steps) is not Status.RUNNING:
+            return self._result(share)
+        self.feedback_message = f"{self._progress}, {share:.0%} covered"
         return Status.RUNNING
 
-    def _result(self) -> Status:
-        share = float(self._seen.mean()) if self._seen.size else 0.0
+    def _result(self, share: float) -> Status:
         self.covered, self.failure = share, None
         self.path_length, self.time_taken = self._trail.distance, self._timer.elapsed
         if share < self.least:
@@ -88,22 +84,12 @@ class Coverage(RobotBehaviour):
         return True
 
     def _lane(self, start: Pose2D, end: Pose2D) -> Steps:
-        if not (yield from self._drive(start)):
+        if not (yield from self.done(self.robot.base.navigate_to(start))):
             return False
         path = _straight(start, end)
-        if (yield from self._done(self.robot.base.follow_path(path))):
+        if (yield from self.done(self.robot.base.follow_path(path))):
             return True
-        return (yield from self._drive(end))
-
-    def _drive(self, goal: Pose2D) -> Steps:
-        return (yield from self._done(self.robot.base.navigate_to(goal)))
-
-    def _done(self, task: Task) -> Steps:
-        while (status := self.follow(task)) is Status.RUNNING:
-            share = float(self._seen.mean()) if self._seen.size else 0.0
-            self.feedback_message = f"{self._progress}, {share:.0%} covered"
-            yield
-        return status is Status.SUCCESS
+        return (yield from self.done(self.robot.base.navigate_to(end)))
 
     def _mark(self) -> None:
         """Mark the points under the robot as covered."""

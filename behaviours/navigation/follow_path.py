@@ -25,7 +25,6 @@ class FollowPath(RobotBehaviour):
     time_taken: float = output("duration of the drive", unit="s")
 
     def initialise(self) -> None:
-        """Start to follow the path."""
         self._timer, self._trail = self.start_timer(), OdometryTrail()
         self._follow(self.path)
 

@@ -33,7 +33,6 @@ class NavigateThrough(RobotBehaviour):
     goal_ports = ("goals",)
 
     def initialise(self) -> None:
-        """Start the drive, unless the list is empty."""
         goals = list(self.goals)
         self._task = (
             self.robot.base.navigate_through(goals, tolerance=self.tolerance) if goals else None
@@ -42,7 +41,6 @@ class NavigateThrough(RobotBehaviour):
         self._trail = OdometryTrail()
 
     def update(self) -> Status:
-        """Return the status of the drive; write the outputs at its end."""
         if self._task is None:
             return self.fail(FailureCode.FAILED, "goals is an empty list; give at least one pose")
         self._trail.record(self.robot.time, self.robot.base.odometry)

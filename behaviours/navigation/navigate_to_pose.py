@@ -60,14 +60,12 @@ class NavigateToPose(RobotBehaviour):
     arrival_port = "goal"
 
     def initialise(self) -> None:
-        """Start the drive."""
         self._timer, self._since_goal = self.start_timer(), self.start_timer()
         self._trail = OdometryTrail()
         self._near: Timer | None = None
         self._drive_to(self.goal)
 
     def update(self) -> Status:
-        """Return the status of the drive; write the outputs at its end."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         goal = self.goal
         if goal != self._goal and self._since_goal.is_over(GOAL_PERIOD):

@@ -22,7 +22,6 @@ class SetEdge(RobotBehaviour):
     closed: bool = port("true closes the edge, false opens it", default=True)
 
     def update(self) -> Status:
-        """Close or open the edge."""
         try:
             self.robot.base.set_edge(self.edge, closed=self.closed)
         except ParameterError as error:

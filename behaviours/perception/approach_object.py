@@ -7,12 +7,11 @@ from math import atan2, cos, hypot, pi, sin
 from py_trees.common import Status
 
 from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour, Steps
-from behaviours._motion.motion_watch import STUCK_TIME, StuckWatch
+from behaviours._motion.following import STUCK_TIME, StuckWatch
 from behaviours._sensing.object_watch import SAME_PLACE, ObjectWatch, SeenObject, Wanted
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
     OBJECT_COLOURS,
-    STANDSTILL,
     FailureCode,
     Pose2D,
     TaskStatus,
@@ -83,7 +82,6 @@ class ApproachObject(DrivingBehaviour):
         self._steps = self._approach()
 
     def update(self) -> Status:
-        """Look at a new picture, then go on."""
         self._look(self._watch.update())
         if self._watch.is_blind:
             return self.fail(FailureCode.NO_IMAGE, self._wanted.silence)
@@ -118,7 +116,7 @@ class ApproachObject(DrivingBehaviour):
                 self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self._wanted} in view")
                 return False
             self.feedback_message = f"looking for the {self._wanted}"
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.stand()
             yield
         return True
 
@@ -154,7 +152,7 @@ class ApproachObject(DrivingBehaviour):
             to_go = hypot(target.x, target.y) - self._front - self.distance
             self.gap, self.bearing = to_go + self.distance, bearing
             if to_go <= CLOSE_ENOUGH and abs(bearing) <= POINTED:
-                self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+                self.stand()
                 return True
             if watch.is_stuck(self.robot.base.odometry):
                 self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")

@@ -39,7 +39,6 @@ class DetectMarkers(RobotBehaviour):
     fails_with = (*DRIVE_FAILURES, FailureCode.MARKER_NOT_FOUND, FailureCode.NO_IMAGE)
 
     def initialise(self) -> None:
-        """Start the turn, if there is one."""
         self._timer, self._trail = self.start_timer(), OdometryTrail()
         self._newest, self._pictures = self.robot.time, 0
         self._found: dict[int, tuple[MarkerSighting, Pose2D]] = {}
@@ -49,7 +48,6 @@ class DetectMarkers(RobotBehaviour):
         self._report()
 
     def update(self) -> Status:
-        """Look at a new picture."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         known = {marker.number for marker in self.robot.map.markers}
         missing = sorted(set(self.wanted) - known)

@@ -10,13 +10,11 @@ from behaviours._motion.driving import DrivingBehaviour, Steps
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._sensing.object_watch import ObjectWatch, SeenObject, Wanted
 from behaviours.base import DRIVE_FAILURES, output, port
-from stack.robot import Task
 from stack.types import (
     OBJECT_COLOURS,
     FailureCode,
     Frontier,
     Pose2D,
-    TaskStatus,
 )
 
 FULL_TURN = 2.0 * pi + 0.4
@@ -75,7 +73,6 @@ class FindObject(DrivingBehaviour):
         self._steps = self._search()
 
     def update(self) -> Status:
-        """Look at a new picture, then go on with the search."""
         self._trail.record(self.robot.time, self.robot.base.odometry)
         self.path_length = self._trail.distance
         found = self._watch.update()
@@ -83,12 +80,7 @@ class FindObject(DrivingBehaviour):
             return self._report(found[0])
         if self._watch.is_blind:
             return self.fail(FailureCode.NO_IMAGE, self._wanted.silence)
-        try:
-            next(self._steps)
-        except StopIteration:
-            assert self.failure is not None, "the search ends with a reason"
-            return self.fail(self.failure.code, self.failure.sentence)
-        return Status.RUNNING
+        return self.advance(self._steps)
 
     def _report(self, found: SeenObject) -> Status:
         here = self.robot.localisation.pose
@@ -111,12 +103,13 @@ class FindObject(DrivingBehaviour):
             if view is None or failures >= LOOK_AGAIN:
                 break
             x, y = view.middle
-            task = self.robot.base.navigate_to(view.pose)
-            yield from self._do(
-                task, f"to look at ({x:.1f}, {y:.1f}), {view.gain:.0f} m² unsearched"
+            self.failure = None
+            reached = yield from self.done(
+                self.robot.base.navigate_to(view.pose),
+                f"to look at ({x:.1f}, {y:.1f}), {view.gain:.0f} m² unsearched",
             )
             self._avoided.append(view.pose)  # what it did not show is not shown from there
-            failures = 0 if task.status is TaskStatus.SUCCEEDED else failures + 1
+            failures = 0 if reached else failures + 1
             if self._is_lost:
                 return False
         self.fail(
@@ -133,19 +126,12 @@ class FindObject(DrivingBehaviour):
 
     def _look_round(self) -> Steps:
         task = self.robot.base.spin(FULL_TURN, speed=self.turn_speed)
-        yield from self._do(task, f"looking round, place {self.places + 1}")
+        self.failure = None
+        yield from self.done(task, f"looking round, place {self.places + 1}")
         if not self._is_lost:
             self.failure = None  # a turn that is blocked has shown what it could
             self._looked.append(self.robot.localisation.pose)
             self.places = len(self._looked)
-        return True
-
-    def _do(self, task: Task, doing: str) -> Steps:
-        """Wait for the end of a motion."""
-        self.failure = None
-        while self.follow(task) is Status.RUNNING:
-            self.feedback_message = doing
-            yield
         return True
 
     def _best_view(self) -> Frontier | None:

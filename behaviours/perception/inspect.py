@@ -7,11 +7,11 @@ from math import hypot
 
 from py_trees.common import Status
 
-from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour, Steps
+from behaviours._motion.driving import DrivingBehaviour, Steps
 from behaviours._sensing.pictures import PictureQuality, picture_name, quality_of
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.robot import JsonValue
-from stack.types import STANDSTILL, FailureCode, Image, Pose2D
+from stack.types import FailureCode, Image, Pose2D
 
 STILL_SPEED, STILL_TURN, SETTLE = 0.01, 0.01, 0.3
 """m/s and rad/s below which the robot stands, and seconds for which it must."""
@@ -53,21 +53,16 @@ class Inspect(DrivingBehaviour):
     goal_ports = ("at",)
 
     def initialise(self) -> None:
-        """Begin with the drive, if there is one."""
         self._best: tuple[float, Image, PictureQuality, Pose2D] | None = None
         self.taken = 0
         self._steps = self._inspect()
 
     def update(self) -> Status:
-        """Go on to the next tick."""
         return self.advance(self._steps)
 
     def _inspect(self) -> Steps:
         if self.at is not None:
-            task = self.robot.base.navigate_to(self.at)
-            while (status := self.follow(task)) is Status.RUNNING:
-                yield
-            if status is Status.FAILURE:
+            if not (yield from self.done(self.robot.base.navigate_to(self.at))):
                 return False
         while self.taken <= self.retakes:
             yield from self._stand_still()
@@ -82,7 +77,7 @@ class Inspect(DrivingBehaviour):
         """Wait until the robot has stood for SETTLE."""
         timer = self.start_timer()
         while not timer.is_over(SETTLE):
-            self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE)
+            self.stand()
             self.robot.perception.image()  # a request keeps the camera on
             self.feedback_message = "standing still"
             yield

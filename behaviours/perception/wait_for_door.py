@@ -6,10 +6,10 @@ from math import cos, sin
 
 from py_trees.common import Status
 
-from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour
+from behaviours._motion.driving import DrivingBehaviour
 from behaviours._sensing.doorway import Doorway
 from behaviours.base import DRIVE_FAILURES, output, port
-from stack.types import STANDSTILL, FailureCode, Pose2D
+from stack.types import FailureCode, Pose2D
 
 ROOM = 0.05
 """Metres on each side of the robot that a way must have in addition."""
@@ -47,7 +47,6 @@ class WaitForDoor(DrivingBehaviour):
     fails_with = (*DRIVE_FAILURES, FailureCode.DOOR_CLOSED)
 
     def initialise(self) -> None:
-        """Start the drive to the place to wait at, if there is one."""
         self._doorway = Doorway(self.door, self.width)
         self._drive = None
         if self.distance is not None:
@@ -57,7 +56,6 @@ class WaitForDoor(DrivingBehaviour):
         self.free_width, self.waited = 0.0, 0.0
 
     def update(self) -> Status:
-        """Look at a new scan."""
         if self._drive is not None:
             status = self.follow(self._drive)
             if status is not Status.SUCCESS:
@@ -65,7 +63,7 @@ class WaitForDoor(DrivingBehaviour):
             self._drive, self._followed = None, None
             self._waiting.restart()
             self._free.restart()
-        self.robot.base.drive_for(STANDSTILL, TIME_TO_LIVE, gives_way=True)
+        self.stand(gives_way=True)
         self._look()
         self.waited = self._waiting.elapsed
         if self._is_free and self._free.is_over(self.settle):

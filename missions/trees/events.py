@@ -17,8 +17,6 @@ from missions.trees.context import Execution, halt
 from missions.trees.node import VALUE_ERRORS, Decorator, InnerNode, Node, run
 from stack.types import Expression, Failure, FailureCode
 
-STANDING_SPEED = 0.02
-"""Speed, m/s and rad/s, below which the robot counts as standing."""
 STANDING_PATIENCE = 5.0
 """Seconds after which an event starts although the robot does not stand."""
 
@@ -167,13 +165,13 @@ class Events(InnerNode, composites.Composite):
     def _may_start(self, event: Event) -> bool:
         """Return whether the robot stands; after STANDING_PATIENCE report it and go on."""
         speed = self.execution.robot.base.speed
-        fastest = max(hypot(speed.linear, speed.lateral), abs(speed.angular))
-        if fastest < STANDING_SPEED:
+        if speed.stands:
             self.feedback_message = ""
             return True
         self.feedback_message = f"{event.name} starts when the robot stands"
         if not self.braking.is_over(STANDING_PATIENCE):
             return False
+        fastest = max(hypot(speed.linear, speed.lateral), abs(speed.angular))
         sentence = f"the robot does not stand after {STANDING_PATIENCE:g} s ({fastest:.2f} m/s)"
         self._emit(event, "event", f"{event.name}: {sentence}; it starts now")
         return True

@@ -8,7 +8,7 @@ from stack.components import Estimator
 from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, RivalPose, Scan, Twist
 
 VIEW_TIME = 0.5
@@ -60,11 +60,9 @@ class Disambiguation(MotionExecutor):
         self.drive: GoalDrive | None = None
 
     def start(self, now: float) -> None:
-        """Look around first."""
         self._looking.start(now)
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         if self._then is not None and self.drive is self._then:
             return self._step(self._then, state)
         if not state.estimate.ambiguous:
@@ -81,19 +79,16 @@ class Disambiguation(MotionExecutor):
         return twist
 
     def pause(self, now: float) -> None:
-        """Hold the drive, and the time to look."""
         super().pause(now)
         if self.drive is not None:
             self.drive.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue."""
         super().resume(now)
         if self.drive is not None:
             self.drive.resume(now)
 
     def stop(self, now: float) -> None:
-        """Release the controller."""
         if self.drive is not None:
             self.drive.task.cancel("the search for a view is over")
             self.drive.stop(now)
@@ -127,7 +122,7 @@ class Disambiguation(MotionExecutor):
     def _look(self, state: Perceived) -> Twist:
         """Stand for a moment, then drive to the next view or give up."""
         self.task.report(f"{_rivals(state)}, looking", 0.0)
-        if not standing(state.motion.twist):
+        if not state.motion.twist.stands:
             self._looking.start(state.time)
         if self._looking.elapsed(state.time) < VIEW_TIME:
             return STANDSTILL

@@ -19,13 +19,12 @@ from stack.navigation.people.possible_people import PossiblePeople
 from stack.navigation.people.standoff import nearest
 from stack.navigation.plans.choice import PlanChoice
 from stack.navigation.plans.goal_sequence import GoalSequence
-from stack.navigation.plans.partial_end import PartialEnd, near_partial_end
-from stack.navigation.plans.path_check import PathCheck
+from stack.navigation.plans.path_check import PartialEnd, PathCheck, near_partial_end
 from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import turning_place
 from stack.navigation.plans.zone_names import with_zones
-from stack.navigation.tasks import MotionTask, standing
+from stack.navigation.tasks import MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
 
 VIA_RADIUS = 0.4
@@ -94,9 +93,9 @@ class GoalDrive(Drive):
         self._making_room = MakingRoom(tools, self.timers)
         self._possible_people = PossiblePeople(tools, self.timers)
         self._give_way = None if aside else GiveWay(tools, self._drive_aside, self.timers)
+        self._parts += [part for part in (self._making_room, self._give_way) if part is not None]
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         state = self._possible_people.added(state, held=self._is_held_up)
         aside = self._twist_aside(state)
         if aside is not None:
@@ -126,28 +125,10 @@ class GoalDrive(Drive):
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
 
-    def pause(self, now: float) -> None:
-        """Hold the drive."""
-        super().pause(now)
-        self._making_room.pause(now)
-        if self._give_way is not None:
-            self._give_way.pause(now)
-
     def resume(self, now: float) -> None:
-        """Continue from where the robot stands."""
         super().resume(now)
-        self._making_room.resume(now)
         if self.task.future is not None:
             self._drop_request()
-        if self._give_way is not None:
-            self._give_way.resume(now)
-
-    def stop(self, now: float) -> None:
-        """Release the controller."""
-        if self._give_way is not None:
-            self._give_way.stop(now)
-        self._making_room.stop(now)
-        super().stop(now)
 
     @property
     def makes_way(self) -> bool:
@@ -252,7 +233,7 @@ class GoalDrive(Drive):
         if reason is None:
             return
         twist = state.motion.twist
-        direction = 0 if standing(twist) else int(copysign(1, twist.linear))
+        direction = 0 if twist.stands else int(copysign(1, twist.linear))
         pose = state.estimate.pose
         copy = self._tools.global_costmap.copied()
         progress = self._follower.progress
@@ -323,15 +304,14 @@ class GoalDrive(Drive):
     def _other_turning_place(self, state: Perceived) -> str | None:
         """Choose another end of the path if there is no room to turn at the goal; say so."""
         tools, pose = self._tools, state.estimate.pose
-        only_turns = (
-            self._follower.at_position and tools.turns_in_place and self._goals.only_last_left
-        )
+        follower = self._follower
+        only_turns = follower.at_position and follower.can_turn and self._goals.only_last_left
         if self._turns_elsewhere or not only_turns:
             return None
         reach = self._choice.tolerance
         place = turning_place(
-            self.goal, pose, tools.global_costmap.view, state.obstacles.points, tools.bodies,
-            tools.parameters.turning_distance if reach is None else reach,
+            self.goal, pose, tools.global_costmap.view, state.obstacles.points,
+            tools.robot.footprint, tools.parameters.turning_distance if reach is None else reach,
         )  # fmt: skip
         if place is None:
             return None

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 from stack.components import GoalChecker, ProgressChecker
 from stack.control.path_follower import PathFollower
+from stack.costmap.costmap import Costmap
+from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Lifecycle
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.people.passing_place import Bodies
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.reactive_motions import ReactiveMotions
-from stack.navigation.tasks import CostmapLike, Emit
+from stack.navigation.tasks import Emit
 
 
 @dataclass
@@ -19,29 +20,20 @@ class DriveTools:
     """Components used by drives; the parameters may be replaced between steps.
 
     Attributes:
-        clear_of: radius around the robot, metres, in which a blocked path is ignored.
-        deceleration: of the robot, m/s², for braking before a path's speed limit.
-        turns_in_place: whether the robot can turn in place; a car cannot.
-        bodies: radii of the robot.
         motions: by range sensors, as parts of drives.
-        is_round: whether the robot touches nothing by turning in place.
         replans: number of plans so far that have replaced another one of the same drive.
     """
 
+    robot: RobotDescription
     path_follower: PathFollower
     goal_checker: GoalChecker
     progress_checker: ProgressChecker
     planner_worker: PlannerWorker
     parameters: NavigationParameters
-    local_costmap: CostmapLike
-    global_costmap: CostmapLike
+    local_costmap: Costmap
+    global_costmap: Costmap
     emit: Emit
-    clear_of: float
-    bodies: Bodies
     motions: ReactiveMotions
-    is_round: bool = True
-    deceleration: float = 1.0
-    turns_in_place: bool = True
     replans: int = 0
     _steered_by: object = None
 

@@ -9,12 +9,12 @@ import numpy as np
 from stack.components import ControlState, DriveState
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
-from stack.lifecycle import Timers
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.unseen import unseen_walls
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.people.standoff import Standoff
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import moving_discs
 from stack.types import (
     STANDSTILL,
@@ -35,7 +35,7 @@ BEHIND_BLIND = 0.5
 """Metres beyond its outline in which a robot minds the map's walls in its blind sectors."""
 
 
-class Follower:
+class Follower(Lifecycle):
     """Follows a path and detects when the robot has arrived, is stuck or is blocked.
 
     Args:
@@ -87,7 +87,6 @@ class Follower:
             self._steer(self.progress, now)
 
     def stop(self, now: float) -> None:
-        """End the drive."""
         self._tools.release(self, now)
 
     @property
@@ -106,7 +105,7 @@ class Follower:
         """Set the path to follow."""
         self.resume(now)
         self.progress = self._tools.path_follower.progress_on(path)
-        self._speeds = PathSpeeds(path, self._tools.deceleration)
+        self._speeds = PathSpeeds(path, self._tools.robot.limits.linear_deceleration)
         self._steer(self.progress, now)
         self.idle.reset()
 
@@ -130,8 +129,8 @@ class Follower:
 
     def off_heading(self, state: Perceived) -> str:
         """Describe the heading error of a car that stands at the goal's position; else empty."""
-        stands = self.idles(state.time) and standing(state.motion.twist)
-        if self._tools.turns_in_place or self.progress is None or not (stands and self.at_position):
+        stands = self.idles(state.time) and state.motion.twist.stands
+        if self.can_turn or self.progress is None or not (stands and self.at_position):
             return ""
         goal, pose = self.progress.path.goal, state.estimate.pose
         off = abs(wrap_angle(goal.heading - pose.heading))
@@ -143,7 +142,7 @@ class Follower:
     @property
     def can_turn(self) -> bool:
         """Whether the robot can turn in place."""
-        return self._tools.turns_in_place
+        return self._tools.robot.drivetrain.turns_in_place
 
     def idles(self, now: float) -> bool:
         """Whether the robot has stood before the goal for IDLE_BEFORE_REPLAN seconds."""
@@ -162,7 +161,7 @@ class Follower:
         return self._tools.goal_checker.reached(self._drive_state(state, self.progress))
 
     def _drive_state(self, state: Perceived, progress: PathProgress) -> DriveState:
-        still = self._last == STANDSTILL and standing(state.motion.twist)
+        still = self._last == STANDSTILL and state.motion.twist.stands
         top = min(self._tools.path_follower.top_speed, self.posted_limit)
         return DriveState(
             state.time, state.estimate.pose, still, progress.remaining, progress.reversals, top
@@ -217,7 +216,10 @@ class Follower:
     def _seen_and_mapped(self, state: Perceived) -> FloatArray:
         """Return the obstacle points of the controller, and the map's walls in blind sectors."""
         points, tools = _points(state), self._tools
-        ground, reach = tools.global_costmap.ground, tools.bodies.circumscribed + BEHIND_BLIND
+        ground, reach = (
+            tools.global_costmap.ground,
+            tools.robot.footprint.circumscribed_radius + BEHIND_BLIND,
+        )
         walls = unseen_walls(ground, state.estimate.pose, state.obstacles, reach)
         return np.concatenate([points, walls]) if len(walls) else points
 
@@ -226,12 +228,16 @@ class Follower:
         tools, person, progress = self._tools, self.standoff.person, self.progress
         if person is None or progress is None:
             return False
-        bodies, keep = tools.bodies, tools.parameters.person_clearance
+        outline, keep = tools.robot.footprint, tools.parameters.person_clearance
         pose, (x, y) = state.estimate.pose, person.position
-        path = progress.ahead(bodies.circumscribed + keep + 2.0 * person.radius)
+        path = progress.ahead(outline.circumscribed_radius + keep + 2.0 * person.radius)
         aside = float(np.hypot(path[:, 0] - x, path[:, 1] - y).min()) if len(path) else inf
-        room = hypot(x - pose.x, y - pose.y) - person.radius - bodies.circumscribed
-        holds = room <= keep and aside <= person.radius + bodies.inscribed and not self.at_position
+        room = hypot(x - pose.x, y - pose.y) - person.radius - outline.circumscribed_radius
+        holds = (
+            room <= keep
+            and aside <= person.radius + outline.inscribed_radius
+            and not self.at_position
+        )
         if holds:
             self._blocked.start_once(state.time)
             self.forget_obstacle()
@@ -275,6 +281,7 @@ class Drive(MotionExecutor):
     def __init__(self, task: MotionTask, tools: DriveTools, tolerance: float | None) -> None:
         super().__init__(task)
         self._follower = Follower(tools, tolerance, self.timers)
+        self._parts: list[Lifecycle] = [self._follower]
 
     @property
     def makes_way(self) -> bool:
@@ -282,18 +289,18 @@ class Drive(MotionExecutor):
         return False
 
     def pause(self, now: float) -> None:
-        """Hold the drive."""
         super().pause(now)
-        self._follower.pause(now)
+        for part in self._parts:
+            part.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue from where the robot stands."""
         super().resume(now)
-        self._follower.resume(now)
+        for part in self._parts:
+            part.resume(now)
 
     def stop(self, now: float) -> None:
-        """Release the controller."""
-        self._follower.stop(now)
+        for part in reversed(self._parts):
+            part.stop(now)
 
     def note_evasion(self) -> None:
         """Note that an evasion is over: the robot may be beside its path."""
@@ -308,11 +315,9 @@ class PathDrive(Drive):
         task.path = path
 
     def start(self, now: float) -> None:
-        """Give the path to the controller."""
         self._follower.set_path(self.path, now)
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         follower, task = self._follower, self.task
         try:
             if follower.progress is not None:

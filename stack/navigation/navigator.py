@@ -9,6 +9,7 @@ from stack.compilation import KernelTypes
 from stack.components import Estimator, GoalChecker, Planner, ProgressChecker
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
+from stack.costmap.costmap import Costmap
 from stack.drivetrain.description import RobotDescription
 from stack.navigation.activities import Activities
 from stack.navigation.capabilities.base import Base
@@ -19,12 +20,11 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.people.passing_place import Bodies
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.reactive_motions import ReactiveMotions
 from stack.navigation.recoveries import DriveFor
-from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor
+from stack.navigation.tasks import Emit, MotionExecutor
 from stack.types import ContactZone, CurrentStep, Path, Perceived, Pose2D, Twist
 
 
@@ -59,6 +59,7 @@ class Navigator:
         cover: without a map, grows the costmaps to contain some poses.
 
     Attributes:
+        tools: what its drives share.
         localisation_monitor: decides what moves while the robot is lost.
         activities: the motions under way.
         base: begins motions, for behaviours.
@@ -77,65 +78,24 @@ class Navigator:
         self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
         goal_checker: GoalChecker, progress_checker: ProgressChecker,
         parameters: NavigationParameters, evasion: Evasion, estimator: Estimator,
-        now: CurrentStep, local_costmap: CostmapLike, global_costmap: CostmapLike, emit: Emit,
+        now: CurrentStep, local_costmap: Costmap, global_costmap: Costmap, emit: Emit,
         period: float, log: Callable[[str], None] = lambda _: None, *, is_real_time: bool = False,
         cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._evasion = MotionEvasion(evasion, path_follower, emit)
-        self._tools = DriveTools(
-            path_follower, goal_checker, progress_checker,
+        self.tools = DriveTools(
+            robot, path_follower, goal_checker, progress_checker,
             PlannerWorker(planner, log, is_real_time=is_real_time), parameters, local_costmap,
-            global_costmap, emit,
-            clear_of=robot.footprint.inscribed_radius,
-            deceleration=robot.limits.linear_deceleration,
-            motions=ReactiveMotions(robot, global_costmap, period),
-            is_round=robot.footprint.is_round,
-            turns_in_place=robot.drivetrain.turns_in_place,
-            bodies=Bodies(
-                robot.footprint.inscribed_radius, robot.footprint.circumscribed_radius
-            ),
+            global_costmap, emit, ReactiveMotions(robot, global_costmap, period),
         )  # fmt: skip
         self.localisation_monitor = LocalisationMonitor(emit, period)
         self.activities = Activities(emit, self.localisation_monitor, log)
-        self._queries = PlanQueries(self._tools)
+        self._queries = PlanQueries(self.tools)
         self.base = Base(
-            robot, self._tools, self.activities, self._queries, self.localisation_monitor,
+            robot, self.tools, self.activities, self._queries, self.localisation_monitor,
             estimator, now, cover,
         )  # fmt: skip
         self._now = now
-
-    @property
-    def parameters(self) -> NavigationParameters:
-        """Current parameters; new tolerances apply to tasks started later."""
-        return self._tools.parameters
-
-    def configure(self, parameters: NavigationParameters) -> None:
-        """Apply new parameters, from the next step on."""
-        self._tools.configure(parameters)
-
-    @property
-    def planner(self) -> Planner:
-        """Current planner; may be replaced between steps."""
-        return self._tools.planner_worker.planner
-
-    @planner.setter
-    def planner(self, planner: Planner) -> None:
-        self._tools.planner_worker.use(planner)
-
-    @property
-    def path_follower(self) -> PathFollower:
-        """The follower with the controller."""
-        return self._tools.path_follower
-
-    @property
-    def goal_checker(self) -> GoalChecker:
-        """Decides when a drive has reached its goal."""
-        return self._tools.goal_checker
-
-    @property
-    def progress_checker(self) -> ProgressChecker:
-        """Decides when a drive makes no progress."""
-        return self._tools.progress_checker
 
     @property
     def evasion(self) -> Evasion:
@@ -149,7 +109,7 @@ class Navigator:
         Otherwise they are obstacles: evasion is off, or the controller plans with tracks itself.
         """
         on = self.evasion.parameters.when != "never"
-        return on and not self.path_follower.plans_with_tracks
+        return on and not self.tools.path_follower.plans_with_tracks
 
     @property
     def goal(self) -> Pose2D | None:
@@ -167,7 +127,7 @@ class Navigator:
     def local_plan(self) -> Path | None:
         """Planned motion of the controller, map frame."""
         follows = _follows_path(self._motion)
-        return self._tools.path_follower.local_plan if follows else None
+        return self.tools.path_follower.local_plan if follows else None
 
     @property
     def _motion(self) -> MotionExecutor | None:
@@ -175,17 +135,12 @@ class Navigator:
         current = self.activities.current
         return current.drive or current if isinstance(current, Disambiguation) else current
 
-    @property
-    def replans(self) -> int:
-        """Number of plans that have replaced another one of the same drive."""
-        return self._tools.replans
-
     def step(self, state: Perceived) -> WantedTwist:
         """Compute the velocity for this step; STANDSTILL without a running task."""
-        self._tools.motions.surroundings.look(state)
+        self.tools.motions.surroundings.look(state)
         self._queries.step(state)
-        self.localisation_monitor.update(state, self.parameters)
-        wanted, motion = self.activities.step(state, self.parameters), self._motion
+        self.localisation_monitor.update(state, self.tools.parameters)
+        wanted, motion = self.activities.step(state, self.tools.parameters), self._motion
         limit = self.localisation_monitor.speed_limit
         twist = self._evasion.step(
             wanted, state, motion, along_path=_follows_path(motion), limit=limit
@@ -199,7 +154,7 @@ class Navigator:
         Returns:
             Whether they are there: `step` does not wait.
         """
-        return self._tools.planner_worker.await_plans(now, longest)
+        return self.tools.planner_worker.await_plans(now, longest)
 
     def pause(self, now: float) -> None:
         """Hold the mission's motion at a time in seconds; does nothing while it is held."""
@@ -230,7 +185,7 @@ class Navigator:
         """
         self.cancel_all("the run is over")
         self.stop_ended(self._now.perceived.time if now is None else now)
-        self._tools.planner_worker.close()
+        self.tools.planner_worker.close()
 
     @property
     def _drive(self) -> GoalDrive | PathDrive | None:

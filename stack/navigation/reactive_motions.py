@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stack.costmap.costmap import Costmap
 from stack.drivetrain.description import RobotDescription
 from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.search import NO_FENCE
@@ -9,7 +10,7 @@ from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.escape.unseen import zone_edges
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.recoveries import BackUp, RecoveryTools
-from stack.navigation.tasks import CostmapLike, MotionTask
+from stack.navigation.tasks import MotionTask
 from stack.safety.monitor import CollisionMonitor
 from stack.types import Perceived
 
@@ -29,7 +30,7 @@ class ReactiveMotions:
         surroundings: what the sensors have seen lately; `look` in each step.
     """
 
-    def __init__(self, robot: RobotDescription, costmap: CostmapLike, period: float) -> None:
+    def __init__(self, robot: RobotDescription, costmap: Costmap, period: float) -> None:
         self._robot, self._costmap, self._period = robot, costmap, period
         self._monitor = CollisionMonitor(robot)
         self.surroundings = Surroundings()

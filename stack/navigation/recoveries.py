@@ -13,7 +13,7 @@ from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import Limits
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import CollisionMonitor
 from stack.types import (
     STANDSTILL,
@@ -105,7 +105,6 @@ class Recovery(MotionExecutor):
         """Return the twist that drives the motion at this rate."""
 
     def start(self, now: float) -> None:
-        """Start the time limits."""
         self._total.start(now)
         self._stall.start(now)
 
@@ -115,7 +114,6 @@ class Recovery(MotionExecutor):
         self._rate = 0.0
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         self._done = self._measure(state.motion)
         remaining = self._profile.total - self._done
         self.task.report(f"{max(0.0, remaining):.2f} {self._profile.unit} to go", remaining)
@@ -130,7 +128,7 @@ class Recovery(MotionExecutor):
         return self._twist(self._rate)
 
     def _finish(self, state: Perceived) -> Twist:
-        if standing(state.motion.twist):
+        if state.motion.twist.stands:
             self.task.succeed(f"done, {self._done:.2f} {self._profile.unit}")
         return STANDSTILL
 

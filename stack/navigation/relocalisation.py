@@ -9,7 +9,7 @@ from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.disambiguation import ambiguity
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import Emit, MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import Emit, MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, Scan, Twist, wrap_angle
 
 SEARCH_TIME = 5.0
@@ -42,12 +42,11 @@ class Relocalisation(MotionExecutor):
         self._standing_since: float | None = None
 
     def start(self, now: float) -> None:
-        """Start to wait for scans."""
         self._waiting.start(now)
 
     def step(self, state: Perceived) -> Twist:
         """Return standstill; end the task when there are enough scans."""
-        if standing(state.motion.twist):
+        if state.motion.twist.stands:
             self._gather(state)
         self.task.report(f"scan {len(self._scans)} of {self._wanted}", 0.0)
         if len(self._scans) == self._wanted:

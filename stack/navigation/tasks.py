@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from math import hypot
-from typing import Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.plans.planner_worker import PlanFuture
 from stack.types import (
-    CostGrid,
     Failure,
     FailureCode,
-    OccupancyGrid,
     Path,
     Perceived,
     Pose2D,
@@ -24,95 +17,8 @@ from stack.types import (
     Twist,
 )
 
-STANDING_SPEED, STANDING_TURN = 0.02, 0.05
-"""Speeds in m/s and rad/s below which the robot counts as standing."""
-
-
-def standing(twist: Twist) -> bool:
-    """Whether a measured velocity counts as standstill."""
-    speed = hypot(twist.linear, twist.lateral)
-    return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
-
-
 Emit = Callable[..., None]
 """emit(kind, text, level="info", **fields): publish an event."""
-
-
-class CopyLike(Protocol):
-    """A copy of a costmap for a worker thread."""
-
-    @property
-    def grid(self) -> CostGrid:
-        """The costs; not modified before the release."""
-        ...
-
-    def release(self) -> None:
-        """Allow the reuse of the cells."""
-        ...
-
-
-class CostmapLike(Protocol):
-    """A costmap, as far as navigation needs it."""
-
-    @property
-    def grid(self) -> CostGrid:
-        """A copy of the current costs; never modified later."""
-        ...
-
-    @property
-    def view(self) -> CostGrid:
-        """The current costs without a copy, which the next update changes: read them at once."""
-        ...
-
-    @property
-    def marks(self) -> CostGrid:
-        """Free, lethal and unknown cells before inflation, without a copy: read them at once."""
-        ...
-
-    @property
-    def ground(self) -> CostGrid:
-        """Costs of the map alone, without a copy; unknown without a map."""
-        ...
-
-    def copied(self) -> CopyLike:
-        """Return a copy of the current costs for a worker thread, until it is released."""
-        ...
-
-    @property
-    def version(self) -> int:
-        """Increases with each change."""
-        ...
-
-    def set_static(self, static: OccupancyGrid) -> None:
-        """Replace the map; sensed obstacles keep their positions."""
-        ...
-
-    @property
-    def layers(self) -> tuple[str, ...]:
-        """Names of the layers."""
-        ...
-
-    @property
-    def way_out(self) -> Pose2D | None:
-        """First place outside, map frame, for a robot in a keep-out zone; None elsewhere."""
-        ...
-
-    @property
-    def forbidden(self) -> dict[str, NDArray[np.bool_]]:
-        """Cells (rows, columns) of each keep-out zone, by name."""
-        ...
-
-    def zones_between(self, start: Pose2D, goal: Pose2D) -> tuple[str, ...]:
-        """Return the names of the keep-out zones that alone close the way between two places."""
-        ...
-
-    def clear(self, *, layer: str | None = None) -> None:
-        """Clear sensed obstacles, in one layer or all."""
-        ...
-
-    def clear_around(self, pose: Pose2D, radius: float, *, layer: str | None = None) -> None:
-        """Clear sensed obstacles within `radius` metres of a pose."""
-        ...
 
 
 class MotionTask:

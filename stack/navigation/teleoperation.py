@@ -36,7 +36,6 @@ class Teleoperation(MotionExecutor):
         self.task.succeed("released by the operator")
 
     def start(self, now: float) -> None:
-        """Start both time limits."""
         self._now = now
         self._total.start(now)
         self._since_command.start(now)

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import is_not
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from stack.errors import ParameterError
 from stack.parameters import check_relations, declarations, suggestion, values_of
 
 
-@dataclass(frozen=True, slots=True)
-class Tunable:
-    """Access to the parameters of a running component.
+class Tunable(Protocol):
+    """A running component whose parameters, a frozen dataclass, may change between two steps."""
 
-    Attributes:
-        read: returns the current parameters, a frozen dataclass.
-        apply: applies new parameters; called between two steps.
-    """
+    @property
+    def parameters(self) -> Any:
+        """The current ones."""
+        ...
 
-    read: Callable[[], Any]
-    apply: Callable[[Any], None]
-
-    @staticmethod
-    def of(component: Any) -> Tunable:
-        """Create for a component with `parameters` and `configure`."""
-        return Tunable(lambda: component.parameters, component.configure)
+    def configure(self, parameters: Any) -> None:
+        """Apply new ones."""
+        ...
 
 
 class Tuning:
@@ -50,13 +45,13 @@ class Tuning:
         return tuple(
             f"{component}.{name}"
             for component, tunable in self._tunables.items()
-            for name, declared in declarations(cast("type", type(tunable.read()))).items()
+            for name, declared in declarations(cast("type", type(tunable.parameters))).items()
             if declared.public
         )
 
     def current(self) -> dict[str, Any]:
         """Values by full name, e.g. `controller.cruise_speed`."""
-        parameters = [tunable.read() for tunable in self._tunables.values()]
+        parameters = [tunable.parameters for tunable in self._tunables.values()]
         known = len(parameters) == len(self._collected)
         if not known or any(map(is_not, parameters, self._collected)):
             self._collected = parameters
@@ -85,7 +80,7 @@ def _changed(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
         raise ParameterError(
             name, f"unknown component {component!r}", suggestion(component, tunables)
         )
-    parameters = tunables[component].read()
+    parameters = tunables[component].parameters
     kind: type = type(parameters)
     declared = declarations(kind)
     if parameter not in declared:
@@ -95,5 +90,5 @@ def _changed(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
     value = declared[parameter].read(raw)
     changed = replace(parameters, **{parameter: value})
     check_relations(changed, {parameter})
-    tunables[component].apply(changed)
+    tunables[component].configure(changed)
     return value

@@ -12,11 +12,9 @@ from stack.robot import Task
 from stack.runtime.command_schema import (
     Abort,
     EmergencyStop,
-    NoArguments,
     PoseArguments,
     SetParameter,
     Speed,
-    Velocity,
     loggable,
     read_arguments,
 )
@@ -36,19 +34,20 @@ class CommandHandler:
     def __init__(self, parts: Parts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
         self._detour: Task | None = None
-        self.debugging = DebugCommands(parts, mission, lambda: self._resume(NoArguments()))
+        self.debugging = DebugCommands(parts, mission, self._resume)
         self._actions: dict[str, Callable[[Any], str | None]] = {
-            "pause": self._pause,
-            "resume": self._resume,
+            "pause": lambda _: self._pause(),
+            "resume": lambda _: self._resume(),
             "estop": self._emergency_stop,
-            "release": self._release,
+            "release": lambda _: self._send(MissionEvent.RELEASE),
             "abort": self._abort,
             "speed": self._speed,
             "set_pose": self._set_pose,
             "set_goal": self._set_goal,
             "set_parameter": self._set_parameter,
-            "teleop": self._teleop,
-            "teleop_done": self._teleop_done,
+            "teleop": lambda arguments: self._teleoperation().steer(arguments.twist),
+            "teleop_done": lambda _: self._teleoperation().release(),
+            **self.debugging.actions,
         }
 
     @property
@@ -94,11 +93,8 @@ class CommandHandler:
         try:
             arguments = read_arguments(command.kind, command.arguments)
             if self._mission.state.is_over and command.kind not in ("estop", "release"):
-                return f"the mission is over ({self._mission.state})", ""
-            action = self._actions.get(command.kind)
-            if action is not None:
-                return action(arguments) or "", ""
-            return "", self.debugging.actions[command.kind](arguments)
+                raise InputError(f"the mission is over ({self._mission.state})")
+            return "", self._actions[command.kind](arguments) or ""
         except (InputError, ParameterError, TypeError, ValueError) as error:
             return str(error), ""
 
@@ -108,29 +104,26 @@ class CommandHandler:
         self._cancel_detour()
         self.debugging.forget_steps()
 
-    def _pause(self, _: NoArguments) -> str:
-        refusal = self._mission.send(MissionEvent.PAUSE)
-        if not refusal:
-            self._cancel_detour()
-            self.debugging.forget_steps()
-        return refusal
+    def _send(self, event: MissionEvent, reason: str = "") -> None:
+        """Send an event to the mission; raise InputError if it is refused."""
+        refusal = self._mission.send(event, reason)
+        if refusal:
+            raise InputError(refusal)
 
-    def _resume(self, _: NoArguments) -> str:
-        refusal = self._mission.send(MissionEvent.RESUME)
-        if not refusal:
-            self._detour = None
-            self.debugging.forget_steps()
-        return refusal
+    def _pause(self) -> None:
+        self._send(MissionEvent.PAUSE)
+        self._cancel_detour()
+        self.debugging.forget_steps()
 
-    def _emergency_stop(self, arguments: EmergencyStop) -> str:
-        refusal = self._mission.send(MissionEvent.EMERGENCY_STOP, arguments.reason)
+    def _resume(self) -> None:
+        self._send(MissionEvent.RESUME)
+        self._detour = None
+        self.debugging.forget_steps()
+
+    def _emergency_stop(self, arguments: EmergencyStop) -> None:
+        self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)  # never refused
         self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
         self._cancel_detour()
-        return refusal
-
-    def _release(self, _: NoArguments) -> str:
-        """Release the emergency stop; the robot stands until `resume`."""
-        return self._mission.send(MissionEvent.RELEASE)
 
     def _cancel_detour(self) -> None:
         """Cancel the drive to the operator's goal; `resume` continues the mission's own motion."""
@@ -140,12 +133,11 @@ class CommandHandler:
     def _abort(self, arguments: Abort) -> None:
         self._end(MissionState.ABORTED, arguments.reason)
 
-    def _speed(self, arguments: Speed) -> str | None:
+    def _speed(self, arguments: Speed) -> None:
         body = self._parts.body
         if not isinstance(body, SimulatedWorld):
-            return "cannot change the speed: this robot runs in real time"
+            raise InputError("cannot change the speed: this robot runs in real time")
         body.pace = arguments.factor
-        return None
 
     def _set_pose(self, arguments: PoseArguments) -> None:
         self._parts.robot.localisation.set_pose(
@@ -155,13 +147,11 @@ class CommandHandler:
             source="operator",
         )
 
-    def _set_goal(self, arguments: PoseArguments) -> str | None:
+    def _set_goal(self, arguments: PoseArguments) -> None:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
         goal = self._on_map(arguments.pose)
-        refusal = self._mission.send(MissionEvent.DETOUR)
-        if not refusal:
-            self._detour = self._parts.navigator.base.navigate_to(goal)
-        return refusal
+        self._send(MissionEvent.DETOUR)
+        self._detour = self._parts.navigator.base.navigate_to(goal)
 
     def _on_map(self, pose: Pose2D) -> Pose2D:
         """The pose; a mission without a map accepts any.
@@ -181,31 +171,16 @@ class CommandHandler:
             f"{x + columns * grid.resolution:g} m and y {y:g} to {y + rows * grid.resolution:g} m"
         )
 
-    def _teleop(self, arguments: Velocity) -> str | None:
-        """Drive a velocity for half a second; refused unless assisted_teleop is running."""
-        teleoperation = self._teleoperation
-        if teleoperation is None:
-            return self._teleoperation_refusal
-        teleoperation.steer(arguments.twist)
-        return None
-
-    def _teleop_done(self, _: NoArguments) -> str | None:
-        teleoperation = self._teleoperation
-        if teleoperation is None:
-            return self._teleoperation_refusal
-        teleoperation.release()
-        return None
-
-    @property
-    def _teleoperation(self) -> Teleoperation | None:
-        running = self._mission.state is MissionState.RUNNING
-        return self._parts.navigator.base.teleoperation if running else None
-
-    @property
-    def _teleoperation_refusal(self) -> str:
+    def _teleoperation(self) -> Teleoperation:
+        """The running assisted_teleop; raise InputError without one."""
         if self._mission.state is not MissionState.RUNNING:
-            return f"the mission is {self._mission.state}"
-        return "the mission drives: velocities are accepted only while assisted_teleop is running"
+            raise InputError(f"the mission is {self._mission.state}")
+        running = self._parts.navigator.base.teleoperation
+        if running is None:
+            raise InputError(
+                "the mission drives: velocities are accepted only while assisted_teleop is running"
+            )
+        return running
 
     def _set_parameter(self, arguments: SetParameter) -> None:
         self._parts.tuning.change(arguments.name, arguments.value)

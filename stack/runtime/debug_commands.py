@@ -26,14 +26,14 @@ class DebugCommands:
     """
 
     def __init__(
-        self, parts: Parts, mission: MissionStateMachine, resume: Callable[[], str]
+        self, parts: Parts, mission: MissionStateMachine, resume: Callable[[], None]
     ) -> None:
         """Prepare the actions.
 
         Args:
             parts: of the loop; `parts.debugger` may be None.
             mission: its state.
-            resume: ends a pause; returns why it cannot, or an empty text.
+            resume: ends a pause; raises InputError if it cannot.
         """
         self._parts, self._mission, self._resume = parts, mission, resume
         self._ticks_left: int | None = None
@@ -93,20 +93,15 @@ class DebugCommands:
         ticks = arguments.ticks
         state = self._mission.state
         if state is MissionState.PAUSED:
-            self._resume_mission()
+            self._resume()
         elif state not in (MissionState.STARTING, MissionState.RUNNING):
             raise InputError(f"cannot step: the mission is {state}")
         self._ticks_left = ticks
         return f"{ticks} tick{'' if ticks == 1 else 's'}"
 
     def _continue(self, _: NoArguments) -> str:
-        self._resume_mission()
+        self._resume()
         return "the mission continues"
-
-    def _resume_mission(self) -> None:
-        refusal = self._resume()
-        if refusal:
-            raise InputError(refusal)
 
     def _node(self, arguments: Break | Unbreak | Force) -> str:
         """The named node; refused if its number is from a tree that was replaced since."""

@@ -8,7 +8,6 @@ in simulation.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import hypot
 
 from stack.body import BodyCommand, Replay, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
@@ -25,8 +24,6 @@ from stack.schedule import Schedule
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
-    DepthImage,
-    Image,
     Odometry,
     Perceived,
     PoseEstimate,
@@ -34,9 +31,6 @@ from stack.types import (
 
 LONGEST_NAP = 0.01
 """Wall seconds between two looks for commands while the next step cannot be made yet."""
-
-STANDING_SPEED = 0.02
-"""Speed, m/s and rad/s, below which the robot counts as standing."""
 
 
 class Runtime:
@@ -59,7 +53,7 @@ class Runtime:
         self.stages = Stages(self.period)
         self.distance, self.command = 0.0, LimitedTwist(STANDSTILL)
         self.sensing = Sensing(parts, self.mission)
-        self._pace = PaceMeter()
+        self.pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
         self._replay = parts.body if isinstance(parts.body, Replay) else None
@@ -91,7 +85,7 @@ class Runtime:
         """Run one control period; while a simulation is frozen, only serve the operator."""
         p, last, measure = self.parts, self.perceived, self.stages.measure
         p.telemetry.advance(self.steps, p.body.time)
-        self._pace.advance(p.body.time, self.mission.is_held)
+        self.pace.advance(p.body.time, self.mission.is_held)
         self.is_frozen = self._freeze()
         if self.is_frozen:
             self._serve_operator()
@@ -192,37 +186,20 @@ class Runtime:
 
     @property
     def is_standing(self) -> bool:
-        """Whether the measured velocity of the robot is below STANDING_SPEED."""
-        twist = self.perceived.motion.twist
-        speed = hypot(twist.linear, twist.lateral)
-        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
-
-    @property
-    def real_time_factor(self) -> float:
-        """Robot seconds per wall second in the last seconds, without holds; for displays only."""
-        return self._pace.factor
+        """Whether the robot stands, by its odometry."""
+        return self.perceived.motion.twist.stands
 
     @property
     def is_on_detour(self) -> bool:
         """Whether the robot drives to the operator's goal while the mission is paused."""
         return self._commands.drives_to_operator_goal
 
-    @property
-    def image(self) -> Image | None:
-        """The newest picture of the camera."""
-        return self.sensing.image
-
-    @property
-    def depth_image(self) -> DepthImage | None:
-        """The newest picture of a depth camera."""
-        return self.sensing.depth_image
-
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""
         own = {
             "distance": self.distance,
             "recoveries": float(self.parts.tree.recoveries),
-            "replans": float(self.parts.navigator.replans),
+            "replans": float(self.parts.navigator.tools.replans),
         }
         return own if self.parts.scorer is None else {**own, **self.parts.scorer.counters()}
 

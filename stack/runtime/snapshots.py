@@ -2,73 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stack.body import SimulatedWorld
 from stack.runtime.interfaces import Parts
-from stack.runtime.stage_times import Stages
-from stack.safety.safety import LimitedTwist
-from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
-from stack.types import DepthImage, DepthPoints, FloatArray, Image, Perceived
+from stack.telemetry.records import Debugging, Snapshot
+from stack.types import DepthPoints, FloatArray
+
+if TYPE_CHECKING:
+    from stack.runtime.loop import Runtime
 
 SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 
 
-class Loop(Protocol):
-    """The data of the step loop that a snapshot contains."""
-
-    parts: Parts
-    steps: int
-    stages: Stages
-    command: LimitedTwist
-
-    @property
-    def perceived(self) -> Perceived:
-        """What the newest step has perceived."""
-        ...
-
-    @property
-    def state(self) -> MissionState:
-        """State of the mission."""
-        ...
-
-    @property
-    def reason(self) -> str:
-        """Why the mission is in this state."""
-        ...
-
-    @property
-    def real_time_factor(self) -> float:
-        """Robot seconds per wall second in the last seconds, without holds."""
-        ...
-
-    @property
-    def is_on_detour(self) -> bool:
-        """Whether the robot drives to the operator's goal while the mission is paused."""
-        ...
-
-    @property
-    def image(self) -> Image | None:
-        """The newest picture of the camera."""
-        ...
-
-    @property
-    def depth_image(self) -> DepthImage | None:
-        """The newest picture of a depth camera."""
-        ...
-
-    def counters(self) -> dict[str, float]:
-        """Counters by name."""
-        ...
-
-    def layers(self) -> dict[str, Layer]:
-        """Map, costmaps and scene by name."""
-        ...
-
-
-def compose_snapshot(runtime: Loop) -> Snapshot:
+def compose_snapshot(runtime: Runtime) -> Snapshot:
     """Compose the snapshot of the current step. Its arrays are shared and must not be modified."""
     parts = runtime.parts
     state, estimate, body = runtime.perceived, parts.perceiver.estimator.estimate, parts.body
@@ -94,14 +43,14 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         commanded=runtime.command.twist,
         measured=state.motion.twist,
         stages=runtime.stages.timings(),
-        speed=runtime.real_time_factor,
+        speed=runtime.pace.factor,
         pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
         parameters=parts.tuning.current(),
         public_parameters=parts.tuning.public,
-        image=runtime.image,
+        image=runtime.sensing.image,
         detections=parts.robot.perception.seen_objects,
         mask=parts.robot.perception.colour_mask,
-        depth_image=runtime.depth_image,
+        depth_image=runtime.sensing.depth_image,
         depth_points=_depth_points(parts, state.depth),
         cameras=parts.perceiver.cameras.states,
         truth=parts.scorer.truth if parts.scorer else None,

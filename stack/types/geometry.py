@@ -74,6 +74,10 @@ class Pose2D:
         return turned
 
 
+STANDING_SPEED, STANDING_TURN = 0.02, 0.05
+"""m/s and rad/s below which a robot stands: what the wheels of one at rest may measure."""
+
+
 @dataclass(frozen=True, slots=True)
 class Twist:
     """Velocity in the base frame: metres per second forward and to the left, radians per second."""
@@ -81,6 +85,12 @@ class Twist:
     linear: float = 0.0
     angular: float = 0.0
     lateral: float = 0.0
+
+    @property
+    def stands(self) -> bool:
+        """Whether a robot with this measured velocity stands."""
+        speed = hypot(self.linear, self.lateral)
+        return speed < STANDING_SPEED and abs(self.angular) < STANDING_TURN
 
 
 STANDSTILL = Twist()

@@ -224,7 +224,5 @@ def test_equal_seeds_give_equal_bits(build, robot):
 
 
 def test_sideways_motion_is_not_a_standstill():
-    from stack.navigation.tasks import standing
-
-    assert standing(Twist(0.001))
-    assert not standing(Twist(0.0, 0.0, 0.3))
+    assert Twist(0.001).stands
+    assert not Twist(0.0, 0.0, 0.3).stands

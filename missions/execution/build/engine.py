@@ -258,11 +258,11 @@ def _sensor_log(
 def _tunables(
     navigator: Navigator, safety: Safety, perceiver: Perceiver, coloured: ColouredObjectDetector
 ) -> dict[str, Tunable]:
-    parts = {
-        "controller": navigator.path_follower,
-        "goal_checker": navigator.goal_checker,
-        "progress_checker": navigator.progress_checker,
-        "navigator": navigator,
+    return {
+        "controller": navigator.tools.path_follower,
+        "goal_checker": navigator.tools.goal_checker,
+        "progress_checker": navigator.tools.progress_checker,
+        "navigator": navigator.tools,
         "safety": safety,
         "evasion": navigator.evasion,
         "local_costmap": perceiver.world_model.local_costmap,
@@ -277,7 +277,6 @@ def _tunables(
         "place_recognition": perceiver.places,
         "obstacle_memory": perceiver.obstacle_memory,
     }
-    return {name: Tunable.of(part) for name, part in parts.items()}
 
 
 def _navigator(  # noqa: PLR0913 - what it needs of the engine

@@ -44,7 +44,7 @@ VIEW_TOLERANCE = 0.3
 
 
 class Base:
-    """Implements stack.robot.Base: drives, and motions by odometry and range sensors.
+    """Implements stack.robot.Base, which documents what behaviours may call.
 
     A new motion cancels the current one.
 
@@ -70,23 +70,19 @@ class Base:
 
     @property
     def odometry(self) -> Pose2D:
-        """Dead-reckoned pose in the odom frame."""
         return self._now.perceived.motion.pose
 
     @property
     def speed(self) -> Twist:
-        """Measured velocity."""
         return self._now.perceived.motion.twist
 
     @property
     def footprint(self) -> Footprint:
-        """The robot's outline in the base frame."""
         return self._robot.footprint
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
     ) -> MotionTask:
-        """Plan and drive to a pose in the map frame, replanning as the world changes."""
         return self._drive_through([goal], tolerance, partial)
 
     def navigate_through(
@@ -120,7 +116,6 @@ class Base:
         return drive
 
     def disambiguate(self) -> MotionTask:
-        """Drive to where rival poses differ until one is left; succeeds at once without rivals."""
         task = self._activities.task("disambiguate")
         self._activities.start(
             self._disambiguation(task), "recovery", "telling the possible poses apart"
@@ -155,18 +150,12 @@ class Base:
         return task
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
-        """Plan without driving; the result is the task's `path`."""
         self._cover([goal])
         task = self._activities.task(f"plan to {_text(goal)}", moves=False)
         self._queries.begin(task, goal, start)
         return task
 
     def set_edge(self, edge: str, *, closed: bool) -> None:
-        """Close or open an edge of the route graph; the current drive replans.
-
-        Raises:
-            ParameterError: there is no such edge, or the planner has no route graph.
-        """
         worker = self._tools.planner_worker
         worker.use(worker.planner.with_edge(edge, closed=closed))
         text = f"edge {edge} is now {'closed' if closed else 'open'}"
@@ -187,7 +176,6 @@ class Base:
     def spin(
         self, angle: float, *, speed: float | None = None, while_lost: bool = False
     ) -> MotionTask:
-        """Turn in place by an angle, positive to the left; a car fails at once."""
         task = self._activities.task(f"spin {degrees(angle):.0f} deg", while_lost=while_lost)
         rate = _positive("speed", self._parameters.spin_speed if speed is None else speed)
         refusal = Spin.unsupported_reason(self._robot)
@@ -214,13 +202,7 @@ class Base:
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
         while_lost: bool = False,
     ) -> MotionTask:  # fmt: skip
-        """Drive straight by a distance (negative: backward) and hold the heading by odometry.
-
-        Args:
-            distance: metres.
-            speed: m/s, within the limits of the drive.
-            direction: radians in the base frame, omnidirectional robots only; others fail at once.
-            while_lost: drive also while the robot is lost.
+        """Drive straight by a distance.
 
         Raises:
             ParameterError: a speed that is not above 0.
@@ -245,12 +227,6 @@ class Base:
         Sensors do not see keep-out zones. A robot that knows where it is stays out of them, and
         drives out of one in which it stands on the map.
 
-        Args:
-            clearance: desired metres around the outline; None: room to turn, at least 15 cm.
-            distance: maximum metres to drive.
-            speed: m/s.
-            while_lost: drive also while the robot is lost.
-
         Raises:
             ParameterError: a value that is not above 0.
         """
@@ -273,11 +249,6 @@ class Base:
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
         contact: ContactZone | None = None, gives_way: bool = False,
     ) -> MotionTask:  # fmt: skip
-        """Drive a velocity for some seconds; a call during this time renews it.
-
-        Raises:
-            NavigationError: LOST, if the robot is, and is not to be driven then or stopped.
-        """
         monitor, current = self._monitor, self._activities.current
         may_move = while_lost or twist == STANDSTILL
         refused = not may_move and self._parameters.lost_motions == "refuse"
@@ -293,12 +264,6 @@ class Base:
         return task
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
-        """Let the operator drive, through `teleoperation`.
-
-        Args:
-            seconds: maximum duration.
-            silence: seconds without a velocity command after which the task fails.
-        """
         task = self._activities.task("assisted teleoperation", while_lost=True)
         timeout = self._parameters.teleop_timeout
         return self._recover(Teleoperation(task, seconds, silence, timeout))

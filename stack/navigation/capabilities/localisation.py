@@ -30,38 +30,32 @@ class Localisation:
 
     @property
     def estimate(self) -> PoseEstimate:
-        """Pose in the map frame with covariance and health of the localisation."""
         return self._estimator.estimate
 
     @property
     def pose(self) -> Pose2D:
-        """Estimated pose of the robot, map frame."""
         return self.estimate.pose
 
     @property
     def health(self) -> float:
-        """In [0, 1]; below 0.3 the scans do not fit the map here."""
         return self.estimate.health
 
     def fit_at(self, pose: Pose2D) -> float:
-        """Health of the newest scan at another pose; 0 without a scan."""
         scan = self._now.perceived.newest(self._estimator.lidar, Scan)
         return 0.0 if scan is None else self._estimator.fit_at(pose, scan)
 
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
     ) -> None:
-        """Reset the localisation around a pose."""
         before = self.pose
         self._estimator.set_pose(pose, position_deviation, heading_deviation)
         report_pose(self._emit, before, pose, source)
 
     def relocalise(self) -> MotionTask:
-        """Find the pose on the whole map by lidar alone; fails AMBIGUOUS when several poses fit."""
         activities = self._navigator.activities
         task = activities.task("relocalise", while_lost=True)
         executor = Relocalisation(
-            task, self._estimator, self._navigator.parameters, self._frames, self._emit
+            task, self._estimator, self._navigator.tools.parameters, self._frames, self._emit
         )
         activities.start(executor, "recovery", "searching for the pose on the whole map")
         return task

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.components import Estimator
+from stack.costmap.costmap import Costmap
 from stack.costmap.layer import Frame, sampled
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError, ParameterError, WorkerError
@@ -21,7 +22,7 @@ from stack.mapping.marker_maps import MARKERS_YAML, marker_map_text
 from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.relocalisation import report_pose
-from stack.navigation.tasks import CostmapLike, Emit
+from stack.navigation.tasks import Emit
 from stack.parameters import suggestion
 from stack.perception.markers.survey import MarkerSurvey
 from stack.perception.places.memory import PlaceMemory
@@ -81,7 +82,7 @@ class Map:
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, robot: RobotDescription, estimator: Estimator,
-        costmaps: tuple[CostmapLike, CostmapLike], static: OccupancyGrid | None, store: MapStore,
+        costmaps: tuple[Costmap, Costmap], static: OccupancyGrid | None, store: MapStore,
         emit: Emit, survey: MarkerSurvey | None = None, markers: Sequence[Marker] = (),
         places: PlaceMemory | None = None,
         cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
@@ -111,7 +112,6 @@ class Map:
 
     @property
     def known_area(self) -> float:
-        """Area of free and occupied cells, square metres."""
         grid = self.grid
         if self._area is None or self._area[0] is not grid:
             self._area = grid, known_area(grid)
@@ -121,10 +121,6 @@ class Map:
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
         avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
-        """Return the frontiers that the robot can reach, the nearest first, with other views.
-
-        With `seen_from`, all that is out of view from these places counts as unknown.
-        """
         radius = self._robot.footprint.inscribed_radius + SPARE
         grid = self.grid
         if seen_from is not None:
@@ -135,7 +131,6 @@ class Map:
     def coverage(
         self, corners: Sequence[Pose2D], spacing: float, *, clearance: float | None = None
     ) -> CoveragePlan:
-        """Return lanes that cover a polygon, or the robot's room, except keep-out zones."""
         radius = self._robot.footprint.half_width + SPARE
         polygon = np.array([(corner.x, corner.y) for corner in corners]) if corners else None
         return coverage_plan(
@@ -145,12 +140,7 @@ class Map:
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Clear sensed obstacles in the `local` or `global` costmap or `both`. The map stays.
-
-        Args:
-            which: costmap.
-            radius: metres around the robot; None: everywhere.
-            layer: name of the only layer to clear; None: all.
+        """Clear sensed obstacles. The map stays.
 
         Raises:
             ParameterError: unknown costmap or layer.
@@ -176,7 +166,6 @@ class Map:
         self._emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
 
     def set_mapping(self, is_mapping: bool) -> None:
-        """Begin or cease to change the map."""
         self._estimator.set_mapping(is_mapping)
         self._emit("map", "mapping" if is_mapping else "localising on the map as it is")
 
@@ -244,10 +233,6 @@ class Map:
     def load(self, name: str, pose: Pose2D | None = None) -> None:
         """Load a saved map into the estimator, and its keyframes, and use it from now on.
 
-        Args:
-            name: of the folder, or of a map.yaml.
-            pose: of the robot in that map; None: unknown.
-
         Raises:
             NavigationError: FAILED if the files are wrong, UNSUPPORTED if the estimator cannot
                 change its map.
@@ -274,7 +259,7 @@ def _key(marker: Marker) -> tuple[str, int]:
     return marker.dictionary, marker.number
 
 
-def _from_costs(costmap: CostmapLike) -> OccupancyGrid:
+def _from_costs(costmap: Costmap) -> OccupancyGrid:
     """Return the obstacles and free cells that a costmap without a map has sensed."""
     view = costmap.marks
     cells = np.full(view.cells.shape, FREE, np.int8)

@@ -74,17 +74,14 @@ class Perception:
 
     @property
     def scan(self) -> Scan | None:
-        """The newest scan of the lidar that the localisation uses."""
         return self._perceived.newest(self.estimator.lidar, Scan)
 
     @property
     def tracks(self) -> tuple[TrackedObject, ...]:
-        """Moving objects around the robot, map frame."""
         return self._perceived.at(self.estimator.estimate).world.tracks
 
     @property
     def standing_objects(self) -> tuple[StandingObject, ...]:
-        """Objects that are not on the map and have not moved, map frame."""
         return self._perceived.at(self.estimator.estimate).world.standing
 
     def image(self) -> Image | None:
@@ -99,7 +96,6 @@ class Perception:
     def point_cloud(
         self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
     ) -> PointCloud | None:
-        """Points in the newest picture of a depth camera; keeps the depth cameras on."""
         known = self.robot.depth_cameras
         name = camera or next(iter(known), "")
         if name not in known:
@@ -118,7 +114,6 @@ class Perception:
         return point_cloud(image, voxel=voxel, above=above)
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
-        """Known markers in the newest image; keeps the camera on like `image`."""
         image = self.image()
         if image is None or self.detector is None:
             return ()
@@ -126,16 +121,13 @@ class Perception:
 
     @property
     def keyframes(self) -> int:
-        """Number of keyframes of the map that pictures can be compared with."""
         return self.places.count
 
     def place_sightings(self) -> tuple[PlaceSighting, ...]:
-        """Poses from which the newest image can have been taken; keeps the camera on."""
         image = self.image()
         return () if image is None else self.places.sightings(image, self.frames)
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
-        """Lines on the floor around the robot; keeps the camera on like `image`."""
         image = self.image()
         if image is None or not self.frames.covers(image.stamp):
             return None
@@ -144,7 +136,6 @@ class Perception:
         return self.lines.see(image, base, colour, width, obstacles)
 
     def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
-        """Objects of a colour on the floor; keeps the camera on like `image`."""
         image, frames = self.image(), self.frames
         if image is None or not frames.covers(image.stamp):
             return None
@@ -153,7 +144,6 @@ class Perception:
         return self.coloured.detect(image, colour, frames.pose_at("map", image.stamp), ranges)
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
-        """Objects in the newest searched picture; keeps detector and camera on."""
         found = self.objects.detections(self._perceived.time)
         if found is None or label is None:
             return found

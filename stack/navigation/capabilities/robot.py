@@ -46,25 +46,20 @@ class RunningRobot:
 
     @property
     def time(self) -> float:
-        """Seconds on the body's clock."""
         return self.body.time
 
     @property
     def battery(self) -> Battery:
-        """State of charge; full before the first measurement."""
         return self.now.perceived.battery
 
     @property
     def recording_over(self) -> bool:
-        """Whether all measurements of a replayed log have been played."""
         return isinstance(self.body, Replay) and self.body.recording_over
 
     def save_image(
         self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
     ) -> str:
-        """Save an image in the run's folder; return its path relative to that folder."""
         return self.store.save(image, name, details)
 
     def say(self, text: str) -> None:
-        """Write a message to the operator to the event log."""
         self.emit("say", text)

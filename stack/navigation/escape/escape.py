@@ -6,13 +6,7 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
-from stack.navigation.escape.search import (
-    NO_FENCE,
-    ChosenMotion,
-    EscapeCriteria,
-    MotionId,
-    Search,
-)
+from stack.navigation.escape.search import GAIN, NO_FENCE, ChosenMotion, MotionId, Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.recoveries import (
     DONE,
@@ -22,11 +16,8 @@ from stack.navigation.recoveries import (
     RecoveryTools,
     StraightLine,
 )
-from stack.navigation.tasks import MotionExecutor, MotionTask, standing
+from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, FloatArray, Perceived, Pose2D, Twist
-
-ESCAPE_PADDING = 0.03
-"""Distance kept around the footprint in an escape, if free now, m."""
 
 LOOK_AGAIN = 0.5
 """Seconds between two searches while no motion is found."""
@@ -36,9 +27,6 @@ GIVES_UP_MOTION, STIR = 1.0, 0.005
 
 MOVED_ON = 0.05
 """Metres driven after which stalled motions may be tried again."""
-
-GAIN = 0.02
-"""Minimum gain of clearance by a motion, metres: more than the noise of a lidar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +83,6 @@ class Escape(MotionExecutor):
         return 3.0 * (self._goal.distance / self._goal.speed + 12.6 / spin) + 5.0
 
     def start(self, now: float) -> None:
-        """Start the time limits."""
         self._total.start(now)
         self._rest.start(now)
 
@@ -105,7 +92,6 @@ class Escape(MotionExecutor):
         self._rate, self._chosen, self._segments, self._last = 0.0, None, (), None
 
     def step(self, state: Perceived) -> Twist:
-        """Compute the velocity for this step."""
         pose = state.motion.pose
         self._follow_up(state)
         if self._out_of_time(state) or not self._sees(state):
@@ -189,7 +175,7 @@ class Escape(MotionExecutor):
 
     def _finish(self, state: Perceived) -> Twist:
         self._rate, self._segments, self._chosen = 0.0, (), None
-        if not standing(state.motion.twist):
+        if not state.motion.twist.stands:
             return STANDSTILL
         wanted = self._goal.clearance
         result = f"clearance {self._clearance:.2f} m after {self._driven:.2f} m"
@@ -240,16 +226,15 @@ class Escape(MotionExecutor):
     def _search_motion(self, state: Perceived) -> None:
         """Search a motion from the current pose; wait and fail when there is none."""
         self._rate, self._segments = 0.0, ()
-        if not standing(state.motion.twist):
+        if not state.motion.twist.stands:
             return
         looked = self._look_time.running and self._look_time.elapsed(state.time) < LOOK_AGAIN - 1e-9
         if self._wait_time.running and looked:
             return
         self._look_time.start(state.time)
         pose = state.motion.pose
-        padding = ESCAPE_PADDING
-        criteria = EscapeCriteria(self._goal.clearance + GAIN, padding, GAIN, self._remaining)
-        self._chosen = self._search.best(pose, criteria, self._banned)
+        wanted = self._goal.clearance
+        self._chosen = self._search.best(pose, wanted, self._remaining, self._banned)
         if self._chosen is not None:
             if self._wait_time.running:
                 self._wait_time.reset()
@@ -263,9 +248,8 @@ class Escape(MotionExecutor):
 
     def _wait_without_motion(self, state: Perceived, pose: Pose2D) -> None:
         """No motion leads to more clearance: wait for a change, then fail with the reason."""
-        padding = ESCAPE_PADDING
         wanted = self._goal.clearance
-        if self._search.can_leave(pose, padding):
+        if self._search.can_leave(pose):
             self._wait(
                 state, FailureCode.NO_PROGRESS,
                 f"no pose within {self._remaining:.1f} m has more clearance than the "

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from math import atan2, inf
 
-from stack.lifecycle import Timers
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Follower
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.standoff import nearest
-from stack.navigation.tasks import MotionExecutor, standing
+from stack.navigation.tasks import MotionExecutor
 from stack.types import Perceived, Pose2D, Twist
 
 PATIENCE = 0.4
@@ -22,7 +22,7 @@ ELSEWHERE = 0.3
 """Metres from the last place where the robot made room at which it may do so again."""
 
 
-class MakingRoom:
+class MakingRoom(Lifecycle):
     """Drives a robot away from what keeps it from turning, by its range sensors.
 
     The plans of a grid begin in any direction, but a box beside a wall cannot turn: it leaves the
@@ -61,17 +61,14 @@ class MakingRoom:
         return None
 
     def pause(self, now: float) -> None:
-        """Hold the motion."""
         if self._motion is not None:
             self._motion.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the motion."""
         if self._motion is not None:
             self._motion.resume(now)
 
     def stop(self, now: float) -> None:
-        """End the motion."""
         if self._motion is not None:
             self._motion.stop(now)
             self._motion = None
@@ -86,7 +83,7 @@ class MakingRoom:
     def _should_begin(self, state: Perceived, follower: Follower) -> bool:
         p, tools = self._tools.parameters, self._tools
         held = follower.waiting and follower.standoff.person is None
-        if not held or tools.is_round or not standing(state.motion.twist):
+        if not held or tools.robot.footprint.is_round or not state.motion.twist.stands:
             self._held.reset()
             return False
         self._held.start_once(state.time)
@@ -97,7 +94,7 @@ class MakingRoom:
         near = nearest(state.world.tracks, state.estimate.pose, 2.0 * p.person_distance)
         if away < ELSEWHERE or near is not None or not _turns(follower, state.estimate.pose):
             return False
-        return not can_turn(state.obstacles.points, tools.bodies.circumscribed)
+        return not can_turn(state.obstacles.points, tools.robot.footprint)
 
 
 def _turns(follower: Follower, pose: Pose2D) -> bool:

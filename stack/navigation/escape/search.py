@@ -8,12 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
+from stack.geometry.polygons import outline_points
 from stack.navigation.escape.primitives import EscapeSegment, Rollout, motions, roll_out
 from stack.navigation.escape.surroundings import Surroundings
 from stack.types import FloatArray, Pose2D
 
 MotionId = tuple[bool, int]
 """Whether the motion is from the fine set, and its index there."""
+
+PADDING = 0.03
+"""Distance kept around the footprint in an escape, if free now, m."""
+
+GAIN = 0.02
+"""Minimum gain of clearance by a motion, metres: more than the noise of a lidar."""
 
 OUTLINE_SPACING = 0.03
 """Metres between the outline points that must be on known ground."""
@@ -43,36 +50,17 @@ NO_FENCE.flags.writeable = False
 
 
 @dataclass(frozen=True, slots=True)
-class EscapeCriteria:
-    """Criteria of the search.
-
-    Attributes:
-        clearance: sufficient clearance around the outline, metres.
-        padding: distance kept free during the motion, if it is free now, metres.
-        gain: minimum gain of clearance, metres.
-        length: maximum distance to drive, metres.
-    """
-
-    clearance: float
-    padding: float
-    gain: float
-    length: float
-
-
-@dataclass(frozen=True, slots=True)
 class ChosenMotion:
     """The best motion of a search.
 
     Attributes:
         motion: its identification.
         segments: cut at the end of the motion.
-        clearance: expected clearance at its end, metres.
         floor: minimum clearance during the motion, metres.
     """
 
     motion: MotionId
     segments: tuple[EscapeSegment, ...]
-    clearance: float
     floor: float
 
 
@@ -97,7 +85,7 @@ class Search:
         self._fence = fence
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
-        self._outline = _resampled(self._corners, OUTLINE_SPACING)
+        self._outline = outline_points(self._corners, OUTLINE_SPACING)
         lengths = np.linalg.norm(self._corners, axis=1, keepdims=True)
         self._widened = self._corners * (1.0 + WIDENED / lengths)
 
@@ -114,53 +102,51 @@ class Search:
         return float(self._clearances(here, points, reach)[0])
 
     def best(
-        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[MotionId] = ()
+        self, start: Pose2D, clearance: float, length: float, banned: Collection[MotionId] = ()
     ) -> ChosenMotion | None:
         """Return the motion to the most clearance; None when none improves it.
 
         Args:
             start: current pose, odom frame.
-            criteria: of the search.
+            clearance: sufficient clearance around the outline, metres.
+            length: maximum distance to drive, metres.
             banned: motions that have stalled.
         """
-        coarse = self._best(start, criteria, banned, fine=False)
-        return coarse or self._best(start, criteria, banned, fine=True)
+        coarse = self._best(start, clearance, length, banned, fine=False)
+        return coarse or self._best(start, clearance, length, banned, fine=True)
 
     def _best(
-        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[MotionId], *, fine: bool
-    ) -> ChosenMotion | None:
-        points = self._points(start, criteria.length + 2.0 * self._radius)
-        now = self.clearance(start, criteria.clearance)
-        floor = _floor(criteria.padding, now)
+        self, start: Pose2D, clearance: float, length: float, banned: Collection[MotionId], *,
+        fine: bool,
+    ) -> ChosenMotion | None:  # fmt: skip
+        clearance += GAIN
+        points = self._points(start, length + 2.0 * self._radius)
+        now = self.clearance(start, clearance)
+        floor = _floor(now)
         best, found = -np.inf, None
-        for number, segments in enumerate(motions(self._robot, criteria.length, fine)):
+        for number, segments in enumerate(motions(self._robot, length, fine)):
             if (fine, number) in banned:
                 continue
             rollout = roll_out(start, segments, self._radius)
-            clear = self._clearances(rollout.poses, points, criteria.clearance, floor)
-            score = _scores(rollout, clear, criteria, now)
+            clear = self._clearances(rollout.poses, points, clearance, floor)
+            score = _scores(rollout, clear, min(now + GAIN, clearance))
             if score.max(initial=-np.inf) <= best:
                 continue
             score = score[: self._known_until(rollout.poses[: len(score)])]
             end = int(score.argmax()) if len(score) else 0
             if len(score) and score[end] > best:
-                best, cut = float(score[end]), _cut(segments, rollout, end)
-                found = ChosenMotion((fine, number), cut, float(clear[end]), floor)
+                best = float(score[end])
+                found = ChosenMotion((fine, number), _cut(segments, rollout, end), floor)
         return found
 
-    def can_leave(self, start: Pose2D, padding: float) -> bool:
-        """Whether the robot can drive a short distance in any direction.
-
-        Args:
-            start: current pose, odom frame.
-            padding: as in `EscapeCriteria`, metres.
-        """
+    def can_leave(self, start: Pose2D) -> bool:
+        """Whether the robot can drive a short distance in any direction from a pose, odom frame."""
         points = self._points(start, LITTLE + 2.0 * self._radius)
-        floor = _floor(padding, self.clearance(start, padding + LATERAL))
+        floor = _floor(self.clearance(start, PADDING + LATERAL))
         for segments in motions(self._robot, LITTLE):
             if len(segments) == 1:
                 poses = roll_out(start, segments, self._radius).poses
-                clear = self._clearances(poses, points, padding, floor)
+                clear = self._clearances(poses, points, PADDING, floor)
                 if len(clear) == len(poses) and self._known_until(poses) == len(poses):
                     return True
         return False
@@ -209,26 +195,24 @@ class Search:
         )
 
 
-def _floor(padding: float, clearance: float) -> float:
+def _floor(clearance: float) -> float:
     """Metres that a motion must keep free, for a robot with this clearance now."""
-    return min(padding, clearance - SLACK, max(TIGHT, clearance - LATERAL))
+    return min(PADDING, clearance - SLACK, max(TIGHT, clearance - LATERAL))
 
 
-def _scores(
-    rollout: Rollout, clear: FloatArray, criteria: EscapeCriteria, now: float
-) -> FloatArray:
-    """Return (n,) scores of ending at each of the first n poses; -inf when the gain is too small.
+def _scores(rollout: Rollout, clear: FloatArray, enough: float) -> FloatArray:
+    """Return (n,) scores of ending at each of the first n poses; -inf with too little clearance.
 
     Clearance at the end counts most, then the minimum clearance, then a short motion.
     """
     least, count = np.minimum.accumulate(clear), len(clear)
     scores: FloatArray = (
         clear
-        + LEAST_WEIGHT * np.minimum(least, criteria.padding)
+        + LEAST_WEIGHT * np.minimum(least, PADDING)
         - LENGTH_WEIGHT * rollout.length[:count]
         - TURN_WEIGHT * rollout.turned[:count]
     )
-    scores[clear < min(now + criteria.gain, criteria.clearance)] = -np.inf
+    scores[clear < enough] = -np.inf
     return scores
 
 
@@ -238,14 +222,3 @@ def _cut(
     """Return the segments up to a pose of the rollout."""
     last = int(rollout.segment[end])
     return *segments[:last], replace(segments[last], amount=float(rollout.amount[end]))
-
-
-def _resampled(corners: FloatArray, spacing: float) -> FloatArray:
-    """Return (m, 2) points along the edges of a polygon, at most `spacing` metres apart."""
-    edges = zip(corners, np.roll(corners, -1, axis=0), strict=True)
-    return np.vstack(
-        [
-            np.linspace(a, b, 1 + int(np.ceil(np.linalg.norm(b - a) / spacing)), endpoint=False)
-            for a, b in edges
-        ]
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from functools import cached_property
 
 import numpy as np
 
@@ -26,20 +27,12 @@ class _Entry:
     """A measurement; it becomes a view when one is asked for, which most never are."""
 
     def __init__(self, measured: RangeView) -> None:
-        self._measured = measured
-        self._view: View | None = None
-        self.base = measured.base
+        self._measured, self.base = measured, measured.base
 
-    @property
+    @cached_property
     def view(self) -> View:
         """The measurement as a view."""
-        if self._view is None:
-            self._view = View.of(self._measured)
-        return self._view
-
-    def fill(self, older: View) -> None:
-        """Give invalid beams the ranges of an older view of the same pose."""
-        self._view = self.view.filled(older)
+        return View.of(self._measured)
 
     def near(self, pose: Pose2D, distance: float, angle: float) -> bool:
         """Whether it was taken near a pose."""
@@ -119,7 +112,7 @@ class Surroundings:
         """Replace the newest view of a sensor; keep it if it was taken elsewhere."""
         before = self._newest.get(name)
         if before is not None and before.near(entry.base, STANDING, STANDING_TURN):
-            entry.fill(before.view)
+            entry.view = entry.view.filled(before.view)  # invalid beams, of the same pose
         elif before is not None:
             self._keep(name, before)
         self._newest[name] = entry

@@ -10,7 +10,7 @@ import numpy as np
 from stack.geometry.path_progress import turned
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.passing_place import BODY, ROOM
-from stack.types import FloatArray, Path, Perceived, Pose2D
+from stack.types import FloatArray, Footprint, Path, Perceived, Pose2D
 
 AHEAD = 0.5
 """Metres along a path to the point whose direction decides whether it leads backward."""
@@ -31,14 +31,14 @@ TURNING_ROOM = 0.03
 """Metres around its circumscribed circle that a robot needs to turn in place."""
 
 
-def can_turn(points: FloatArray, circumscribed: float) -> bool:
+def can_turn(points: FloatArray, outline: Footprint) -> bool:
     """Whether nothing is within the circle in which a robot turns.
 
     Args:
         points: (n, 2) of obstacles, base frame, metres.
-        circumscribed: radius of the robot, metres.
+        outline: of the robot.
     """
-    reach = circumscribed + TURNING_ROOM
+    reach = outline.circumscribed_radius + TURNING_ROOM
     return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
 
 
@@ -54,12 +54,14 @@ def backed_out(path: Path, state: Perceived, tools: DriveTools) -> Path:
         state: of this step.
         tools: of the drive.
     """
-    pose, points, bodies = state.estimate.pose, state.obstacles.points, tools.bodies
+    pose, points, outline = state.estimate.pose, state.obstacles.points, tools.robot.footprint
     if not tools.path_follower.reverses or not _leads_backward(path, pose):
         return path
-    if can_turn(points, bodies.circumscribed):
+    if can_turn(points, outline):
         faced = any(_faces(pose, track.position) for track in state.world.tracks)
-        hindered = faced and (path.length <= SHORT or _is_narrow(points, bodies.circumscribed))
+        hindered = faced and (
+            path.length <= SHORT or _is_narrow(points, outline.circumscribed_radius)
+        )
         if not hindered or state.obstacles.is_blind(pi):
             return path
     return replace(turned(path), speed_limits=path.speed_limits, partial=path.partial)
@@ -73,7 +75,7 @@ def should_turn(remaining: float, state: Perceived, tools: DriveTools) -> bool:
         state: of this step.
         tools: of the drive.
     """
-    if remaining <= SHORT or not can_turn(state.obstacles.points, tools.bodies.circumscribed):
+    if remaining <= SHORT or not can_turn(state.obstacles.points, tools.robot.footprint):
         return False
     x, y = state.estimate.pose.x, state.estimate.pose.y
     places = (track.position for track in state.world.tracks)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import hypot, inf
 
 import numpy as np
 
-from stack.lifecycle import Timers
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Drive
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
-from stack.navigation.people.passing_place import REACH, Avoided, find_passing_place, way_of
+from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
 from stack.navigation.people.standoff import STANDS, Standoff, nearest
-from stack.navigation.people.walking_directions import WalkingDirections
 from stack.navigation.tasks import MotionExecutor
 from stack.types import STANDSTILL, FloatArray, Perceived, Pose2D, TrackedObject, Twist
 
@@ -48,6 +47,10 @@ DRIVING_SPEED, STARTING_TIME = 0.5, 1.5
 NEAR_WAY = 0.7
 """Metres to the way between the robot and whom it faced, within which a person has not passed."""
 
+WALKS, ONWARD = 0.3, 2.0
+"""m/s from which the velocity of a person shows where they want to go, and metres for which people
+who stand are expected to go on straight."""
+
 PASSED = 0.5
 """Seconds without a person in front after which they have passed."""
 
@@ -74,7 +77,31 @@ class Trail:
         del self._points[: -round(TRAIL_LENGTH / TRAIL_STEP)]
 
 
-class GiveWay:
+class WalkingDirections:
+    """Remembers the direction of everybody in sight, also after they have stopped."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[float, float]] = {}
+
+    def update(self, people: Sequence[TrackedObject]) -> None:
+        """Note how people walk now, map frame."""
+        known = {person.id: self._known[person.id] for person in people if person.id in self._known}
+        for person in people:
+            if person.speed >= WALKS:
+                x, y = person.velocity
+                known[person.id] = (x / person.speed, y / person.speed)
+        self._known = known
+
+    def way_of(self, person: TrackedObject) -> FloatArray | None:
+        """Return (2, 2) the way of a person straight ahead, map frame; None if it is not known."""
+        direction = self._known.get(person.id)
+        if direction is None:
+            return None
+        here = np.array(person.position)
+        return np.array([here, here + ONWARD * np.array(direction)])
+
+
+class GiveWay(Lifecycle):
     """Decides when a drive leaves a person's way, drives to a passing place and waits there.
 
     Args:
@@ -129,21 +156,14 @@ class GiveWay:
         return twist
 
     def pause(self, now: float) -> None:
-        """Hold the drive to a passing place."""
-        if self._drive is not None:
-            self._drive.pause(now)
-        if self._back is not None:
-            self._back.pause(now)
+        for motion in filter(None, (self._drive, self._back)):
+            motion.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue it."""
-        if self._drive is not None:
-            self._drive.resume(now)
-        if self._back is not None:
-            self._back.resume(now)
+        for motion in filter(None, (self._drive, self._back)):
+            motion.resume(now)
 
     def stop(self, now: float) -> None:
-        """End it."""
         if self._drive is not None:
             self._drive.task.cancel("the way is free")
             self._drive.stop(now)
@@ -181,8 +201,8 @@ class GiveWay:
             return
         speed = state.motion.twist.linear
         costs = self._tools.global_costmap.view
-        bodies = self._tools.bodies
-        meeting = find_narrow_meeting(costs, ahead, state.world.tracks, speed, bodies)
+        outline = self._tools.robot.footprint
+        meeting = find_narrow_meeting(costs, ahead, state.world.tracks, speed, outline)
         if meeting is None:
             return
         self._looked_ahead_at = now
@@ -205,7 +225,9 @@ class GiveWay:
             ways.append(ahead)
         near = [track for track in state.world.tracks if nearest([track], pose, REACH) is not None]
         costs = self._tools.global_costmap.view
-        return find_passing_place(costs, pose, ways, Avoided(near, self._tried), self._tools.bodies)
+        return find_passing_place(
+            costs, pose, ways, self._tools.robot.footprint, people=near, tried=self._tried
+        )
 
     def _leave(self, state: Perceived, place: Pose2D, meeting: Meeting, why: str) -> None:
         """Begin the drive to a passing place."""
@@ -290,7 +312,7 @@ class GiveWay:
 
     def _can_turn(self, state: Perceived) -> bool:
         """Whether nothing is within the circle in which the robot turns."""
-        return can_turn(state.obstacles.points, self._tools.bodies.circumscribed)
+        return can_turn(state.obstacles.points, self._tools.robot.footprint)
 
     def _is_in_front(self, at: tuple[float, float]) -> bool:
         """Whether a person is on the part of the way that leads to where the robot left it."""

@@ -13,8 +13,8 @@ from math import hypot
 import numpy as np
 import numpy.typing as npt
 
-from stack.navigation.people.passing_place import BODY, Bodies
-from stack.types import LETHAL_COST, CostGrid, FloatArray, TrackedObject
+from stack.navigation.people.passing_place import BODY
+from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, TrackedObject
 
 REACH = 10.0
 """Metres of the path ahead in which people are looked for."""
@@ -60,8 +60,9 @@ class Meeting:
 
 
 def find_narrow_meeting(
-    costs: CostGrid, path: FloatArray, people: Sequence[TrackedObject], speed: float, robot: Bodies
-) -> Meeting | None:
+    costs: CostGrid, path: FloatArray, people: Sequence[TrackedObject], speed: float,
+    outline: Footprint,
+) -> Meeting | None:  # fmt: skip
     """Return the first meeting on a path at a place where the robot and a person cannot pass.
 
     Args:
@@ -69,7 +70,7 @@ def find_narrow_meeting(
         path: (n, 2) ahead, from the robot on, map frame.
         people: tracked, map frame.
         speed: of the robot along its path, m/s.
-        robot: its radii.
+        outline: of the robot.
     """
     if len(path) < 2 or not people:
         return None
@@ -93,7 +94,7 @@ def find_narrow_meeting(
         reach = AROUND + CORRIDOR
         samples = np.arange(at - reach, at + reach, SAMPLE)
         points = np.interp(samples, along, np.arange(len(path)))
-        enough = 2.0 * (max(person.radius, BODY) + robot.inscribed) + ROOM
+        enough = 2.0 * (max(person.radius, BODY) + outline.inscribed_radius) + ROOM
         on_path = (samples >= 0.0) & (samples <= along[-1])
         if _is_corridor((widths_across(costs, path, points, enough) < enough) & on_path):
             way = path[: nearest + 1][::-1]

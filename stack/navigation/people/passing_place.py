@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import atan2, hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Pose2D, TrackedObject
+from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Footprint, Pose2D, TrackedObject
 
 REACH = 6.0
 """Half the side of the square that is searched, metres."""
@@ -28,27 +27,6 @@ APART = 1.0
 
 BEYOND = 2.0
 """Metres for which the way of a person is continued if it is not known."""
-
-
-@dataclass(frozen=True, slots=True)
-class Bodies:
-    """Radii of the robot in metres: of its inscribed and of its circumscribed circle."""
-
-    inscribed: float
-    circumscribed: float
-
-
-@dataclass(frozen=True, slots=True)
-class Avoided:
-    """What a passing place keeps off.
-
-    Attributes:
-        people: whom the robot must not meet on its way, map frame.
-        tried: places that did not help.
-    """
-
-    people: Sequence[TrackedObject]
-    tried: Sequence[Pose2D] = ()
 
 
 def way_of(person: TrackedObject, pose: Pose2D, trail: FloatArray) -> FloatArray:
@@ -70,17 +48,19 @@ def way_of(person: TrackedObject, pose: Pose2D, trail: FloatArray) -> FloatArray
     return np.concatenate([[there, here], back])
 
 
-def find_passing_place(
-    costs: CostGrid, pose: Pose2D, ways: Sequence[FloatArray], avoided: Avoided, robot: Bodies
-) -> Pose2D | None:
+def find_passing_place(  # noqa: PLR0913 - of one robot at one place
+    costs: CostGrid, pose: Pose2D, ways: Sequence[FloatArray], outline: Footprint, *,
+    people: Sequence[TrackedObject], tried: Sequence[Pose2D] = (),
+) -> Pose2D | None:  # fmt: skip
     """Return the nearest place at which the robot leaves ways free; None without one.
 
     Args:
         costs: costmap, map frame.
         pose: of the robot.
         ways: (n, 2) to leave free, each.
-        avoided: people, and places that did not help.
-        robot: its radii.
+        outline: of the robot.
+        people: whom the robot must not meet on its way, map frame.
+        tried: places that did not help.
     """
     import cv2
 
@@ -93,9 +73,9 @@ def find_passing_place(
     cells = costs.cells[top : row + half + 1, left : column + half + 1]
     corner = np.array(costs.origin) + step * np.array([left, top])
     passable = (cells < INSCRIBED_COST).astype(np.uint8)
-    radius = max([BODY, *(person.radius for person in avoided.people)])
-    for person in avoided.people:
-        _fill(passable, person.position, corner, step, person.radius + robot.inscribed)
+    radius = max([BODY, *(person.radius for person in people)])
+    for person in people:
+        _fill(passable, person.position, corner, step, person.radius + outline.inscribed_radius)
     row, column = row - top, column - left
     if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]):
         return None
@@ -105,8 +85,8 @@ def find_passing_place(
     pixels = [np.rint((way - corner) / step - 0.5).astype(np.int32) for way in ways]
     cv2.polylines(canvas, pixels, False, 0)
     beside = np.asarray(cv2.distanceTransform(canvas, cv2.DIST_L2, 5)) * step
-    enough = beside >= radius + robot.circumscribed + ROOM
-    for place in avoided.tried:
+    enough = beside >= radius + outline.circumscribed_radius + ROOM
+    for place in tried:
         enough &= _away(cells.shape, (place.x, place.y), corner, step) > APART
     fits = enough & (travel <= round(10.0 * FARTHEST / step))
     if not fits.any():

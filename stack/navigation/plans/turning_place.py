@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from stack.navigation.people.backing_out import TURNING_ROOM, can_turn
-from stack.navigation.people.passing_place import Bodies
-from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Pose2D
+from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Footprint, Pose2D
 
 STOPS = 0.05
 """Metres from the end of its path at which a robot may stop: room that is better left."""
 
 
 def turning_place(  # noqa: PLR0913 - of one robot at one goal
-    goal: Pose2D, pose: Pose2D, costs: CostGrid, points: FloatArray, robot: Bodies,
+    goal: Pose2D, pose: Pose2D, costs: CostGrid, points: FloatArray, outline: Footprint,
     reach: float,
 ) -> Pose2D | None:  # fmt: skip
     """Return where the robot can turn: here, or at the nearest cell to the goal; None if nowhere.
@@ -23,14 +22,14 @@ def turning_place(  # noqa: PLR0913 - of one robot at one goal
         pose: of the robot, near the goal.
         costs: costmap, map frame.
         points: (n, 2) of obstacles, base frame, metres.
-        robot: its radii.
+        outline: of the robot.
         reach: metres from the goal within which a place is searched.
 
     Returns:
         A pose with the goal's heading, map frame, within the reach.
     """
-    need = robot.circumscribed + TURNING_ROOM
-    if can_turn(points, robot.circumscribed) and pose.distance_to(goal) <= reach:
+    need = outline.circumscribed_radius + TURNING_ROOM
+    if can_turn(points, outline) and pose.distance_to(goal) <= reach:
         return Pose2D(pose.x, pose.y, goal.heading)
     points = pose.transform(points)
     row, column = costs.cell_at(goal.x, goal.y)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from stack.costmap.closing_zones import zone_words
-from stack.navigation.tasks import CostmapLike
+from stack.costmap.costmap import Costmap
 from stack.types import Failure, FailureCode, Pose2D
 
 CLOSED = frozenset(
@@ -17,7 +17,7 @@ CLOSED = frozenset(
 
 
 def with_zones(
-    failure: Failure, costmap: CostmapLike, pose: Pose2D, goals: Sequence[Pose2D]
+    failure: Failure, costmap: Costmap, pose: Pose2D, goals: Sequence[Pose2D]
 ) -> Failure:
     """Return the failure of a plan, with the names of the zones that close the way.
 

@@ -85,7 +85,7 @@ def test_an_emergency_stop_does_not_wait_for_a_plan(live):
     """It took effect with the plan, 329 ms later with hybrid A* in an office."""
     run = live(DRIVE)
     navigator = run.runtime.parts.navigator
-    navigator.planner = slow = Slow(navigator.planner)
+    navigator.tools.planner_worker.planner = slow = Slow(navigator.tools.planner_worker.planner)
     run.steps(2)
     wait_and_stop(run)
     assert run.runtime.is_ready()  # a robot that is held needs no plan
@@ -131,7 +131,7 @@ def test_an_emergency_stop_does_not_wait_for_a_picture(live, monkeypatch):
 def test_a_plan_is_used_in_the_next_step_at_the_earliest(live):
     run = live(DRIVE, parameters={"navigator.planning_latency": "0"})
     navigator = run.runtime.parts.navigator
-    navigator.planner = slow = Slow(navigator.planner)
+    navigator.tools.planner_worker.planner = slow = Slow(navigator.tools.planner_worker.planner)
     run.steps(1)  # requests a plan, and does not wait for it
     assert not run.runtime.is_ready()
     slow.may_end.set()

@@ -137,7 +137,7 @@ def test_a_path_is_cut_at_its_cusps():
 def test_a_car_beside_its_goals_heading_says_so_instead_of_hanging(name):
     """Its planner leads to the goal's place, but not to its heading."""
     toy = toy_drive(name, room(8, 6), Pose2D(1, 3), kind="ackermann", **SMALLER.get(name, {}))
-    toy.navigator.planner = ToyPlanner()
+    toy.navigator.tools.planner_worker.planner = ToyPlanner()
     task = toy.navigator.base.navigate_to(Pose2D(4.0, 3.0, pi / 2))
     assert toy.finish(task) is TaskStatus.FAILED
     toy.navigator.close()

@@ -13,7 +13,6 @@ from stack.control.pure_pursuit.manoeuvres import ArcPrimitive
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError
 from stack.geometry.path_segment import PathSegment
-from stack.navigation.tuning import Tunable
 from stack.types import STANDSTILL, Footprint, Path, Pose2D, Twist, wrap_angle
 from tests.stack.control.driver import Driver
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, heading_error, robot, room
@@ -230,7 +229,7 @@ def test_padding_tuned_live_is_kept_from_the_next_command_on():
     costs.update()
     beside = np.array([[0.5, 0.26]])  # the robot's side is at 0.2 m: 6 cm to pass by
     for padding, passes in ((0.02, True), (0.1, False), (0.02, True)):
-        Tunable.of(controller.follower).apply(replace(controller.parameters, padding=padding))
+        controller.follower.configure(replace(controller.parameters, padding=padding))
         state = ControlState(world.time, world.pose, world.twist, costs.grid, points=beside)
         controller.command(state)
         segment = PathSegment(polyline((1, 2), (7, 2)))

@@ -1,6 +1,6 @@
 import numpy as np
 
-from stack.navigation.plans.blockages import Blockages
+from stack.navigation.plans.choice import Blockages
 
 RADIUS, FIRST_HOLD = 0.6, 10.0
 THROUGH = np.column_stack([np.linspace(0, 8, 100), np.full(100, 3.0)])

@@ -11,7 +11,7 @@ from stack.navigation.capabilities.localisation import Localisation
 from stack.navigation.capabilities.map import Map
 from stack.navigation.capabilities.perception import Perception
 from stack.navigation.capabilities.robot import RunningRobot
-from stack.navigation.tuning import Tunable, Tuning
+from stack.navigation.tuning import Tuning
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     STANDSTILL,
@@ -118,9 +118,9 @@ class Rig:
         self.camera, navigator, self.now = CameraLease(), toy.navigator, toy.now
         self.tuning = Tuning(
             {
-                "controller": Tunable.of(toy.follower),
-                "navigation": Tunable.of(navigator),
-                "safety": Tunable.of(toy.safety),
+                "controller": toy.follower,
+                "navigation": navigator.tools,
+                "safety": toy.safety,
             },
             toy.emit,
         )
@@ -302,7 +302,7 @@ def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
 
 
 def test_the_number_of_scans_of_a_search_is_a_parameter(rig):
-    rig.toy.navigator.configure(replace(rig.toy.navigator.parameters, search_scans=1))
+    rig.toy.navigator.tools.configure(replace(rig.toy.navigator.tools.parameters, search_scans=1))
     assert rig.finish(rig.localisation.relocalise()) is TaskStatus.SUCCEEDED
     assert rig.estimator.views[1] == []
 
@@ -374,7 +374,7 @@ def test_parameters_change_between_steps(rig):
     rig.tuning.change("controller.cruise_speed", "30 cm/s")
     assert rig.tuning.current()["controller.cruise_speed"] == pytest.approx(0.3)
     rig.tuning.change("navigation.patience", 7)
-    assert rig.toy.navigator.parameters.patience == 7.0
+    assert rig.toy.navigator.tools.parameters.patience == 7.0
     rig.base.navigate_to(Pose2D(6.0, 3.0))
     assert max(twist.linear for twist in rig.run(6.0)) == pytest.approx(0.3)
 
@@ -398,7 +398,7 @@ def test_invalid_parameters_are_refused(rig, name, value, message):
 
 def test_another_planner_can_be_put_in(rig):
     other = type(rig.toy.planner)()
-    rig.toy.navigator.planner = other
+    rig.toy.navigator.tools.planner_worker.planner = other
     assert rig.finish(rig.base.plan(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
     assert (other.calls, rig.toy.planner.calls) == (1, 0)
 

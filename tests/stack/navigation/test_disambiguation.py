@@ -115,7 +115,7 @@ def test_a_jump_of_the_estimate_asks_for_another_view(make):
 
 def test_the_number_of_views_is_limited(make):
     rig = make([ahead(0.6)] * 5)
-    rig.navigator.configure(replace(rig.navigator.parameters, view_attempts=2))
+    rig.navigator.tools.configure(replace(rig.navigator.tools.parameters, view_attempts=2))
     task = rig.navigator.base.disambiguate()
     assert rig.run(task) is TaskStatus.FAILED
     assert "after 2 views; raise navigator.view_attempts" in task.failure.sentence
@@ -164,7 +164,7 @@ def test_a_near_rival_that_stays_ends_the_drive_before_the_goal(make):
 
 def test_the_robot_may_drive_in_spite_of_rivals(make):
     rig = make([])
-    rig.navigator.configure(replace(rig.navigator.parameters, ambiguous_goals="drive"))
+    rig.navigator.tools.configure(replace(rig.navigator.tools.parameters, ambiguous_goals="drive"))
     assert rig.run(rig.navigator.base.navigate_to(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
 
 

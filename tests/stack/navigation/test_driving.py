@@ -96,7 +96,7 @@ def test_a_blocked_path_is_replanned(make):
     assert world.nearest > 0.0
     replan = next(event for event in toy.events if event[0] == "replan")
     assert replan[2]["reason"] == "the path ahead is blocked"
-    assert toy.navigator.replans >= 1
+    assert toy.navigator.tools.replans >= 1
 
 
 def test_obstacles_missing_in_the_costmaps_are_not_hit(make):

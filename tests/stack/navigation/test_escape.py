@@ -17,7 +17,6 @@ from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
 from stack.navigation.escape.search import Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.escape.views import View
-from stack.navigation.tasks import standing
 from stack.types import (
     STANDSTILL,
     FailureCode,
@@ -93,7 +92,7 @@ def test_five_centimetres_on_three_sides_are_enough_to_get_out(make, who, free):
     toy.local.grid.cells[:] = toy.globe.grid.cells[:] = 254
     task = toy.navigator.base.escape()
     assert toy.finish(task, 90) is TaskStatus.SUCCEEDED
-    assert standing(world.twist)
+    assert world.twist.stands
     assert world.clearance() > 0.12
     assert world.nearest > 0.03
 

@@ -71,7 +71,7 @@ def test_a_robot_that_drives_by_odometry_evades_slowly(toy):
     toy.health, toy.obscured = 0.0, True
     walking_at(toy, toy.world.time)
     toy.step()
-    limit = toy.navigator.parameters.obscured_speed
+    limit = toy.navigator.tools.parameters.obscured_speed
     toy.commands.clear()
     toy.run(4.0)
     assert "evasion" in toy.kinds()
@@ -150,7 +150,7 @@ def test_somebody_in_front_is_given_way_to_while_another_comes_through_a_corrido
     monkeypatch.setattr(give_way, "find_narrow_meeting", lambda *_: Meeting(there, far, inf))
     monkeypatch.setattr(
         give_way, "find_passing_place",
-        lambda _, pose, ways, *__: None if ways[0][0, 0] > 50.0 else Pose2D(1.0, 0.5),
+        lambda _, pose, ways, *__, **___: None if ways[0][0, 0] > 50.0 else Pose2D(1.0, 0.5),
     )  # fmt: skip
     toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     toy.run(20.0, lambda: "give_way" in toy.kinds())

@@ -14,17 +14,15 @@ from hypothesis import strategies as st
 
 from stack.control.evasion.parameters import EvasionParameters
 from stack.errors import NavigationError
+from stack.navigation.people.give_way import WalkingDirections
 from stack.navigation.people.narrow_meeting import find_narrow_meeting, widths_across
 from stack.navigation.people.passing_place import (
     APART,
     BODY,
     ROOM,
-    Avoided,
-    Bodies,
     find_passing_place,
     way_of,
 )
-from stack.navigation.people.walking_directions import WalkingDirections
 from stack.types import (
     STANDSTILL,
     CostGrid,
@@ -35,9 +33,9 @@ from stack.types import (
     TrackedObject,
 )
 from tests.stack.navigation.toy_drive import ToyDrive
-from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, robot, room
+from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, outline, robot, room
 
-SCOUT = Bodies(0.2, 0.33)
+SCOUT = outline(0.2, 0.33)
 
 
 def person(x, y, time=0.0, velocity=(0.0, 0.0)) -> TrackedObject:
@@ -62,15 +60,13 @@ def test_the_nearest_niche_behind_the_robot_is_the_passing_place():
     way = way_of(faced, here, trail)
     assert way[0].tolist() == [8.0, 1.5]
     assert way[-1].tolist() == pytest.approx([0.5, 1.5])
-    place = find_passing_place(corridor_with_niche(4.0), here, [way], Avoided([faced]), SCOUT)
+    place = find_passing_place(corridor_with_niche(4.0), here, [way], SCOUT, people=[faced])
     assert place is not None
     assert abs(place.x - 4.0) < 0.7
     # 0.25 m of a person, 0.33 m of the robot and 0.15 m between them
-    assert place.y - 1.5 >= BODY + SCOUT.circumscribed + ROOM - 0.05
-    assert (
-        find_passing_place(corridor_with_niche(None), here, [way], Avoided([faced]), SCOUT) is None
-    )
-    beyond = find_passing_place(corridor_with_niche(9.3), here, [way], Avoided([faced]), SCOUT)
+    assert place.y - 1.5 >= BODY + SCOUT.circumscribed_radius + ROOM - 0.05
+    assert find_passing_place(corridor_with_niche(None), here, [way], SCOUT, people=[faced]) is None
+    beyond = find_passing_place(corridor_with_niche(9.3), here, [way], SCOUT, people=[faced])
     assert beyond is None  # the person is in between
 
 
@@ -89,15 +85,15 @@ def test_a_passing_place_is_free_reachable_and_off_the_way(x, y, px, py):
     cells[:, :10] = cells[:, -10:] = 254
     costs, here, faced = CostGrid(cells, 0.05, (0.0, 0.0)), Pose2D(x, y), person(px, py)
     way = way_of(faced, here, np.empty((0, 2)))
-    place = find_passing_place(costs, here, [way], Avoided([faced]), SCOUT)
+    place = find_passing_place(costs, here, [way], SCOUT, people=[faced])
     if place is None:
         return
     assert cells[costs.cell_at(place.x, place.y)] == 0
     along = np.linspace(0.0, 1.0, 200)[:, None]
     points = np.concatenate([a + along * (b - a) for a, b in pairwise(way)])
     off = np.hypot(points[:, 0] - place.x, points[:, 1] - place.y).min()
-    assert off >= BODY + SCOUT.circumscribed + ROOM - 0.06
-    assert hypot(place.x - px, place.y - py) >= faced.radius + SCOUT.inscribed - 0.06
+    assert off >= BODY + SCOUT.circumscribed_radius + ROOM - 0.06
+    assert hypot(place.x - px, place.y - py) >= faced.radius + SCOUT.inscribed_radius - 0.06
 
 
 NICHE = [
@@ -252,9 +248,9 @@ def test_where_somebody_goes_on_standing_the_robot_makes_more_room():
 def test_a_place_that_did_not_help_is_not_tried_again():
     costs, here, faced = corridor_with_niche(4.0), Pose2D(6.0, 1.5), person(7.5, 1.5)
     way = way_of(faced, here, np.empty((0, 2)))
-    place = find_passing_place(costs, here, [way], Avoided([faced]), SCOUT)
+    place = find_passing_place(costs, here, [way], SCOUT, people=[faced])
     assert place is not None
-    again = find_passing_place(costs, here, [way], Avoided([faced], [place]), SCOUT)
+    again = find_passing_place(costs, here, [way], SCOUT, people=[faced], tried=[place])
     assert again is None or again.distance_to(place) > APART - costs.resolution
 
 

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.people.backing_out import TURNING_ROOM
-from stack.navigation.people.passing_place import Bodies
 from stack.navigation.plans.turning_place import turning_place
 from stack.types import INSCRIBED_COST, CostGrid, Pose2D
+from tests.stack.navigation.toy_world import outline
 
 REACH = NavigationParameters().turning_distance
-ROBOT, AT = Bodies(0.2, 0.32), Pose2D(0.0, 0.0)
+ROBOT, AT = outline(0.2, 0.32), Pose2D(0.0, 0.0)
 BESIDE = [[0.0, -0.3]]
 """What keeps a robot at the origin from turning there."""
 FREE = CostGrid(np.zeros((60, 60), np.uint8), 0.05, (0.0, 0.0))
@@ -58,7 +58,7 @@ def test_it_is_the_nearest_cell_that_fits(seed, count, x, y, reach):
             if room > least and np.hypot(*(at - (x, y))) <= reach:
                 cells_that_fit.setdefault(least, []).append(np.hypot(*(at - (x, y))))
     away = min(cells_that_fit.get(0.4) or cells_that_fit.get(0.35) or [np.inf])
-    assert pytest.approx(0.35) == ROBOT.circumscribed + TURNING_ROOM
+    assert pytest.approx(0.35) == ROBOT.circumscribed_radius + TURNING_ROOM
     assert (place is None) == (away == np.inf)
     if place is not None:
         assert place.distance_to(goal) == pytest.approx(away)

@@ -44,6 +44,13 @@ from stack.types import (
 RECTANGLE = Footprint(np.array([[-0.25, -0.2], [0.25, -0.2], [0.25, 0.2], [-0.25, 0.2]]))
 
 
+def outline(inscribed: float, circumscribed: float) -> Footprint:
+    """A rectangle with these radii, metres."""
+    half = sqrt(circumscribed**2 - inscribed**2)
+    return Footprint(np.array([[-half, -inscribed], [half, -inscribed],
+                               [half, inscribed], [-half, inscribed]]))  # fmt: skip
+
+
 def robot(footprint: Footprint = RECTANGLE, *, lidar: bool = True, **limits) -> RobotDescription:
     return RobotDescription(
         "toy", footprint, 0.3, FilePath("toy.urdf"), Wheels(("l",), ("r",), 0.08, 0.35),
