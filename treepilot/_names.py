@@ -39,8 +39,7 @@ from stack.costmap.layer import NO_BOX as NO_BOX
 from stack.costmap.layer import Box as Box
 from stack.costmap.layer import Canvas as Canvas
 from stack.costmap.layer import LayerUpdate as LayerUpdate
-from stack.costmap.layer import PosedReading as PosedReading
-from stack.costmap.layer import PosedScan as PosedScan
+from stack.costmap.layer import Posed as Posed
 from stack.costmap.layer import Region as Region
 from stack.drivetrain.description import RobotDescription as RobotDescription
 from stack.errors import BodyError as BodyError

@@ -27,10 +27,10 @@ NAMES = """
     LayerUpdate Localisation Map Marker MarkerFix MarkerObservation MarkerSighting Match NO_BOX
     NavigationError OCCUPIED Observation OccupancyGrid Odometry OdometryFusion ParameterError
     Path PathSegment Perception PlaceSighting PlanOptions Planner PointCloud Pose2D PoseEstimate
-    PosedReading PosedScan ProgressChecker RangeReading Region Report RivalPose Robot
-    RobotDescription STANDSTILL Scan StandingObject Status StopCriterion Task TaskStatus Timer
-    Timers TrackedObject TransformBuffer TreepilotError Twist UNKNOWN UNKNOWN_COST View __api__
-    output parameter port run run_together stream wrap_angle
+    Posed ProgressChecker RangeReading Region Report RivalPose Robot RobotDescription STANDSTILL
+    Scan StandingObject Status StopCriterion Task TaskStatus Timer Timers TrackedObject
+    TransformBuffer TreepilotError Twist UNKNOWN UNKNOWN_COST View __api__ output parameter port
+    run run_together stream wrap_angle
 """
 """A name that is removed or changes its meaning breaks plugins: count `__api__` up."""
 

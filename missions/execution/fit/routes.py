@@ -27,7 +27,7 @@ from stack.types import FloatArray
 SPACING = 0.1
 """Metres between the checked points of a lane."""
 
-Depth = Callable[[FloatArray], FloatArray]
+Distances = Callable[[FloatArray], FloatArray]
 """Points (n, 2) -> their depths (n,) in an obstacle or zone, metres; negative outside."""
 
 
@@ -66,8 +66,8 @@ def _through(
     """Yield a warning for each lane on which the robot would collide, or enter a keep-out zone."""
     radius = robot.footprint.inscribed_radius
     walls = outlines(world, mapped_only=True)
-    obstacles = [(item.name or "a wall", item.depth_at, radius) for item in walls]
-    zones = [(item.words(), item.depth_at, radius if item.whole else 0.0) for item in areas]
+    obstacles = [(item.name or "a wall", item.distance_to, radius) for item in walls]
+    zones = [(item.words(), item.distance_to, radius if item.whole else 0.0) for item in areas]
     yield from _first_on_each(
         graph, obstacles, "move the edge; the robot drives around the obstacle if there is room"
     )
@@ -77,13 +77,13 @@ def _through(
 
 
 def _first_on_each(
-    graph: RouteGraph, things: Sequence[tuple[str, Depth, float]], hint: str
+    graph: RouteGraph, things: Sequence[tuple[str, Distances, float]], hint: str
 ) -> Iterator[Finding]:
-    """Report the first thing on each lane: its words, depth of points in it, and clearance."""
+    """Report the first thing on each lane: its words, distances of points to it, and clearance."""
     for edge in graph.edges.values():
         points = edge.line.at(edge.line.samples(SPACING))
-        for words, depth_at, clearance in things:
-            depths = depth_at(points) + clearance
+        for words, distance_to, clearance in things:
+            depths = clearance - distance_to(points)
             worst = int(depths.argmax())
             if depths[worst] <= 0.0:
                 continue

@@ -68,10 +68,6 @@ class KeepoutArea:
             away[number] = float((outside + np.minimum(beyond.max(axis=1), 0.0)).min())
         return away
 
-    def depth_at(self, points: FloatArray) -> FloatArray:
-        """Return the depth of points (n, 2) in the area: (n,) metres, negative outside."""
-        return -self.distance_to(points)
-
     def cells(self, frame: Frame, margin: float) -> NDArray[np.bool_]:
         """Return the cells (rows, columns) within metres of the area."""
         zones = () if self.zone is None else (self.zone,)
