@@ -28,7 +28,7 @@ SPACING = 0.1
 """Metres between the checked points of a lane."""
 
 Distances = Callable[[FloatArray], FloatArray]
-"""Points (n, 2) -> their depths (n,) in an obstacle or zone, metres; negative outside."""
+"""Points (n, 2) -> their distances (n,) to an obstacle or zone, metres; negative inside."""
 
 
 def located_planner(
