@@ -74,7 +74,7 @@ def outlines(world: World, *, mapped_only: bool = False) -> list[Outline]:
     """
     walls = (slab for wall in world.walls if wall.on_map or not mapped_only
              for slab in wall_slabs(wall))  # fmt: skip
-    solids = (*world.boxes, *world.cylinders)
+    solids: tuple[Box | Cylinder, ...] = (*world.boxes, *world.cylinders)
     return [*walls, *(outline_of(solid) for solid in solids if solid.on_map or not mapped_only)]
 
 
