@@ -190,9 +190,9 @@ def test_a_world_without_anything_solid_is_refused(findings):
 
 def test_every_box_is_compared_with_all_places_at_once(read, monkeypatch):
     calls = []
-    distance_to = Rectangle.distance_to
+    depth_at = Rectangle.depth_at
     monkeypatch.setattr(
-        Rectangle, "distance_to", lambda self, at: calls.append(len(at)) or distance_to(self, at)
+        Rectangle, "depth_at", lambda self, at: calls.append(len(at)) or depth_at(self, at)
     )
     boxes = ", ".join(f"{{at: [3, {1 + 0.1 * n:g}], size: [0.05, 0.05, 1]}}" for n in range(9))
     places = ", ".join(f"p{n}: [1, {1 + 0.1 * n:g}, 0]" for n in range(7))
@@ -312,7 +312,7 @@ def test_the_twin_rooms_are_alike_on_the_map_and_differ_in_markers():
     (lifted,) = world.timeline
     x, y, _ = lifted.trigger.near
     # Seen from its room the new place is another one: rooms are 5 m apart.
-    assert lifted.move_robot.distance_to(Pose2D(x + 5.0, y)) - lifted.trigger.near[2] > 1.0
+    assert lifted.move_robot.depth_at(Pose2D(x + 5.0, y)) - lifted.trigger.near[2] > 1.0
 
 
 def test_with_the_short_cut_closed_there_is_a_longer_path():
