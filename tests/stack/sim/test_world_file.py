@@ -312,7 +312,7 @@ def test_the_twin_rooms_are_alike_on_the_map_and_differ_in_markers():
     (lifted,) = world.timeline
     x, y, _ = lifted.trigger.near
     # Seen from its room the new place is another one: rooms are 5 m apart.
-    assert lifted.move_robot.depth_at(Pose2D(x + 5.0, y)) - lifted.trigger.near[2] > 1.0
+    assert lifted.move_robot.distance_to(Pose2D(x + 5.0, y)) - lifted.trigger.near[2] > 1.0
 
 
 def test_with_the_short_cut_closed_there_is_a_longer_path():
