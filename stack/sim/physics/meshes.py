@@ -136,7 +136,8 @@ def textured_meshes(world: World) -> dict[str, FloatArray]:
 def _grouped(world: World, key_of: Callable[[Solid], Key | None]) -> dict[Key, FloatArray]:
     """Return the triangles of the solids by a key, without those that have none."""
     parts: dict[Key, list[FloatArray]] = {}
-    for solid in (*world.walls, *world.boxes, *world.cylinders):
+    solids: tuple[Solid, ...] = (*world.walls, *world.boxes, *world.cylinders)
+    for solid in solids:
         key = key_of(solid)
         if key is not None:
             parts.setdefault(key, []).extend(_prisms(solid))

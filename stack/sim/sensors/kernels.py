@@ -5,41 +5,10 @@ from __future__ import annotations
 from math import asin, atan2, ceil, cos, floor, hypot, inf, pi, sin, sqrt
 
 import numpy as np
-from numba import f8, i8, njit
+from numba import f8, njit
 
 ROUNDING = 1e-9
 """Relative extension of a segment at both ends, so that no beam passes between two segments."""
-
-
-@njit(cache=True, nogil=True)
-def cast(x, y, first, increment, beams, segments, circles):  # type: ignore[no-untyped-def]
-    """Compute the distance along each beam to the first segment or circle.
-
-    Each obstacle is intersected only with the beams in its interval of bearings: the cost is
-    proportional to the obstacles plus the beams they cover, not to their product.
-
-    Args:
-        x: of the sensor, metres, in the frame of the obstacles.
-        y: of the sensor, metres.
-        first: direction of beam 0, radians.
-        increment: angle from beam to beam, radians.
-        beams: number of beams; together they cover at most a full turn.
-        segments: (n, 4) x, y of one end and x, y of the other, metres.
-        circles: (m, 3) x, y, radius, metres; the distance from inside is 0.
-
-    Returns:
-        (beams,) metres; +inf without a hit.
-    """
-    ranges = np.full(beams, inf)
-    directions = np.empty((beams, 2))
-    for beam in range(beams):
-        angle = first + increment * beam
-        directions[beam, 0], directions[beam, 1] = cos(angle), sin(angle)
-    for n in range(segments.shape[0]):
-        _cast_on_segment(x, y, first, increment, directions, segments[n], ranges)
-    for n in range(circles.shape[0]):
-        _cast_on_circle(x, y, first, increment, directions, circles[n], ranges)
-    return ranges
 
 
 @njit(cache=True, nogil=True)
@@ -77,17 +46,19 @@ def origins_along(times, stamps, poses, x, y, heading, beams):  # type: ignore[n
 
 
 @njit(cache=True, nogil=True)
-def cast_from(origins, directions, segments, circles):  # type: ignore[no-untyped-def]
-    """Compute the distance along each beam of a lidar that moves while it turns.
+def cast(origins, directions, segments, circles):  # type: ignore[no-untyped-def]
+    """Compute the distance along each beam of a sensor to the first segment or circle.
 
-    As `cast`, but each beam has its own origin. The interval of bearings of an obstacle is taken
-    from the mean origin and widened by the angle that the motion of the origin can make.
+    Each obstacle is intersected only with the beams in its interval of bearings: the cost is
+    proportional to the obstacles plus the beams they cover, not to their product. The interval is
+    taken from the mean origin and widened by the angle that a motion of the origin can make.
 
     Args:
-        origins: (n, 2) x, y of the sensor at each beam, metres.
-        directions: (n,) increasing beam directions, radians, close to evenly spaced.
-        segments: as for `cast`.
-        circles: as for `cast`.
+        origins: (n, 2) x, y of the sensor at each beam, metres, in the frame of the obstacles.
+        directions: (n,) increasing beam directions, radians, close to evenly spaced, n > 1;
+            together at most a full turn.
+        segments: (n, 4) x, y of one end and x, y of the other, metres.
+        circles: (m, 3) x, y, radius, metres; the distance from inside is 0.
 
     Returns:
         (n,) metres; +inf without a hit.
@@ -198,49 +169,6 @@ def _hit_circle(origin, unit, circle, ranges, beam):  # type: ignore[no-untyped-
 
 
 @njit(cache=True, nogil=True)
-def _cast_on_segment(x, y, first, increment, directions, segment, ranges):  # type: ignore[no-untyped-def]
-    px, py = segment[0] - x, segment[1] - y
-    qx, qy = segment[2] - x, segment[3] - y
-    ex, ey = qx - px, qy - py
-    width = atan2(px * qy - py * qx, px * qx + py * qy)
-    begin = atan2(py, px) if width >= 0.0 else atan2(qy, qx)
-    offset = (begin - first) % (2.0 * pi)
-    for turn in range(2):
-        low, high = _covered(offset - 2.0 * pi * turn, abs(width), increment, ranges.size)
-        for beam in range(low, high):
-            dx, dy = directions[beam]
-            across = dx * ey - dy * ex
-            if across == 0.0:
-                continue
-            along = (px * ey - py * ex) / across
-            share = (px * dy - py * dx) / across
-            if 0.0 <= along < ranges[beam] and -ROUNDING <= share <= 1.0 + ROUNDING:
-                ranges[beam] = along
-
-
-@njit(cache=True, nogil=True)
-def _cast_on_circle(x, y, first, increment, directions, circle, ranges):  # type: ignore[no-untyped-def]
-    cx, cy, radius = circle[0] - x, circle[1] - y, circle[2]
-    distance = hypot(cx, cy)
-    if distance <= radius:
-        ranges[:] = 0.0
-        return
-    half = asin(radius / distance)
-    offset = (atan2(cy, cx) - half - first) % (2.0 * pi)
-    for turn in range(2):
-        low, high = _covered(offset - 2.0 * pi * turn, 2.0 * half, increment, ranges.size)
-        for beam in range(low, high):
-            dx, dy = directions[beam]
-            ahead, aside = cx * dx + cy * dy, cx * dy - cy * dx
-            inside = radius * radius - aside * aside
-            if inside < 0.0 or ahead < 0.0:
-                continue
-            along = ahead - sqrt(inside)
-            if along < ranges[beam]:
-                ranges[beam] = along
-
-
-@njit(cache=True, nogil=True)
 def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
     """Return low, high: beams low to high - 1 are in an interval of bearings, widened by one."""
     low = max(0, ceil(offset / increment) - 1)
@@ -248,11 +176,9 @@ def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
     return low, high
 
 
-CAST = ((cast, (f8, f8, f8, f8, i8, f8[:, ::1], f8[:, ::1])),)
-"""Entry points, with the types that sensors call them with: of lidars and sonars; turning ones."""
-CAST_TURNING = (
-    (origins_along, (f8[::1], f8[::1], f8[:, ::1], f8, f8, f8, f8[::1])),
-    (cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),
-)
+CAST = ((cast, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),)
+"""Entry points, with the types that sensors call them with: of lidars and sonars."""
+ALONG = ((origins_along, (f8[::1], f8[::1], f8[:, ::1], f8, f8, f8, f8[::1])),)
+"""Of lidars that turn while the robot moves."""
 CAST_RAYS = ((cast_rays, (f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])),)
 """Of lidars in worlds with mirrors."""

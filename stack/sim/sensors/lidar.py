@@ -47,8 +47,8 @@ class Lidar:
         """Return the kernels that the scans of such a lidar in a world call."""
         from stack.sim.sensors import kernels
 
-        own = kernels.CAST_TURNING if description.rotation_time > 0.0 else kernels.CAST
-        return (*own, *(kernels.CAST_RAYS if mirror_faces(world) else ()))
+        along = kernels.ALONG if description.rotation_time > 0.0 else ()
+        return (*along, *kernels.CAST, *(kernels.CAST_RAYS if mirror_faces(world) else ()))
 
     def __init__(  # noqa: PLR0913 - a sensor, its world and its robot
         self, description: LidarDescription, world: World, seed: int, name: str = "lidar",
@@ -90,16 +90,10 @@ class Lidar:
         d = self._description
         outlines = self._scene.outlines(scene)
         stamp = time - 0.5 * (d.beams - 1) * self._time_increment
-        if self.rotation_time > 0.0:
-            measured = self._kernels.cast_from(*self._origins(trail, time), *outlines)
-        else:
-            sensor = trail[-1][1].compose(d.mount)
-            measured = self._kernels.cast(
-                sensor.x, sensor.y, sensor.heading + self._angle_min, self._increment, d.beams,
-                *outlines,
-            )  # fmt: skip
+        beams = self._origins(trail, time)
+        measured = self._kernels.cast(*beams, *outlines)
         if self._scene.mirrors.size:
-            self._follow_reflections(measured, trail, time, outlines)
+            self._follow_reflections(measured, beams, trail[-1][1], outlines)
         if self._own is not None:
             np.minimum(measured, self._own, out=measured)
         self._add_errors(measured, step)
@@ -117,6 +111,10 @@ class Lidar:
     def _origins(self, trail: Trail, time: float) -> tuple[FloatArray, FloatArray]:
         """Return (beams, 2) positions of the sensor and (beams,) increasing beam directions."""
         mount = self._description.mount
+        if self.rotation_time == 0.0:
+            sensor = trail[-1][1].compose(mount)
+            at = np.tile([sensor.x, sensor.y], (self._beams.size, 1))
+            return at, sensor.heading + self._beams
         stamps, poses = _rows(trail)
         origins: FloatArray
         directions: FloatArray
@@ -126,22 +124,17 @@ class Lidar:
         return origins, directions
 
     def _follow_reflections(
-        self, ranges: FloatArray, trail: Trail, time: float, outlines: tuple[FloatArray, FloatArray]
-    ) -> None:
+        self, ranges: FloatArray, beams: tuple[FloatArray, FloatArray], robot: Pose2D,
+        outlines: tuple[FloatArray, FloatArray],
+    ) -> None:  # fmt: skip
         """Lengthen the ranges (beams,) of those that meet a mirror by the way after it."""
-        segments, circles = outlines
-        if self.rotation_time > 0.0:
-            origins, directions = self._origins(trail, time)
-        else:
-            sensor = trail[-1][1].compose(self._description.mount)
-            directions = (sensor.heading + self._beams).astype(np.float64)
-            origins = np.tile([sensor.x, sensor.y], (directions.size, 1))
+        (origins, directions), (segments, circles) = beams, outlines
         carrier, mirrors = self._carrier, self._scene.mirrors
         if carrier is not None and carrier.height > self._description.height:
-            segments = np.concatenate([segments, replace(carrier, pose=trail[-1][1]).edges()])
-        beams = np.flatnonzero(ranges <= self._description.range_max)
-        units = np.column_stack([np.cos(directions[beams]), np.sin(directions[beams])])
-        ends = origins[beams] + ranges[beams, None] * units
+            segments = np.concatenate([segments, replace(carrier, pose=robot).edges()])
+        near = np.flatnonzero(ranges <= self._description.range_max)
+        units = np.column_stack([np.cos(directions[near]), np.sin(directions[near])])
+        ends = origins[near] + ranges[near, None] * units
         met = mirrors_at(ends, mirrors)
         hit = met >= 0
         if not hit.any():
@@ -152,7 +145,7 @@ class Lidar:
         ended = np.flatnonzero(np.isfinite(after))
         again = mirrors_at(begins[ended] + after[ended, None] * onwards[ended], mirrors) >= 0
         after[ended[again]] = inf
-        ranges[beams[hit]] += after + CLEAR_OF_MIRROR
+        ranges[near[hit]] += after + CLEAR_OF_MIRROR
 
     def _add_errors(self, ranges: FloatArray, step: int) -> None:
         d = self._description

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import inf, nan
 
+import numpy as np
+
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import SonarDescription
 from stack.sim.scene_state import SceneState
@@ -41,10 +43,10 @@ class Sonar:
         """Measure one distance; arguments as in `Lidar.scan`."""
         d = self._description
         sensor = robot.compose(d.mount)
-        measured: FloatArray = self._cast(
-            sensor.x, sensor.y, sensor.heading - d.field_of_view / 2.0,
-            d.field_of_view / (RAYS - 1), RAYS, *self._scene.outlines(scene),
-        )  # fmt: skip
+        origins = np.tile([sensor.x, sensor.y], (RAYS, 1))
+        apart = d.field_of_view / (RAYS - 1) * np.arange(RAYS)
+        directions = sensor.heading - d.field_of_view / 2.0 + apart
+        measured: FloatArray = self._cast(origins, directions, *self._scene.outlines(scene))
         noise = stream(self._seed, f"sonar:{self._name}", step).normal(0.0, d.noise)
         distance = min(measured.tolist()) + noise
         if distance > d.range_max:

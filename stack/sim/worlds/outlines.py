@@ -24,6 +24,13 @@ class Rectangle:
     half_width: float
     name: str = ""
 
+    def depth_at(self, points: FloatArray) -> FloatArray:
+        """Return the depth of points (n, 2): (n,) metres to the nearest side, negative outside."""
+        local = self.pose.inverse().transform(points)
+        reach = np.array([self.half_length, self.half_width])
+        depth: FloatArray = np.min(reach - np.abs(local), axis=1)
+        return depth
+
     def distance_to(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
         local = np.abs(self.pose.inverse().transform(points))
@@ -52,8 +59,12 @@ class Disc:
 
     def distance_to(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
-        distance: FloatArray = np.linalg.norm(points - (self.x, self.y), axis=1) - self.radius
-        return distance
+        return -self.depth_at(points)
+
+    def depth_at(self, points: FloatArray) -> FloatArray:
+        """Return the depth of points (n, 2): (n,) metres to the rim, negative outside."""
+        depth: FloatArray = self.radius - np.linalg.norm(points - (self.x, self.y), axis=1)
+        return depth
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -74,7 +85,7 @@ def outlines(world: World, *, mapped_only: bool = False) -> list[Outline]:
     """
     walls = (slab for wall in world.walls if wall.on_map or not mapped_only
              for slab in wall_slabs(wall))  # fmt: skip
-    solids = (*world.boxes, *world.cylinders)
+    solids: tuple[Box | Cylinder, ...] = (*world.boxes, *world.cylinders)
     return [*walls, *(outline_of(solid) for solid in solids if solid.on_map or not mapped_only)]
 
 

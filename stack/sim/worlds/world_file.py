@@ -203,9 +203,9 @@ def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
     points = np.array([(x, y) for _, _, x, y in placed])
     inside: dict[int, list[tuple[Outline, float]]] = {}
     for outline in solid:
-        distances = outline.distance_to(points)
-        for number in np.flatnonzero(distances < -1e-3).tolist():
-            inside.setdefault(number, []).append((outline, -float(distances[number])))
+        depths = outline.depth_at(points)
+        for number in np.flatnonzero(depths > 1e-3).tolist():
+            inside.setdefault(number, []).append((outline, float(depths[number])))
     for number, (what, mark, x, y) in enumerate(placed):
         if not (x_min < x < x_max and y_min < y < y_max):
             sentence = f"{what} at [{x:g}, {y:g}] is outside the bounds {list(world.bounds)}"

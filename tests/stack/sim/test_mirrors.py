@@ -109,9 +109,8 @@ def test_without_mirrors_nothing_is_followed(monkeypatch):
     pose = Pose2D(0.5, -0.2, 0.3)
     lidar = Lidar(CENTRED, world, 1)
     scan = lidar.scan([(0.0, pose)], SceneState(), 0, 0.0)
-    expected = kernels.cast(
-        0.5, -0.2, 0.3 - pi, 2.0 * pi / 360, 360, *lidar._scene.outlines(SceneState())
-    )
+    at = np.tile([0.5, -0.2], (360, 1))
+    expected = kernels.cast(at, 0.3 + CENTRED.angles, *lidar._scene.outlines(SceneState()))
     assert (scan.ranges == expected.astype(np.float32)).all()
     assert Lidar.kernels(CENTRED, world) == kernels.CAST
     assert Lidar.kernels(CENTRED, HALL) == (*kernels.CAST, *kernels.CAST_RAYS)

@@ -18,7 +18,7 @@ def build():
 
     def make(description=ROVER, world=EMPTY, start=Pose2D(0.0, 0.0)):
         made.append(BulletEngine(world))
-        return made[-1].add_robot(description, start)
+        return made[-1], made[-1].add_robot(description, start)
 
     yield make
     for physics in made:
@@ -32,7 +32,7 @@ def centre_of_mass(physics):
 
 
 def test_the_pose_is_the_base_frames_and_not_the_centre_of_mass(build):
-    physics = build(start=Pose2D(3.0, -1.0, pi / 2))
+    _, physics = build(start=Pose2D(3.0, -1.0, pi / 2))
     truth = physics.truth()
     assert (truth.pose.x, truth.pose.y) == pytest.approx((3.0, -1.0), abs=1e-6)
     assert truth.pose.heading == pytest.approx(pi / 2, abs=1e-6)
@@ -41,10 +41,10 @@ def test_the_pose_is_the_base_frames_and_not_the_centre_of_mass(build):
 
 
 def test_spinning_moves_the_centre_of_mass_and_not_the_base(build):
-    physics = build()
+    engine, physics = build()
     physics.set_wheel_speeds(-2.0, 2.0)  # 2 rad/s x 0.08 m / 0.16 m = 1 rad/s
     for _ in range(500):
-        physics.engine.step()
+        engine.step()
     twist = physics.truth().twist
     assert twist.angular == pytest.approx(1.0, rel=0.01)
     assert abs(twist.linear) < 0.005
@@ -53,15 +53,15 @@ def test_spinning_moves_the_centre_of_mass_and_not_the_base(build):
 
 
 def test_wheels_and_casters_share_the_weight(build):
-    physics = build()
+    engine, physics = build()
     for _ in range(500):
-        physics.engine.step()
+        engine.step()
     truth = physics.truth()
     assert np.hypot(truth.pose.x, truth.pose.y) < 1e-3
     assert physics.base_state().rotation[8] > 1.0 - 1e-4  # within 0.8 degrees of upright
     import pybullet
 
-    floor = physics.engine.scene.floor
+    floor = engine.scene.floor
     contacts = pybullet.getContactPoints(physics.body, floor, physicsClientId=physics.client)
     load = {point[3]: point[9] for point in contacts}
     # Balance of moments about the wheels' axis: base 12 kg 0.05 m ahead on the front caster
@@ -70,16 +70,16 @@ def test_wheels_and_casters_share_the_weight(build):
 
 
 def test_a_parked_robot_does_not_creep(build):
-    physics = build()
+    engine, physics = build()
     physics.set_wheel_speeds(5.0, 6.0)
     for _ in range(200):
-        physics.engine.step()
+        engine.step()
     physics.set_wheel_speeds(0.0, 0.0)
     for _ in range(500):
-        physics.engine.step()
+        engine.step()
     before = physics.truth().pose
     for _ in range(1000):
-        physics.engine.step()
+        engine.step()
     after = physics.truth().pose
     # Two seconds; with the wheels' speed held at nothing it was 0.25 mm and 4e-4 rad.
     assert before.distance_to(after) < 1e-6
@@ -87,14 +87,14 @@ def test_a_parked_robot_does_not_creep(build):
 
 
 def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
-    physics = build()
+    engine, physics = build()
     physics.set_wheel_speeds(6.0, 6.0)
     for _ in range(500):
-        physics.engine.step()
+        engine.step()
     physics.place(Pose2D(-4.0, 2.0, 1.0))
     heights = []
     for _ in range(250):
-        physics.engine.step()
+        engine.step()
         heights.append(physics.base_state().position[2])
     truth = physics.truth()
     assert (truth.pose.x, truth.pose.y) == pytest.approx((-4.0, 2.0), abs=2e-3)
@@ -104,8 +104,8 @@ def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
 
 def test_distance_to_the_nearest_thing_but_the_floor(build):
     boxes = (Box(Pose2D(0.9, 0.0), (0.6, 1.0, 0.5)), Box(Pose2D(5.0, 0.0), (1.0, 1.0, 1.0)))
-    physics = build(world=replace(EMPTY, boxes=boxes))
-    physics.engine.step()
+    engine, physics = build(world=replace(EMPTY, boxes=boxes))
+    engine.step()
     # The box begins at 0.6, the hull ends at 0.18, both casters and wheels earlier.
     assert physics.distance(1.0) == pytest.approx(0.42, abs=2e-3)
     assert physics.distance(0.3) == 0.3
@@ -113,8 +113,8 @@ def test_distance_to_the_nearest_thing_but_the_floor(build):
 
 
 def test_touching_names_the_thing_and_the_place(build):
-    physics = build(world=replace(EMPTY, boxes=(Box(Pose2D(0.42, 0.0), (0.5, 1.0, 0.5)),)))
-    physics.engine.step()
+    engine, physics = build(world=replace(EMPTY, boxes=(Box(Pose2D(0.42, 0.0), (0.5, 1.0, 0.5)),)))
+    engine.step()
     touch = physics.touching()[0]
     assert touch.name == "a static obstacle"
     assert touch.place[0] == pytest.approx(0.17, abs=0.02)
@@ -122,11 +122,11 @@ def test_touching_names_the_thing_and_the_place(build):
 
 
 def test_two_worlds_in_one_process_do_not_mix(build):
-    one, other = build(), build(start=Pose2D(5.0, 5.0))
+    (first, one), (second, other) = build(), build(start=Pose2D(5.0, 5.0))
     one.set_wheel_speeds(5.0, 5.0)
     for _ in range(200):
-        one.engine.step()
-        other.engine.step()
+        first.step()
+        second.step()
     assert one.truth().pose.x > 0.1
     assert other.truth().pose.x == pytest.approx(5.0, abs=1e-3)
 

@@ -34,15 +34,12 @@ class BulletEngine(PhysicsEngine):
         bullet: the pybullet module.
         client: number of the client; -1 when closed.
         scene: the bodies of the world.
-        friction: of the floor outside the friction zones.
-        steps: physics steps so far.
     """
 
     def __init__(self, world: World) -> None:
         self.bullet: Any = loader.load()
         self._world = world
         self._static = static_shape(world)
-        self.friction = world.friction
         self._robots: list[BulletRobot] = []
         self._connect()
 
@@ -50,7 +47,6 @@ class BulletEngine(PhysicsEngine):
         """Connect to a new client and fill it; the one before must be closed."""
         bullet = self.bullet
         self.client: int = bullet.connect(bullet.DIRECT)
-        self.steps = 0
         try:
             bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
             bullet.setPhysicsEngineParameter(
@@ -68,7 +64,7 @@ class BulletEngine(PhysicsEngine):
 
     def add_robot(self, description: RobotDescription, start: Pose2D) -> BulletRobot:
         """As in `PhysicsEngine`."""
-        robot = BulletRobot(self, description, start)
+        robot = BulletRobot(self.scene, description, start, self._world.friction)
         self._robots.append(robot)
         return robot
 
@@ -81,24 +77,15 @@ class BulletEngine(PhysicsEngine):
         self.close()
         self._connect()
         for robot in self._robots:
-            robot.load()
-
-    def name_of(self, body: int) -> str:
-        """Return what a body is, as used in sentences."""
-        robots = (f"the robot {robot.name}" for robot in self._robots if robot.body == body)
-        return next(robots, "") or self.scene.obstacles[body]
-
-    def obstacles_of(self, robot: BulletRobot) -> list[int]:
-        """Return the body numbers of everything that a robot can collide with now."""
-        there = (body for body in self.scene.obstacles if body not in self.scene.hidden)
-        return [*there, *(other.body for other in self._robots if other is not robot)]
+            robot.load(self.scene)
 
     def step(self, count: int = 1) -> None:
         """As in `PhysicsEngine`."""
         step, client = self.bullet.stepSimulation, self.client
         for _ in range(count):
             step(client)
-        self.steps += count
+        for robot in self._robots:
+            robot.note_step()
 
     def place_door(self, name: str, closed: bool) -> None:
         """As in `PhysicsEngine`."""

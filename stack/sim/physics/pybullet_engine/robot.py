@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import cos, sin, sqrt
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,10 +24,8 @@ from stack.sim.physics.pybullet_engine.drive_joints import (
     DriveJoints,
     find_drive_joints,
 )
+from stack.sim.physics.pybullet_engine.scene import Scene
 from stack.types import FloatArray, Pose2D
-
-if TYPE_CHECKING:
-    from stack.sim.physics.pybullet_engine.engine import BulletEngine
 
 CASTER_TRAVEL = 0.002
 """Deflection, metres, of a caster or a wheel without motor under the whole robot's weight."""
@@ -40,35 +38,40 @@ class BulletRobot(PhysicsRobot):
     """A wheeled robot in a PyBullet world.
 
     Args:
-        engine: to load it into.
+        scene: to load it into.
         description: the robot; the root frame of its model is the base frame, on the floor.
         start: pose of the base frame, world frame.
+        friction: of the floor outside the friction zones.
 
     Raises:
         BodyError: the URDF cannot be loaded, has no joint for one of the wheels, or has an
             omnidirectional wheel whose axle is not an axis of its link.
 
     Attributes:
-        engine: in which it is.
-        name: of the robot.
+        client: number of the PyBullet client.
         body: its body number.
         joints: of the driven wheels.
     """
 
-    def __init__(self, engine: BulletEngine, description: RobotDescription, start: Pose2D) -> None:
-        self.engine, self._bullet = engine, engine.bullet
-        self._description, self._start = description, start
-        self.name = description.name
-        self.load()
+    def __init__(
+        self, scene: Scene, description: RobotDescription, start: Pose2D, friction: float
+    ) -> None:
+        self._description, self._start, self._friction = description, start, friction
+        self.load(scene)
 
-    def load(self) -> None:
-        """Load the robot at its start."""
-        self.client = self.engine.client
+    def load(self, scene: Scene) -> None:
+        """Load the robot into a scene, at its start."""
+        self._scene, self._bullet, self.client = scene, scene.bullet, scene.client
         self._state: BaseState | None = None
-        self._state_step, self._slides = 0, False
+        self._slides = False
         self.body = load_robot(self._bullet, self.client, self._description.model)
-        self._prepare_robot(self._description, self.engine.friction)
+        self._prepare_robot(self._description, self._friction)
         self.place(self._start)
+        scene.add_robot(self.body, self._description.name)
+
+    def note_step(self) -> None:
+        """Forget the state of before a physics step."""
+        self._state = None
 
     def place(self, pose: Pose2D) -> None:
         """Place the robot at a pose, at rest, with wheels at rest."""
@@ -167,7 +170,7 @@ class BulletRobot(PhysicsRobot):
 
         PyBullet gives it for the centre of mass; v = v_com + w x (base - com).
         """
-        if self._state is not None and self._state_step == self.engine.steps:
+        if self._state is not None:
             return self._state
         com = self._bullet.getBasePositionAndOrientation(self.body, physicsClientId=self.client)
         velocity, spin = self._bullet.getBaseVelocity(self.body, physicsClientId=self.client)
@@ -181,22 +184,24 @@ class BulletRobot(PhysicsRobot):
         )
         rotation = self._bullet.getMatrixFromQuaternion(turn)
         self._state = BaseState(origin, turn, rotation, base_velocity, spin)
-        self._state_step = self.engine.steps
         return self._state
 
     def touching(self) -> list[Touch]:
         """Return the contacts except those with the floor."""
-        scene, name_of = self.engine.scene, self.engine.name_of
+        scene = self._scene
         return [
-            Touch(name_of(point[2]), point[6][:2], max(0.0, -point[8]), scene.is_person(point[2]))
+            Touch(
+                scene.obstacles[point[2]], point[6][:2], max(0.0, -point[8]),
+                scene.is_person(point[2]),
+            )
             for point in self._bullet.getContactPoints(self.body, physicsClientId=self.client)
             if point[2] != scene.floor and (point[8] <= 0.0 or point[9] > 0.0)
-        ]
+        ]  # fmt: skip
 
     def distance(self, reach: float) -> float:
         """Return the distance from the robot to the nearest obstacle, metres, at most `reach`."""
         nearest = reach
-        for body in self.engine.obstacles_of(self):
+        for body in self._scene.obstacles_of(self.body):
             for point in self._bullet.getClosestPoints(
                 self.body, body, nearest, physicsClientId=self.client
             ):

@@ -55,17 +55,20 @@ def static_shape(world: World) -> str:
 
 
 class Scene:
-    """All bodies of a world except the robot, in one PyBullet client.
+    """All bodies of a world, in one PyBullet client.
 
     Attributes:
+        bullet: the pybullet module.
+        client: number of the PyBullet client.
         floor: body number of the floor.
-        obstacles: body number -> description, of all bodies with a collision shape but the floor.
+        obstacles: body number -> description, of all bodies with a collision shape but the floor,
+            robots included.
         hidden: body numbers of open doors and absent people, out of reach below the floor.
         textures: body number -> (rows, columns, 3) uint8, of boards, posters and textures.
     """
 
     def __init__(self, bullet: Any, client: int, world: World, folder: FilePath) -> None:
-        self._bullet, self._client, self._folder = bullet, client, folder
+        self.bullet, self.client, self._folder = bullet, client, folder
         self.floor = -1
         self.obstacles: dict[int, str] = {}
         self.hidden: set[int] = set()
@@ -193,8 +196,8 @@ class Scene:
         else:
             self.hidden.discard(body)
         turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0)) if heading else UPRIGHT
-        self._bullet.resetBasePositionAndOrientation(
-            body, (x, y, z), turn, physicsClientId=self._client
+        self.bullet.resetBasePositionAndOrientation(
+            body, (x, y, z), turn, physicsClientId=self.client
         )
 
     def _write(self, content: bytes, ending: str) -> str:
@@ -209,20 +212,20 @@ class Scene:
         contacts, and its six coordinates would cost a fifth of each physics step. The renderer
         does not draw plain rigid bodies in their own colours.
         """
-        body: int = self._bullet.createMultiBody(
+        body: int = self.bullet.createMultiBody(
             0.0, collision, visual, useMaximalCoordinates=collision >= 0,
-            physicsClientId=self._client,
+            physicsClientId=self.client,
         )  # fmt: skip
         return body
 
     def _add_visual_mesh(self, text: str, colour: Colour) -> int:
         """Add a mesh, given as a Wavefront OBJ text."""
-        shape = self._bullet.createVisualShape(
-            self._bullet.GEOM_MESH,
+        shape = self.bullet.createVisualShape(
+            self.bullet.GEOM_MESH,
             fileName=self._write(text.encode(), "obj"),
             rgbaColor=(*colour, 1.0),
             specularColor=(0.0, 0.0, 0.0),
-            physicsClientId=self._client,
+            physicsClientId=self.client,
         )
         return self._add_static_body(visual=shape)
 
@@ -230,10 +233,8 @@ class Scene:
         """Add a mesh with texture coordinates that shows a picture."""
         body = self._add_visual_mesh(text, (1.0, 1.0, 1.0))
         file = self._write(png_of(picture), "png")
-        number = self._bullet.loadTexture(file, physicsClientId=self._client)
-        self._bullet.changeVisualShape(
-            body, -1, textureUniqueId=number, physicsClientId=self._client
-        )
+        number = self.bullet.loadTexture(file, physicsClientId=self.client)
+        self.bullet.changeVisualShape(body, -1, textureUniqueId=number, physicsClientId=self.client)
         self.textures[body] = picture
         return body
 
@@ -265,6 +266,14 @@ class Scene:
                 board = board_obj_text(poster.position, poster.heading, poster.size)
                 self._add_picture(board, poster_picture(poster.number, poster.size))
 
+    def add_robot(self, body: int, name: str) -> None:
+        """Register a robot; it is an obstacle of the other robots."""
+        self.obstacles[body] = f"the robot {name}"
+
+    def obstacles_of(self, robot: int) -> list[int]:
+        """Return the body numbers of everything that a robot can collide with now."""
+        return [body for body in self.obstacles if body not in self.hidden and body != robot]
+
     def is_person(self, body: int) -> bool:
         """Whether a body is a person of the world."""
         return body in self._people
@@ -272,7 +281,7 @@ class Scene:
     def _add_door(self, door: Door, *, visible: bool) -> int:
         pose, length = slab(np.array(door.start), np.array(door.end))
         half = (length / 2.0, door.thickness / 2.0, door.height / 2.0)
-        body = self._add_shape(visible, door.colour, self._bullet.GEOM_BOX, halfExtents=half)
+        body = self._add_shape(visible, door.colour, self.bullet.GEOM_BOX, halfExtents=half)
         self._doors[door.name] = (body, pose, door.height)
         self.place_door(door.name, door.closed)
         return body
@@ -280,16 +289,16 @@ class Scene:
     def _add_person(self, radius: float, *, visible: bool) -> int:
         # PyBullet calls a cylinder's height `height` in collision shapes, `length` in visual ones.
         height = {"length" if visible else "height": PERSON_HEIGHT}
-        cylinder = self._bullet.GEOM_CYLINDER
+        cylinder = self.bullet.GEOM_CYLINDER
         body = self._add_shape(visible, PERSON_COLOUR, cylinder, radius=radius, **height)
         self._people[body] = None
         return body
 
     def _add_shape(self, visible: bool, colour: Colour, kind: int, **size: Any) -> int:
         if visible:
-            shape = self._bullet.createVisualShape(
-                kind, rgbaColor=(*colour, 1.0), physicsClientId=self._client, **size
+            shape = self.bullet.createVisualShape(
+                kind, rgbaColor=(*colour, 1.0), physicsClientId=self.client, **size
             )
             return self._add_static_body(visual=shape)
-        shape = self._bullet.createCollisionShape(kind, physicsClientId=self._client, **size)
+        shape = self.bullet.createCollisionShape(kind, physicsClientId=self.client, **size)
         return self._add_static_body(collision=shape)
