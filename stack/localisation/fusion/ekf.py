@@ -127,13 +127,6 @@ class EkfOdometry(OdometryFusion):
         """Whether the gyro's bias has been measured; always without a gyro."""
         return not self._has_gyro or self._standstill.first_is_over(self._gyro, self.parameters)
 
-    @property
-    def covariance(self) -> FloatArray:
-        """(8, 8) covariance of pose (odom frame), twist (base frame), bias and scale."""
-        if self._history is None:
-            return np.zeros((8, 8))
-        return self._history.newest.covariance[:8, :8].copy()
-
     def update(self, observation: Observation) -> Odometry:
         """Process one observation; return pose (odom frame) and twist (base frame).
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stack.localisation.planar import are_near
 from stack.mapping.slam.graph import (
     Edge,
     EdgeKind,
@@ -50,7 +51,6 @@ from stack.types import (
     OccupancyGrid,
     Pose2D,
     Scan,
-    wrap_angle,
 )
 
 KEYFRAME_DISTANCE, KEYFRAME_ANGLE = 0.25, 0.25
@@ -298,9 +298,7 @@ class Mapper:
         return self._local
 
     def _is_moved(self, since: Pose2D) -> bool:
-        distance = self._pose.distance_to(since)
-        turned = abs(wrap_angle(self._pose.heading - since.heading))
-        return distance >= KEYFRAME_DISTANCE or turned >= KEYFRAME_ANGLE
+        return not are_near(self._pose, since, KEYFRAME_DISTANCE, KEYFRAME_ANGLE)
 
     def _update(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
         """Add a keyframe if it shows something new; remove what is out of date or redundant."""
@@ -381,8 +379,6 @@ class Mapper:
         keyframes = self.graph.keyframes
         start = keyframes[target].pose.relative_to(keyframes[source].pose)
         found = align_pair(self.prepared(source), self.prepared(target), start)
-        if found.overlap < EDGE_OVERLAP or found.pose.distance_to(start) > 0.3:
-            return None
-        if abs(wrap_angle(found.pose.heading - start.heading)) > 0.15:
+        if found.overlap < EDGE_OVERLAP or not are_near(found.pose, start, 0.3, 0.15):
             return None
         return Edge(source, target, found.pose, softened(found.information), kind)

@@ -17,6 +17,7 @@ import numpy as np
 from stack.errors import InputError
 from stack.localisation.distance_field import SignedDistanceField, surface_field
 from stack.localisation.health import ScanEvaluator
+from stack.localisation.planar import are_near
 from stack.localisation.search.map_search import MapSearch
 from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.mapping.slam.loops import LOOP_CONFLICT
@@ -24,7 +25,7 @@ from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
 from stack.optional_packages import GTSAM
-from stack.types import Pose2D, wrap_angle
+from stack.types import Pose2D
 
 PARTS = 40
 """Parts of the second map that are searched, at most; evenly spread over its keyframes."""
@@ -202,9 +203,7 @@ def _support(pose: Pose2D, at: Pose2D, candidates: Candidates) -> int:
 
 def _agree(one: Pose2D, other: Pose2D, at: Pose2D) -> bool:
     """Return whether two placements put a pose of the second map at the same place."""
-    first, second = one.compose(at), other.compose(at)
-    turned = abs(wrap_angle(first.heading - second.heading))
-    return first.distance_to(second) <= AGREE_DISTANCE and turned <= AGREE_ANGLE
+    return are_near(one.compose(at), other.compose(at), AGREE_DISTANCE, AGREE_ANGLE)
 
 
 def _drawn(graph: PoseGraph, placement: Pose2D | None = None) -> Drawing:

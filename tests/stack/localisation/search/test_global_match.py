@@ -8,7 +8,7 @@ import pytest
 from stack.errors import NavigationError
 from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.search.matches import GlobalMatch, is_distinct
+from stack.localisation.search.matches import GlobalMatch, distinct
 from stack.localisation.search.rivals import RIVAL_DEAD_ZONE, RIVAL_SHARE, resolve
 from stack.types import FailureCode, Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import office, twin_rooms
@@ -111,7 +111,6 @@ def test_how_well_beams_end_at_walls_ranks_rivals_but_drops_none():
 
 
 def test_distinct_means_distant_or_rotated():
-    here = Pose2D(0.0, 0.0, 3.1)
-    assert not is_distinct(here, Pose2D(0.3, 0.3, -3.1))
-    assert is_distinct(here, Pose2D(0.5, 0.0, 3.1))
-    assert is_distinct(here, Pose2D(0.0, 0.0, 2.5))
+    poses = Pose2D(0.0, 0.0, 3.1), Pose2D(0.3, 0.3, -3.1), Pose2D(0.5, 0.0, 3.1), Pose2D(0, 0, 2.5)
+    kept = distinct([GlobalMatch(pose, 1.0) for pose in poses])
+    assert [match.pose for match in kept] == [poses[0], *poses[2:]]
