@@ -26,7 +26,7 @@ from stack.errors import BodyError
 from stack.localisation.fusion.disturbance import Compared, InertialComparison, VelocityGain
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
 from stack.localisation.fusion.parameters import EkfParameters
-from stack.localisation.fusion.wheels_gyro import BIAS_TOLERANCE, arc
+from stack.localisation.fusion.wheels_gyro import BIAS_TOLERANCE, arc_lengths
 from stack.types import (
     STANDSTILL,
     FloatArray,
@@ -267,11 +267,7 @@ def _input(
     at_rest: bool,
 ) -> FloatArray:
     """Return the input (9,) of the kernel `predict`: the wheels' displacement as an arc."""
-    a, b = arc(moved.heading)
-    norm = a * a + b * b
-    forward, left = (a * moved.x + b * moved.y) / norm, (a * moved.y - b * moved.x) / norm
-    gain_x, gain_y = gained or (0.0, 0.0)
     return np.array([
-        elapsed, forward, left, moved.heading, 0.0 if raw is None else raw, gain_x, gain_y,
-        float(raw is not None), float(at_rest),
+        elapsed, *arc_lengths(moved), moved.heading, 0.0 if raw is None else raw,
+        *(gained or (0.0, 0.0)), float(raw is not None), float(at_rest),
     ])  # fmt: skip

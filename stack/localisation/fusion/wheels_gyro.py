@@ -157,12 +157,16 @@ class _GyroBias:
 
 def with_rotation(moved: Pose2D, rotation: float) -> Pose2D:
     """Return the displacement of the same arc length with another rotation in radians."""
-    a, b = arc(moved.heading)
-    norm = a * a + b * b
-    forward = (a * moved.x + b * moved.y) / norm
-    left = (a * moved.y - b * moved.x) / norm
+    forward, left = arc_lengths(moved)
     a, b = arc(rotation)
     return Pose2D(a * forward - b * left, b * forward + a * left, wrap_angle(rotation))
+
+
+def arc_lengths(moved: Pose2D) -> tuple[float, float]:
+    """Return the lengths forward and to the left of the arc that leads to a displacement."""
+    a, b = arc(moved.heading)
+    norm = a * a + b * b
+    return (a * moved.x + b * moved.y) / norm, (a * moved.y - b * moved.x) / norm
 
 
 def arc(angle: float) -> tuple[float, float]:

@@ -9,8 +9,6 @@ graph stays as it is, and scans are only matched with the nearest keyframes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from stack.localisation.planar import are_near
@@ -63,15 +61,6 @@ CHAIN_LENGTH = 3.0
 """Metres driven since the newest keyframe up to which odometry connects the next one with it."""
 
 
-@dataclass(frozen=True, slots=True)
-class TrajectoryPoint:
-    """Pose of a scan relative to a keyframe, so that it follows the optimised graph."""
-
-    stamp: float
-    keyframe: int
-    relative: Pose2D
-
-
 class Mapper:
     """SLAM: from scans with odometry to a pose graph, a trajectory and an occupancy grid.
 
@@ -111,7 +100,8 @@ class Mapper:
         self._local: LocalMap | None = None
         self._last: Keyframe | None = None
         self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
-        self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
+        # Stamps, keyframes and the poses relative to these: they follow the optimised graph.
+        self._trajectory: list[tuple[float, int, Pose2D]] | None = [] if keep_trajectory else None
         self._pending, self._is_confirmed = 0, True
         self._chain: tuple[Keyframe, float] | None = None
         self._matched_at = self._pose
@@ -154,7 +144,7 @@ class Mapper:
                 self._update(stamp, odometry_pose, scan, prepared)
         if self._trajectory is not None and self._last is not None:
             relative = self._pose.relative_to(self._last.pose)
-            self._trajectory.append(TrajectoryPoint(stamp, self._last.id, relative))
+            self._trajectory.append((stamp, self._last.id, relative))
         if self.needs_optimising and self._immediate:
             self.optimise()
         return self._pose
@@ -268,8 +258,8 @@ class Mapper:
         """Return the pose of every scan by its stamp; empty without `keep_trajectory`."""
         keyframes = self.graph.keyframes
         return [
-            (point.stamp, keyframes[point.keyframe].pose.compose(point.relative))
-            for point in self._trajectory or ()
+            (stamp, keyframes[number].pose.compose(relative))
+            for stamp, number, relative in self._trajectory or ()
         ]
 
     def prepared(self, keyframe: int) -> PreparedScan:
