@@ -69,7 +69,7 @@ class SignedDistanceField:
         """Return which points (n, 2), metres, are in free cells with the clearance (n,), metres."""
         cells = np.floor((points - self.origin) / self.resolution).astype(np.int64)
         rows, columns = self.occupancy.shape
-        inside = ((cells >= 0) & (cells < (columns, rows))).all(axis=1)
+        inside: NDArray[np.bool_] = ((cells >= 0) & (cells < (columns, rows))).all(axis=1)
         column, row = np.where(inside[:, None], cells, 0).T
         free = inside & (self.occupancy[row, column] == 0)
         clear: NDArray[np.bool_] = free & (self.distances[row, column] >= clearance)

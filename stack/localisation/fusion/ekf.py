@@ -95,7 +95,7 @@ class EkfOdometry(OdometryFusion):
 
         super().__init__(parameters, robot)
         self._kernels, self._measurements = kernels, measurements
-        self._new_history, self._motion = history.History, history.Motion
+        self._new_history = history.History
         self._main_lidar = robot.main_lidar
         self._scans = ScanOdometry()
         self._sources = [Source(source) for source in parameters.sources]
@@ -231,20 +231,13 @@ class EkfOdometry(OdometryFusion):
         It is the error of the motions since the last odometry, reduced by what scan matching knows
         of it. Where a correction moved the pose, the part beyond that error is added.
         """
-        total = np.zeros((3, 3))
-        expected = Pose2D(0.0, 0.0)
-        for node in reversed(history.nodes):
-            if node.key[0] <= last.stamp + 1e-9:
-                expected = node.pose
-                break
-            if isinstance(node.event, self._motion):
-                total += node.step_covariance
+        total, node = history.motion_error(last.stamp), history.at(last.stamp)
         keep = self._scans.remaining(history.newest.key[0])
         if keep is not None:
             total *= keep[:, None] * keep
-        if expected != last.pose:
+        if node is not None and node.pose != last.pose:
             # The displacement of this step contains the corrections of the poses before it.
-            shift = expected.relative_to(last.pose)
+            shift = node.pose.relative_to(last.pose)
             for axis, jump in enumerate((shift.x, shift.y, shift.heading)):
                 total[axis, axis] += (CORRECTION_SHARE * jump) ** 2
         return total

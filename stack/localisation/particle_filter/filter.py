@@ -78,7 +78,7 @@ class ParticleFilter:
     def configure(self, parameters: LocaliserParameters) -> None:
         """Apply new parameters; the particles stay."""
         self._parameters = parameters
-        self.beams = BeamModel(self._field, self._map.evaluator, parameters)
+        self.beams = BeamModel(self._map, parameters)
 
     @property
     def particles(self) -> FloatArray:
