@@ -41,10 +41,14 @@ from stack.types import (
 if TYPE_CHECKING:
     from stack.localisation.fusion.history import History
 
+TURN_VARIANCE = 2e-3
+"""Variance of the wheels' rotation per radian turned, rad²/rad."""
 TURN_VARIANCE_PER_METRE = 5e-3
 """Variance of the wheels' rotation per metre, rad²/m."""
 LATERAL_VARIANCE = 2e-5
 """Variance across the motion per metre, m²/m."""
+GYRO_VARIANCE = 2e-7
+"""Variance of the gyro's rotation per second, rad²/s: its noise density squared."""
 GYRO_TURN_VARIANCE = 1e-6
 """Variance of the gyro's rotation per radian turned, rad²/rad."""
 GYRO_SAMPLE_DEVIATION = 0.004
@@ -246,8 +250,8 @@ class EkfOdometry(OdometryFusion):
 def _noise(p: EkfParameters) -> FloatArray:
     """Return the noise (11,) of the kernel `predict`."""
     return np.array([
-        p.distance_variance, LATERAL_VARIANCE, p.turn_variance, TURN_VARIANCE_PER_METRE,
-        p.gyro_variance, GYRO_TURN_VARIANCE, DISTURBED_SPEED**2, DISTURBED_VARIANCE,
+        p.distance_variance, LATERAL_VARIANCE, TURN_VARIANCE, TURN_VARIANCE_PER_METRE,
+        GYRO_VARIANCE, GYRO_TURN_VARIANCE, DISTURBED_SPEED**2, DISTURBED_VARIANCE,
         SLIP_DECAY, BIAS_VARIANCE, DISTURBED_TURN_DEVIATION**2,
     ])  # fmt: skip
 

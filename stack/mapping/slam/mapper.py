@@ -296,9 +296,7 @@ class Mapper:
             self._insert(stamp, odometry, scan, prepared)
             return
         assert self._last is not None
-        found = self._upkeep.compare(
-            self._last.id, self._pose, scan, self.parameters.place_keyframes
-        )
+        found = self._upkeep.compare(self._last.id, self._pose, scan)
         for number in found.changed:
             self._scans.pop(number, None)
         if found.is_wanted:
