@@ -69,7 +69,8 @@ class SignedDistanceField:
         """Return which points (n, 2), metres, are in free cells with the clearance (n,), metres."""
         cells = np.floor((points - self.origin) / self.resolution).astype(np.int64)
         rows, columns = self.occupancy.shape
-        inside = ((cells >= 0) & (cells < (columns, rows))).all(axis=1)
+        inside = (cells[:, 0] >= 0) & (cells[:, 0] < columns)
+        inside &= (cells[:, 1] >= 0) & (cells[:, 1] < rows)
         column, row = np.where(inside[:, None], cells, 0).T
         free = inside & (self.occupancy[row, column] == 0)
         clear: NDArray[np.bool_] = free & (self.distances[row, column] >= clearance)

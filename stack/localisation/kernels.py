@@ -19,7 +19,7 @@ Cells = NDArray[np.uint8]
 Placement = tuple[float, float, float]
 """Resolution, origin x and origin y of a grid, metres."""
 
-PLACEMENT = types.UniTuple(f8, 3)
+PLACEMENT = types.UniTuple(f8, 3)  # type: ignore[no-untyped-call]
 
 NOTHING, WALL, UNSEEN = 0, 1, 2
 """Result of a ray cast within its limit: no hit, an occupied cell, an unknown cell."""

@@ -6,7 +6,7 @@ from math import cos, sin
 
 import numpy as np
 
-from stack.types import FloatArray, Pose2D
+from stack.types import FloatArray, Pose2D, wrap_angle
 
 
 def as_row(pose: Pose2D) -> FloatArray:
@@ -17,6 +17,12 @@ def as_row(pose: Pose2D) -> FloatArray:
 def as_pose(row: FloatArray) -> Pose2D:
     """Return the pose of a row x, y, heading; the heading is wrapped."""
     return Pose2D(0.0, 0.0).compose(Pose2D(float(row[0]), float(row[1]), float(row[2])))
+
+
+def are_near(one: Pose2D, other: Pose2D, distance: float, angle: float) -> bool:
+    """Whether two poses are nearer than both a distance, metres, and an angle, radians."""
+    turned = abs(wrap_angle(one.heading - other.heading))
+    return one.distance_to(other) < distance and turned < angle
 
 
 def rotation(heading: float) -> FloatArray:

@@ -26,7 +26,7 @@ from stack.errors import BodyError
 from stack.localisation.fusion.disturbance import Compared, InertialComparison, VelocityGain
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
 from stack.localisation.fusion.parameters import EkfParameters
-from stack.localisation.fusion.wheels_gyro import BIAS_TOLERANCE, arc
+from stack.localisation.fusion.wheels_gyro import BIAS_TOLERANCE, arc_lengths
 from stack.types import (
     STANDSTILL,
     FloatArray,
@@ -41,10 +41,14 @@ from stack.types import (
 if TYPE_CHECKING:
     from stack.localisation.fusion.history import History
 
+TURN_VARIANCE = 2e-3
+"""Variance of the wheels' rotation per radian turned, rad²/rad."""
 TURN_VARIANCE_PER_METRE = 5e-3
 """Variance of the wheels' rotation per metre, rad²/m."""
 LATERAL_VARIANCE = 2e-5
 """Variance across the motion per metre, m²/m."""
+GYRO_VARIANCE = 2e-7
+"""Variance of the gyro's rotation per second, rad²/s: its noise density squared."""
 GYRO_TURN_VARIANCE = 1e-6
 """Variance of the gyro's rotation per radian turned, rad²/rad."""
 GYRO_SAMPLE_DEVIATION = 0.004
@@ -95,7 +99,7 @@ class EkfOdometry(OdometryFusion):
 
         super().__init__(parameters, robot)
         self._kernels, self._measurements = kernels, measurements
-        self._new_history, self._motion = history.History, history.Motion
+        self._new_history = history.History
         self._main_lidar = robot.main_lidar
         self._scans = ScanOdometry()
         self._sources = [Source(source) for source in parameters.sources]
@@ -126,13 +130,6 @@ class EkfOdometry(OdometryFusion):
     def is_ready(self) -> bool:
         """Whether the gyro's bias has been measured; always without a gyro."""
         return not self._has_gyro or self._standstill.first_is_over(self._gyro, self.parameters)
-
-    @property
-    def covariance(self) -> FloatArray:
-        """(8, 8) covariance of pose (odom frame), twist (base frame), bias and scale."""
-        if self._history is None:
-            return np.zeros((8, 8))
-        return self._history.newest.covariance[:8, :8].copy()
 
     def update(self, observation: Observation) -> Odometry:
         """Process one observation; return pose (odom frame) and twist (base frame).
@@ -238,20 +235,13 @@ class EkfOdometry(OdometryFusion):
         It is the error of the motions since the last odometry, reduced by what scan matching knows
         of it. Where a correction moved the pose, the part beyond that error is added.
         """
-        total = np.zeros((3, 3))
-        expected = Pose2D(0.0, 0.0)
-        for node in reversed(history.nodes):
-            if node.key[0] <= last.stamp + 1e-9:
-                expected = node.pose
-                break
-            if isinstance(node.event, self._motion):
-                total += node.step_covariance
+        total, node = history.motion_error(last.stamp), history.at(last.stamp)
         keep = self._scans.remaining(history.newest.key[0])
         if keep is not None:
             total *= keep[:, None] * keep
-        if expected != last.pose:
+        if node is not None and node.pose != last.pose:
             # The displacement of this step contains the corrections of the poses before it.
-            shift = expected.relative_to(last.pose)
+            shift = node.pose.relative_to(last.pose)
             for axis, jump in enumerate((shift.x, shift.y, shift.heading)):
                 total[axis, axis] += (CORRECTION_SHARE * jump) ** 2
         return total
@@ -260,8 +250,8 @@ class EkfOdometry(OdometryFusion):
 def _noise(p: EkfParameters) -> FloatArray:
     """Return the noise (11,) of the kernel `predict`."""
     return np.array([
-        p.distance_variance, LATERAL_VARIANCE, p.turn_variance, TURN_VARIANCE_PER_METRE,
-        p.gyro_variance, GYRO_TURN_VARIANCE, DISTURBED_SPEED**2, DISTURBED_VARIANCE,
+        p.distance_variance, LATERAL_VARIANCE, TURN_VARIANCE, TURN_VARIANCE_PER_METRE,
+        GYRO_VARIANCE, GYRO_TURN_VARIANCE, DISTURBED_SPEED**2, DISTURBED_VARIANCE,
         SLIP_DECAY, BIAS_VARIANCE, DISTURBED_TURN_DEVIATION**2,
     ])  # fmt: skip
 
@@ -274,11 +264,7 @@ def _input(
     at_rest: bool,
 ) -> FloatArray:
     """Return the input (9,) of the kernel `predict`: the wheels' displacement as an arc."""
-    a, b = arc(moved.heading)
-    norm = a * a + b * b
-    forward, left = (a * moved.x + b * moved.y) / norm, (a * moved.y - b * moved.x) / norm
-    gain_x, gain_y = gained or (0.0, 0.0)
     return np.array([
-        elapsed, forward, left, moved.heading, 0.0 if raw is None else raw, gain_x, gain_y,
-        float(raw is not None), float(at_rest),
+        elapsed, *arc_lengths(moved), moved.heading, 0.0 if raw is None else raw,
+        *(gained or (0.0, 0.0)), float(raw is not None), float(at_rest),
     ])  # fmt: skip

@@ -10,6 +10,7 @@ from __future__ import annotations
 from bisect import insort
 from dataclasses import dataclass, field
 from itertools import islice
+from math import inf
 from typing import Protocol
 
 import numpy as np
@@ -163,6 +164,16 @@ class History:
         while place + 1 < len(self.nodes) and self.nodes[place + 1].key[0] <= stamp + TOLERANCE:
             place += 1
         return self.nodes[place]
+
+    def motion_error(self, since: float, until: float = inf) -> FloatArray:
+        """Return the (3, 3) error of the motions between two stamps, base frame."""
+        total = np.zeros((3, 3))
+        for node in reversed(self.nodes):
+            if node.key[0] <= since + TOLERANCE:
+                break
+            if node.key[0] <= until + TOLERANCE:
+                total += node.step_covariance
+        return total
 
     def disturb(self, since: float) -> None:
         """Do not use the wheels from a stamp on (or from the oldest one)."""

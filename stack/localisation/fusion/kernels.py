@@ -26,8 +26,6 @@ stands."""
 TRUSTED, DISTURBED, ENTERING = 0, 1, 2
 """Whether the wheels move the base; ENTERING is the first disturbed part."""
 
-INPUT_SIZE, NOISE_SIZE = 9, 11
-
 
 @njit(cache=True, nogil=True)
 def _wrap(angle: float) -> float:

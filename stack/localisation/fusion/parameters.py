@@ -76,13 +76,6 @@ class EkfParameters(OdometryFusionParameters):
     distance_variance: float = parameter(
         2e-4, above=0.0, help="variance of the wheels' translation per metre, m²/m"
     )
-    turn_variance: float = parameter(
-        2e-3, above=0.0, help="variance of the wheels' rotation per radian turned, rad²/rad"
-    )
-    gyro_variance: float = parameter(
-        2e-7, above=0.0,
-        help="variance of the gyro's rotation per second, rad²/s; its noise density squared",
-    )  # fmt: skip
     scan_matching: bool = parameter(True, public=True, help="match the scans of the lidar")
     lidar: str = parameter(
         "", public=True,

@@ -98,7 +98,7 @@ class ScanOdometry:
         return contradicted
 
     def _update(self, match: ScanMatch, history: History, stamp: float, disturbed: bool) -> bool:
-        prior = _since_match(history, self._last, stamp)
+        prior = history.motion_error(self._last, stamp)
         gate = inf if disturbed else GATE
         added = history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance, gate))
         assert added is not None
@@ -214,17 +214,6 @@ def _trail(history: History, scan: Scan, node: Node) -> FloatArray:
         if stamp < scan.stamp - reach:
             break
     return np.array(rows[::-1])
-
-
-def _since_match(history: History, last: float, stamp: float) -> FloatArray:
-    """Return the (3, 3) error of the motions since the last match, base frame."""
-    total = np.zeros((3, 3))
-    for node in reversed(history.nodes):
-        if node.key[0] <= last + 1e-9:
-            break
-        if node.key[0] <= stamp + 1e-9:
-            total += node.step_covariance
-    return total
 
 
 def _share_left(prior: FloatArray, match: FloatArray, heading: float) -> FloatArray:

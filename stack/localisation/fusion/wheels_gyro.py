@@ -42,8 +42,8 @@ class WheelGyroOdometry(OdometryFusion):
         super().__init__(parameters, robot)
         self._fused: Odometry | None = None
         self._wheels = Pose2D(0.0, 0.0)
-        self._bias, self._gyro, self._standstill = _GyroBias(), GyroIntegral(), Standstill()
-        self._has_gyro = robot.imu is not None
+        self._bias, self._gyro, self._standstill = 0.0, GyroIntegral(), Standstill()
+        self._samples, self._has_gyro = 0, robot.imu is not None
         self._slip = WheelSlip(robot.drivetrain, robot.odometry.slip)
 
     @property
@@ -54,7 +54,7 @@ class WheelGyroOdometry(OdometryFusion):
     @property
     def gyro_bias(self) -> float:
         """The bias subtracted from the gyro's yaw rate, rad/s."""
-        return self._bias.value
+        return self._bias
 
     def update(self, observation: Observation) -> Odometry:
         """Process one observation; return pose (odom frame) and measured twist (base frame).
@@ -99,12 +99,17 @@ class WheelGyroOdometry(OdometryFusion):
         if imu is not None and imu.stamps.size:
             rates = imu.angular_velocity[:, 2]
             mean = float(rates.sum()) / rates.size
-            by_hand = abs(mean - self._bias.value) > BIAS_TOLERANCE
+            by_hand = abs(mean - self._bias) > BIAS_TOLERANCE
             if standing and not by_hand:
-                self._bias.learn(mean, rates.size)
+                self._learn_bias(mean, rates.size)
             if wheels.twist == Twist() and not by_hand:
                 return 0.0
-        return raw - self._bias.value * elapsed
+        return raw - self._bias * elapsed
+
+    def _learn_bias(self, mean: float, samples: int) -> None:
+        """Update the bias with the mean of some yaw rates at rest: a plain mean at first."""
+        self._samples = min(self._samples + samples, BIAS_SAMPLES)
+        self._bias += min(1.0, samples / self._samples) * (mean - self._bias)
 
 
 class WheelSlip:
@@ -136,33 +141,18 @@ class WheelSlip:
         return total
 
 
-class _GyroBias:
-    """Mean yaw rate of the gyro at standstill: a plain mean at first, then an exponential mean."""
-
-    def __init__(self) -> None:
-        self.value = 0.0
-        self._samples = 0
-
-    def learn(self, mean: float, samples: int) -> None:
-        """Update the bias with yaw rates measured at rest.
-
-        Args:
-            mean: of the rates, rad/s.
-            samples: number of the rates.
-        """
-        self._samples = min(self._samples + samples, BIAS_SAMPLES)
-        gain = min(1.0, samples / self._samples)
-        self.value += gain * (mean - self.value)
-
-
 def with_rotation(moved: Pose2D, rotation: float) -> Pose2D:
     """Return the displacement of the same arc length with another rotation in radians."""
-    a, b = arc(moved.heading)
-    norm = a * a + b * b
-    forward = (a * moved.x + b * moved.y) / norm
-    left = (a * moved.y - b * moved.x) / norm
+    forward, left = arc_lengths(moved)
     a, b = arc(rotation)
     return Pose2D(a * forward - b * left, b * forward + a * left, wrap_angle(rotation))
+
+
+def arc_lengths(moved: Pose2D) -> tuple[float, float]:
+    """Return the lengths forward and to the left of the arc that leads to a displacement."""
+    a, b = arc(moved.heading)
+    norm = a * a + b * b
+    return (a * moved.x + b * moved.y) / norm, (a * moved.y - b * moved.x) / norm
 
 
 def arc(angle: float) -> tuple[float, float]:

@@ -81,10 +81,9 @@ class Localiser(Estimator):
         """Return the kernels of the filter and of the search."""
         from stack.geometry.travel.kernels import TRAVEL
         from stack.localisation import kernels
-        from stack.localisation.particle_filter.kernels import FILTER
-        from stack.localisation.search import kernels as search_kernels
+        from stack.localisation.search.kernels import SEARCH
 
-        return (*kernels.LOCALISATION, *FILTER, *search_kernels.SEARCH, *TRAVEL)
+        return (*kernels.LOCALISATION, *SEARCH, *TRAVEL)
 
     def __init__(
         self,

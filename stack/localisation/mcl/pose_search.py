@@ -13,9 +13,10 @@ from stack.localisation.mcl.recovery import Search
 from stack.localisation.mcl.trusted_pose import TrustedPose
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.hypotheses import MAX_HYPOTHESES, Hypothesis, same_place
+from stack.localisation.planar import are_near
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.localisation.search.rivals import resolve, weighed
-from stack.types import Pose2D, Scan, wrap_angle
+from stack.types import Pose2D, Scan
 
 _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
 """Covariance that is added to that of a match: cells and noise."""
@@ -134,9 +135,7 @@ class PoseSearch:
         before, self._last = self._last, (stamp, pose.compose(odometry.inverse()))
         if before is None or stamp - before[0] > _SECOND_LOOK:
             return False
-        expected = before[1].compose(odometry)
-        turned = abs(wrap_angle(expected.heading - pose.heading))
-        return expected.distance_to(pose) < _SAME_MATCH and turned < _SAME_TURN
+        return are_near(before[1].compose(odometry), pose, _SAME_MATCH, _SAME_TURN)
 
     def anywhere(self, scan: Scan) -> list[Hypothesis]:
         """Return hypotheses on the whole map, weighted by the objects that each needs."""

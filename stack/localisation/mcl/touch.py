@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from stack.geometry.polygons import distances_to_edges
 from stack.localisation.health import ScanEvaluator
 from stack.localisation.mcl.confidence import MANY_LONG
+from stack.localisation.search.matches import beam_points
 from stack.types import FloatArray, Footprint, Pose2D, Scan
 
 _LEAST_BEAMS = 2
@@ -37,11 +39,7 @@ class TouchSense:
         from stack.localisation.kernels import SHORT  # imports numba
 
         self._short = SHORT
-        self._starts = footprint.points
-        self._edges = np.roll(footprint.points, -1, axis=0) - footprint.points
-        self._squares = np.einsum("ij,ij->i", self._edges, self._edges)
-        self._radius = footprint.circumscribed_radius
-        self._evaluator = evaluator
+        self._footprint, self._evaluator = footprint, evaluator
 
     def touches(self, scan: Scan, pose: Pose2D, *, again: bool = False) -> bool:
         """Return whether a scan from a base pose in the map frame shows a touch.
@@ -54,28 +52,22 @@ class TouchSense:
             pose: of the base at the scan.
             again: whether something touched the robot not long ago.
         """
-        mount = scan.mount
-        reach = self._radius + TOUCH_DISTANCE + float(np.hypot(mount.x, mount.y))
+        reach = (
+            self._footprint.circumscribed_radius
+            + TOUCH_DISTANCE
+            + float(np.hypot(scan.mount.x, scan.mount.y))
+        )
         beams = np.flatnonzero(scan.ranges < reach)
         if beams.size < _LEAST_BEAMS:
             return False
-        ranges, angles = scan.ranges[beams].astype(np.float64), scan.angles[beams]
-        ends = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
-        beams = beams[self._distances(mount.transform(ends)) < TOUCH_DISTANCE]
+        away = distances_to_edges(beam_points(scan, beams), self._footprint.points)
+        beams = beams[away < TOUCH_DISTANCE]
         if beams.size < _LEAST_BEAMS:
             return False
         kinds, _ = self._evaluator.classified(pose, scan, beams)
         if np.count_nonzero(kinds == self._short) < _LEAST_BEAMS:
             return False
         return again or self._evaluator.view(pose, scan).long < MANY_LONG
-
-    def _distances(self, points: FloatArray) -> FloatArray:
-        """Return the distances (m,) of points (m, 2) from the outline, base frame, metres."""
-        offsets = points[:, None] - self._starts
-        shares = np.clip(np.einsum("mij,ij->mi", offsets, self._edges) / self._squares, 0.0, 1.0)
-        away = np.linalg.norm(offsets - shares[..., None] * self._edges, axis=2)
-        nearest: FloatArray = away.min(axis=1)
-        return nearest
 
 
 def pushed(seconds: float, covariance: FloatArray | None) -> FloatArray:

@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.localisation.distance_field import SignedDistanceField
-from stack.localisation.health import ScanEvaluator
+from stack.localisation.known_map import KnownMap
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import beam_points, returned_beams
 from stack.types import FloatArray, Pose2D, Scan
@@ -37,19 +36,16 @@ class BeamModel:
     """Log-likelihoods of scans at particles.
 
     Args:
-        field: the map.
-        evaluator: of the same map.
-        parameters: mixture, number of beams, beam skipping.
+        known_map: the map.
+        parameters: number of beams.
     """
 
-    def __init__(
-        self, field: SignedDistanceField, evaluator: ScanEvaluator, parameters: LocaliserParameters
-    ) -> None:
+    def __init__(self, known_map: KnownMap, parameters: LocaliserParameters) -> None:
         from stack.localisation import kernels
 
-        self._kernels, self._field, self._evaluator = kernels, field, evaluator
+        self._kernels, self._field, self._evaluator = kernels, known_map.field, known_map.evaluator
         self._parameters = parameters
-        logs = field.log_likelihoods(HIT_DEVIATION, HIT_SHARE)
+        logs = self._field.log_likelihoods(HIT_DEVIATION, HIT_SHARE)
         self._least = float(logs.min())
         margin = round(self._least * _UNIT)
         table = np.rint(logs * _UNIT).astype(np.int16)

@@ -15,7 +15,12 @@ from stack.localisation.particle_filter.beam_model import TRUST, BeamModel
 from stack.localisation.particle_filter.hypotheses import SETTLED_DEVIATION, Hypotheses, Hypothesis
 from stack.localisation.particle_filter.motion_models import MotionModel, disturb
 from stack.localisation.particle_filter.odometry_since import MotionSince
-from stack.localisation.particle_filter.particles import ParticleSet, kld_bound, summarise
+from stack.localisation.particle_filter.particles import (
+    ParticleSet,
+    kld_bound,
+    resampled,
+    summarise,
+)
 from stack.localisation.particle_filter.uncertainty import LeastCovariance, observable
 from stack.localisation.planar import as_pose, as_row
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
@@ -62,11 +67,9 @@ class ParticleFilter:
         self, known_map: KnownMap, motion: MotionModel, parameters: LocaliserParameters,
         generator: np.random.Generator,
     ) -> None:  # fmt: skip
-        from stack.localisation.particle_filter import kernels
-        from stack.localisation.search import kernels as search_kernels
+        from stack.localisation.search import kernels
 
         self._kernels, self._map, self._field = kernels, known_map, known_map.field
-        self._search_kernels = search_kernels
         self._generator = generator
         self.hypotheses = Hypotheses()
         self._motion = motion
@@ -75,7 +78,7 @@ class ParticleFilter:
     def configure(self, parameters: LocaliserParameters) -> None:
         """Apply new parameters; the particles stay."""
         self._parameters = parameters
-        self.beams = BeamModel(self._field, self._map.evaluator, parameters)
+        self.beams = BeamModel(self._map, parameters)
 
     @property
     def particles(self) -> FloatArray:
@@ -139,7 +142,7 @@ class ParticleFilter:
         least, pose = hypothesis.least, hypothesis.pose
         if least is None:
             return
-        _, found = self._search_kernels.align(
+        _, found = self._kernels.align(
             self._field.distances, self._field.placement, as_row(pose)[None],
             np.ascontiguousarray(points), _WEIGHT, 1,
         )  # fmt: skip
@@ -173,10 +176,10 @@ class ParticleFilter:
         if 1.0 / float(weights @ weights) > 0.5 * weights.size:
             return
         limit = max(self._parameters.max_particles // len(self.hypotheses), _LEAST_PARTICLES)
-        draw = self._kernels.resample(weights, limit, self._generator.random())
+        draw = resampled(weights, limit, self._generator.random())
         count = self._count(poses[draw])
         if count < limit:
-            draw = self._kernels.resample(weights, count, self._generator.random())
+            draw = resampled(weights, count, self._generator.random())
         hypothesis.replace_particles(poses[draw])
 
     def _count(self, poses: FloatArray) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 
 from stack.localisation.particle_filter.particles import ParticleSet, summarise
 from stack.localisation.particle_filter.uncertainty import LeastCovariance, stretch, widened
-from stack.localisation.planar import as_pose, as_row
+from stack.localisation.planar import are_near, as_pose, as_row
 from stack.localisation.search.rivals import EVIDENCE_CAP, RIVAL_DEAD_ZONE, RIVAL_SHARE
 from stack.types import FloatArray, Pose2D, RivalPose, wrap_angle
 
@@ -312,5 +312,4 @@ class Hypotheses:
 
 def same_place(one: Pose2D, other: Pose2D) -> bool:
     """Return whether two poses are too close to be two hypotheses."""
-    turned = abs(wrap_angle(one.heading - other.heading))
-    return one.distance_to(other) < SAME_DISTANCE and turned < SAME_ANGLE
+    return are_near(one, other, SAME_DISTANCE, SAME_ANGLE)

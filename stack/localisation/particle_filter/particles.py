@@ -36,6 +36,20 @@ class ParticleSet:
         return ParticleSet(poses, np.full(poses.shape[0], 1.0 / poses.shape[0]))
 
 
+def resampled(weights: FloatArray, count: int, offset: float) -> NDArray[np.int64]:
+    """Return the indices (count,) of particles drawn with low variance.
+
+    S. Thrun, W. Burgard, D. Fox, Probabilistic Robotics, 2005, table 4.4.
+
+    Args:
+        weights: (n,), sum 1.
+        count: number of particles to draw.
+        offset: one uniform draw from [0, 1).
+    """
+    targets = (np.arange(count) + offset) * (1.0 / count)
+    return np.minimum(np.searchsorted(np.cumsum(weights), targets), weights.size - 1)
+
+
 def move(poses: FloatArray, by: Pose2D) -> FloatArray:
     """Return (n, 3) poses composed with one displacement in the frame of each pose."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])

@@ -76,7 +76,7 @@ class MatchEvaluator:
         again = [self._refined(match, views) for match in kept[:refined]]
         return distinct(sorted([*again, *kept[refined:]], key=_rank))
 
-    def followed(self, pose: Pose2D, scan: Scan, points: FloatArray, reach: float) -> GlobalMatch:
+    def followed(self, pose: Pose2D, scan: Scan, points: FloatArray, reach: float) -> Pose2D:
         """Return a pose aligned with a scan, unless that moves it by more than `reach` metres.
 
         Args:
@@ -85,14 +85,11 @@ class MatchEvaluator:
             points: (m, 2) of the scan, base frame.
             reach: metres.
         """
-        views: Views = [(Pose2D(0.0, 0.0), scan)]
-        here = self._match(pose, np.zeros((3, 3)), views)
         if points.shape[0] == 0:
-            return here
-        aligned, information = self._aligned(as_row(pose)[None], points, _ROUGH)
-        there = self._match(as_pose(aligned[0]), information[0], views)
-        near = there.pose.distance_to(pose) <= reach and there.evidence >= here.evidence
-        return there if near else here
+            return pose
+        there = as_pose(self._aligned(as_row(pose)[None], points, _ROUGH)[0][0])
+        is_better = self.evidence(there, scan)[0] >= self.evidence(pose, scan)[0]
+        return there if is_better and there.distance_to(pose) <= reach else pose
 
     def evidence(self, pose: Pose2D, scan: Scan) -> tuple[float, ScanView]:
         """Return the log-likelihood of a scan at a pose, and its comparison with the map."""

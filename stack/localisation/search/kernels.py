@@ -289,6 +289,38 @@ def align(
     return poses, information
 
 
+@njit(cache=True, nogil=True)
+def refine_pose(
+    field: Floats, placement: Placement, start: FloatArray, information: FloatArray,
+    points: FloatArray, deviation: float,
+) -> FloatArray:  # fmt: skip
+    """Align points with the map's surfaces by Gauss-Newton, with a prior; see `add_residuals`.
+
+    Args:
+        field: signed distance to the nearest surface, metres.
+        placement: of the field.
+        start: (3,) prior mean.
+        information: (3, 3) inverse covariance of the prior, divided by that of a point.
+        points: (m, 2) in the base frame.
+        deviation: residual in metres whose weight is a quarter.
+
+    Returns:
+        (3,) pose.
+    """
+    pose = start.copy()
+    for _ in range(6):
+        h = information.copy()
+        # Written out: numba's matrix product would need SciPy.
+        back = start - pose
+        g = information[:, 0] * back[0] + information[:, 1] * back[1] + information[:, 2] * back[2]
+        add_residuals(field, placement, pose, points, deviation, h, g)
+        step = solve(h, g, 1e-9, 0.0)
+        pose += step
+        if abs(step[0]) + abs(step[1]) + abs(step[2]) < 1e-5:
+            break
+    return pose
+
+
 SEARCH = (
     (
         search_lattice,
@@ -297,6 +329,7 @@ SEARCH = (
             f8, f8, i8, i8, i8, i8,
         ),
     ),
+    (refine_pose, (f4[:, ::1], PLACEMENT, f8[::1], f8[:, ::1], f8[:, ::1], f8)),
     (align, (f4[:, ::1], PLACEMENT, f8[:, ::1], f8[:, ::1], f8[::1], i8)),
 )  # fmt: skip
 """Entry points, with the types that the search calls them with."""

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.localisation.health import spread
-from stack.types import FloatArray, Pose2D, Scan, wrap_angle
+from stack.localisation.planar import are_near
+from stack.types import FloatArray, Pose2D, Scan
 
 DISTINCT_DISTANCE, DISTINCT_ANGLE = 0.5, pi / 6
 """Metres, radians; poses closer than both are the same place."""
@@ -40,17 +41,12 @@ class GlobalMatch:
     cost: float = 0.0
 
 
-def is_distinct(one: Pose2D, other: Pose2D) -> bool:
-    """Return whether two poses are different places."""
-    turned = abs(wrap_angle(one.heading - other.heading))
-    return one.distance_to(other) >= DISTINCT_DISTANCE or turned >= DISTINCT_ANGLE
-
-
 def distinct(matches: Sequence[GlobalMatch]) -> list[GlobalMatch]:
     """Return the matches, best first, that are distinct from all better ones."""
     kept: list[GlobalMatch] = []
     for match in matches:
-        if all(is_distinct(match.pose, other.pose) for other in kept):
+        near = (are_near(match.pose, k.pose, DISTINCT_DISTANCE, DISTINCT_ANGLE) for k in kept)
+        if not any(near):
             kept.append(match)
     return kept
 

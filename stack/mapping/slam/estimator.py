@@ -14,7 +14,6 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.parameters import check_lidar
-from stack.localisation.planar import rotation
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.localisation.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
@@ -52,9 +51,6 @@ SMALL_CORRECTION = 0.02
 
 LONGEST_LINK = 10.0
 """Seconds over which odometry links an earlier pose to a keyframe."""
-
-UNKNOWN_VARIANCE = 1.0
-"""Square metres or radians: variance in a direction that no scan determines."""
 
 
 class SlamEstimator(Estimator):
@@ -378,10 +374,7 @@ class SlamEstimator(Estimator):
             errors = np.diag(np.square([position, position, heading]))
             self._covariance = self._covariance + errors
             return
-        least = np.eye(3) / UNKNOWN_VARIANCE
-        local = np.linalg.inv(match.information + least) + np.diag([1e-5, 1e-5, 1e-6])
-        turn = rotation(pose.heading)
-        self._covariance = turn @ local @ turn.T
+        self._covariance = match.covariance
 
     def _weigh(self, pose: Pose2D, scan: Scan) -> None:
         """Take a scan into the health, unless it only shows what the map does not know yet."""

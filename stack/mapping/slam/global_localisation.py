@@ -138,7 +138,7 @@ class GlobalLocalisation:
         points, costs = scan_points(scan, BEAMS), [view.cost]
         for hypothesis in hypotheses.others:
             expected = hypothesis.pose.compose(moved)
-            hypothesis.follow(self._map.search.ranking.followed(expected, scan, points, REACH).pose)
+            hypothesis.follow(self._map.search.ranking.followed(expected, scan, points, REACH))
             costs.append(self._map.evaluator.view(hypothesis.pose, scan).cost)
         hypotheses.weigh(costs)
         return hypotheses.best.pose if hypotheses.tidy() else None

@@ -171,7 +171,8 @@ def _resolved(seen: Mapping[int, Sighting], poses: Mapping[int, Pose2D]) -> dict
     chosen = [int(np.argmin(_costs(best, options))) for options in placed]
     for pose, cost in zip(hypotheses, costs, strict=True):
         other = [int(np.argmin(_costs(pose, options))) for options in placed]
-        if other != chosen and cost < min(costs) + RIVAL and not _is_alike(best, pose):
+        turned = abs(wrap_angle(best.heading - pose.heading))
+        if other != chosen and cost < min(costs) + RIVAL and turned >= 0.1:
             return {number: _joined(sighting.candidates) for number, sighting in seen.items()}
     return {
         number: sighting.candidates[k]
@@ -183,10 +184,6 @@ def _direction(marker: Pose2D) -> float:
     """Return the direction of the base seen from a marker, radians from the marker's normal."""
     seen_from = marker.inverse()
     return atan2(seen_from.y, seen_from.x)
-
-
-def _is_alike(one: Pose2D, other: Pose2D) -> bool:
-    return abs(wrap_angle(one.heading - other.heading)) < 0.1
 
 
 def _placed(seen: RelativePose, keyframe: Pose2D) -> RelativePose:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stack.localisation.planar import are_near
 from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.mapping.slam.matching.local_map import (
     EDGE_OVERLAP,
@@ -20,7 +21,7 @@ from stack.mapping.slam.matching.scans import PreparedScan
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
-from stack.types import Pose2D, wrap_angle
+from stack.types import Pose2D
 
 LOOP_DISTANCE = 6.0
 """Keyframes within this distance are candidates of a loop closure, m."""
@@ -227,9 +228,7 @@ class LoopClosure:
         moved = keyframes[other.keyframe].pose.relative_to(keyframes[one.keyframe].pose)
         first = keyframes[one.place].pose.compose(one.relative)
         second = keyframes[other.place].pose.compose(other.relative)
-        implied = second.relative_to(first)
-        turned = abs(wrap_angle(implied.heading - moved.heading))
-        return implied.distance_to(moved) <= AGREE_DISTANCE and turned <= AGREE_ANGLE
+        return are_near(second.relative_to(first), moved, AGREE_DISTANCE, AGREE_ANGLE)
 
     def _add(self, loop: LoopMatch) -> None:
         """Add the edge of a verified match."""

@@ -9,10 +9,9 @@ graph stays as it is, and scans are only matched with the nearest keyframes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from stack.localisation.planar import are_near
 from stack.mapping.slam.graph import (
     Edge,
     EdgeKind,
@@ -50,7 +49,6 @@ from stack.types import (
     OccupancyGrid,
     Pose2D,
     Scan,
-    wrap_angle,
 )
 
 KEYFRAME_DISTANCE, KEYFRAME_ANGLE = 0.25, 0.25
@@ -61,15 +59,6 @@ NEIGHBOUR_EDGES = 6
 
 CHAIN_LENGTH = 3.0
 """Metres driven since the newest keyframe up to which odometry connects the next one with it."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrajectoryPoint:
-    """Pose of a scan relative to a keyframe, so that it follows the optimised graph."""
-
-    stamp: float
-    keyframe: int
-    relative: Pose2D
 
 
 class Mapper:
@@ -111,7 +100,8 @@ class Mapper:
         self._local: LocalMap | None = None
         self._last: Keyframe | None = None
         self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
-        self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
+        # Stamps, keyframes and the poses relative to these: they follow the optimised graph.
+        self._trajectory: list[tuple[float, int, Pose2D]] | None = [] if keep_trajectory else None
         self._pending, self._is_confirmed = 0, True
         self._chain: tuple[Keyframe, float] | None = None
         self._matched_at = self._pose
@@ -154,7 +144,7 @@ class Mapper:
                 self._update(stamp, odometry_pose, scan, prepared)
         if self._trajectory is not None and self._last is not None:
             relative = self._pose.relative_to(self._last.pose)
-            self._trajectory.append(TrajectoryPoint(stamp, self._last.id, relative))
+            self._trajectory.append((stamp, self._last.id, relative))
         if self.needs_optimising and self._immediate:
             self.optimise()
         return self._pose
@@ -268,8 +258,8 @@ class Mapper:
         """Return the pose of every scan by its stamp; empty without `keep_trajectory`."""
         keyframes = self.graph.keyframes
         return [
-            (point.stamp, keyframes[point.keyframe].pose.compose(point.relative))
-            for point in self._trajectory or ()
+            (stamp, keyframes[number].pose.compose(relative))
+            for stamp, number, relative in self._trajectory or ()
         ]
 
     def prepared(self, keyframe: int) -> PreparedScan:
@@ -298,9 +288,7 @@ class Mapper:
         return self._local
 
     def _is_moved(self, since: Pose2D) -> bool:
-        distance = self._pose.distance_to(since)
-        turned = abs(wrap_angle(self._pose.heading - since.heading))
-        return distance >= KEYFRAME_DISTANCE or turned >= KEYFRAME_ANGLE
+        return not are_near(self._pose, since, KEYFRAME_DISTANCE, KEYFRAME_ANGLE)
 
     def _update(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
         """Add a keyframe if it shows something new; remove what is out of date or redundant."""
@@ -308,9 +296,7 @@ class Mapper:
             self._insert(stamp, odometry, scan, prepared)
             return
         assert self._last is not None
-        found = self._upkeep.compare(
-            self._last.id, self._pose, scan, self.parameters.place_keyframes
-        )
+        found = self._upkeep.compare(self._last.id, self._pose, scan)
         for number in found.changed:
             self._scans.pop(number, None)
         if found.is_wanted:
@@ -381,8 +367,6 @@ class Mapper:
         keyframes = self.graph.keyframes
         start = keyframes[target].pose.relative_to(keyframes[source].pose)
         found = align_pair(self.prepared(source), self.prepared(target), start)
-        if found.overlap < EDGE_OVERLAP or found.pose.distance_to(start) > 0.3:
-            return None
-        if abs(wrap_angle(found.pose.heading - start.heading)) > 0.15:
+        if found.overlap < EDGE_OVERLAP or not are_near(found.pose, start, 0.3, 0.15):
             return None
         return Edge(source, target, found.pose, softened(found.information), kind)

@@ -17,6 +17,7 @@ import numpy as np
 from stack.errors import InputError
 from stack.localisation.distance_field import SignedDistanceField, surface_field
 from stack.localisation.health import ScanEvaluator
+from stack.localisation.planar import are_near
 from stack.localisation.search.map_search import MapSearch
 from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.mapping.slam.loops import LOOP_CONFLICT
@@ -24,7 +25,7 @@ from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
 from stack.optional_packages import GTSAM
-from stack.types import Pose2D, wrap_angle
+from stack.types import Pose2D
 
 PARTS = 40
 """Parts of the second map that are searched, at most; evenly spread over its keyframes."""
@@ -124,9 +125,13 @@ def merge(first: PoseGraph, second: PoseGraph) -> Merged:
 
 def _placement(first: PoseGraph, second: PoseGraph) -> Placement:
     """Return the verified placement of the second map."""
-    candidates = _votes(second, surface_field(_drawn(first).grid()))
+    votes = _votes(second, surface_field(_drawn(first).grid()))
     ranked = sorted(
-        (Placement(pose, _support(pose, at, candidates)) for at, pose in _flat(candidates)),
+        (
+            Placement(pose, _support(pose, at, votes))
+            for at, placements in votes
+            for pose in placements
+        ),
         key=lambda placement: -placement.parts,
     )
     tried: list[Placement] = []
@@ -143,7 +148,7 @@ def _placement(first: PoseGraph, second: PoseGraph) -> Placement:
     if not verified:
         most = max((placement.parts for placement in ranked), default=0)
         raise InputError(
-            f"the maps have no common place: at most {most} of {len(candidates)} parts of the"
+            f"the maps have no common place: at most {most} of {len(votes)} parts of the"
             f" second map agree on a place in the first one, {LEAST_PARTS} are needed, and walls"
             " of neither map may lie in free space of the other; map a room of the first again"
         )
@@ -158,11 +163,11 @@ def _placement(first: PoseGraph, second: PoseGraph) -> Placement:
     return best
 
 
-Candidates = list[tuple[Pose2D, list[Pose2D]]]
+Votes = list[tuple[Pose2D, list[Pose2D]]]
 """Of each part: its middle in the second map, and the placements that its matches imply."""
 
 
-def _votes(second: PoseGraph, field: SignedDistanceField) -> Candidates:
+def _votes(second: PoseGraph, field: SignedDistanceField) -> Votes:
     """Search the parts of the second map on the first one."""
     search = MapSearch(field, ScanEvaluator(field))
     mapper = Mapper(graph=second, keep_trajectory=True)
@@ -172,7 +177,7 @@ def _votes(second: PoseGraph, field: SignedDistanceField) -> Candidates:
         if min(away, default=PART_SPACING) >= PART_SPACING:
             middles.append(number)
     step = max(1, -(-len(middles) // PARTS))
-    found: Candidates = []
+    found: Votes = []
     for middle in middles[::step]:
         here = second.keyframes[middle]
         near = mapper.neighbourhood.around(middle, here.pose, 10 * PART_SCANS, PART_RADIUS)
@@ -186,25 +191,17 @@ def _votes(second: PoseGraph, field: SignedDistanceField) -> Candidates:
     return found
 
 
-def _flat(candidates: Candidates) -> Iterable[tuple[Pose2D, Pose2D]]:
-    for at, placements in candidates:
-        for placement in placements:
-            yield at, placement
-
-
-def _support(pose: Pose2D, at: Pose2D, candidates: Candidates) -> int:
+def _support(pose: Pose2D, at: Pose2D, votes: Votes) -> int:
     """Return the number of parts with a match that implies the same placement."""
     return sum(
         any(_agree(pose, other, middle) and _agree(pose, other, at) for other in placements)
-        for middle, placements in candidates
+        for middle, placements in votes
     )
 
 
 def _agree(one: Pose2D, other: Pose2D, at: Pose2D) -> bool:
     """Return whether two placements put a pose of the second map at the same place."""
-    first, second = one.compose(at), other.compose(at)
-    turned = abs(wrap_angle(first.heading - second.heading))
-    return first.distance_to(second) <= AGREE_DISTANCE and turned <= AGREE_ANGLE
+    return are_near(one.compose(at), other.compose(at), AGREE_DISTANCE, AGREE_ANGLE)
 
 
 def _drawn(graph: PoseGraph, placement: Pose2D | None = None) -> Drawing:

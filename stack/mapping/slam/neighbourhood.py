@@ -5,6 +5,7 @@ from __future__ import annotations
 from heapq import heappop, heappush
 from math import hypot
 
+from stack.localisation.planar import are_near
 from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.types import Pose2D, wrap_angle
 
@@ -40,7 +41,7 @@ class Neighbourhood:
             if away <= distance:
                 found.append((away + 0.5 * turned, number))
             for edge in self._graph.edges_of(number):
-                other = edge.target if edge.source == number else edge.source
+                other = edge.source + edge.target - number
                 if other in seen or keyframes[other].pose.distance_to(pose) > 2.0 * distance:
                     continue
                 if edge.kind == "odometry" or self._agrees(edge):
@@ -57,7 +58,7 @@ class Neighbourhood:
                 continue
             seen.add(number)
             for edge in self._graph.edges_of(number):
-                other = edge.target if edge.source == number else edge.source
+                other = edge.source + edge.target - number
                 further = gone + hypot(edge.relative.x, edge.relative.y)
                 if other not in seen and further <= length:
                     heappush(queue, (further, other))
@@ -66,6 +67,4 @@ class Neighbourhood:
     def _agrees(self, edge: Edge) -> bool:
         keyframes = self._graph.keyframes
         relative = keyframes[edge.target].pose.relative_to(keyframes[edge.source].pose)
-        turned = abs(wrap_angle(relative.heading - edge.relative.heading))
-        near = relative.distance_to(edge.relative) <= CONSISTENT_DISTANCE
-        return near and turned <= CONSISTENT_ANGLE
+        return are_near(relative, edge.relative, CONSISTENT_DISTANCE, CONSISTENT_ANGLE)

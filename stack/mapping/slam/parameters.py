@@ -18,11 +18,6 @@ class MapperParameters:
     match_range: float = parameter(
         30.0, "m", above=1.0, public=True, help="longer ranges are neither matched nor drawn"
     )
-    place_keyframes: int = parameter(
-        3, at_least=0, at_most=100,
-        help="keyframes that are kept of one place; a scan that shows nothing new is not added. "
-        "0 keeps all",
-    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,8 @@ from stack.mapping.slam.graph import Keyframe, PoseGraph
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, Neighbourhood
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
+PLACE_KEYFRAMES = 3
+"""Keyframes that are kept of one place; a scan that shows nothing new is not added."""
 PLACE_DISTANCE = 0.5
 """Largest distance of keyframes of one place, m."""
 PLACE_ANGLE = 0.6
@@ -52,8 +54,8 @@ class Findings:
     """
 
     is_wanted: bool
-    changed: tuple[int, ...] = ()
-    surplus: tuple[int, ...] = ()
+    changed: tuple[int, ...]
+    surplus: tuple[int, ...]
 
 
 class MapUpkeep:
@@ -69,17 +71,14 @@ class MapUpkeep:
         self._votes: dict[int, NDArray[np.int8]] = {}
         self._prepared: dict[int, ScanBeams] = {}
 
-    def compare(self, start: int, pose: Pose2D, scan: Scan, keyframes: int) -> Findings:
+    def compare(self, start: int, pose: Pose2D, scan: Scan) -> Findings:
         """Compare a scan with the keyframes around it; remove beams from them.
 
         Args:
             start: id of the keyframe that the scan was matched with.
             pose: of the base at the scan, map frame.
             scan: deskewed.
-            keyframes: number that is kept of one place; 0: all.
         """
-        if not keyframes:
-            return Findings(is_wanted=True)
         near = self._neighbourhood.around(start, pose, COMPARED, REFERENCE_DISTANCE)
         place = {number for number in near if self._is_same_place(pose, scan, number)}
         newest = self._graph.next_id - RECENT
@@ -91,9 +90,9 @@ class MapUpkeep:
                 new = max(new, int(np.count_nonzero(against)))
             if number < newest and self._remove_beams(keyframe, against):
                 changed.append(number)
-        is_full = len(place) >= keyframes
+        is_full = len(place) >= PLACE_KEYFRAMES
         is_wanted = not is_full or new >= CHANGE_BEAMS
-        spare = len(place) + is_wanted - keyframes
+        spare = len(place) + is_wanted - PLACE_KEYFRAMES
         removable = [number for number in place if number < newest and number != start]
         removable.sort(key=lambda number: (self._valid(number), -number))
         surplus = tuple(removable[: max(0, spare)])

@@ -181,11 +181,6 @@ def test_a_scan_without_returns_does_not_move_the_pose(value):
     assert localiser.estimate.health < 0.3
 
 
-def test_the_scale_passes_through_its_percentiles():
-    scale = FitScale(0.6, 0.9)
-    assert [scale.relative(fit) for fit in (0.3, 0.6, 0.9)] == pytest.approx([-1.0, 0.0, 1.0])
-
-
 def test_calibration_on_a_map_without_free_space_has_a_fallback():
     place = office()
     place.grid.cells[:] = 100

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from stack.localisation import kernels
 from stack.localisation.distance_field import TRUNCATION, surface_field
-from stack.localisation.particle_filter import kernels as filter_kernels
+from stack.localisation.particle_filter.particles import resampled
+from stack.localisation.search.kernels import refine_pose
 from stack.types import OccupancyGrid, Pose2D
 
 RESOLUTION = 0.05
@@ -121,7 +122,7 @@ def test_alignment_finds_the_pose_a_scan_was_taken_at(dx, dy, turn):
     field, true = surface_field(room()), np.array([0.5, 0.3, 0.2])
     angles, ranges = square_scan(*true)
     points = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
-    found = filter_kernels.refine_pose(
+    found = refine_pose(
         field.distances,
         field.placement,
         true + np.array([dx, dy, turn]),
@@ -133,13 +134,6 @@ def test_alignment_finds_the_pose_a_scan_was_taken_at(dx, dy, turn):
     assert abs(found[2] - true[2]) < 0.01
 
 
-def test_a_system_of_three_equations_is_solved():
-    """H = L L' with L = [[2, 0, 0], [1, 3, 0], [-1, 2, 1]], and g = H (1, -2, 3), by hand."""
-    h = np.array([[4.0, 2.0, -2.0], [nan, 10.0, 5.0], [nan, nan, 6.0]])  # the upper triangle counts
-    solution = kernels.solve(h, np.array([-6.0, -3.0, 6.0]), 1e-9, 0.0)
-    assert solution == pytest.approx([1.0, -2.0, 3.0], abs=1e-6)
-
-
 def test_a_wall_at_45_degrees_draws_the_pose_along_its_normal():
     """Minimise (n p - d)² + λ |p - p0|²: p = p0 - n (n p0 - d) / (1 + λ), here λ = 0.5.
 
@@ -148,21 +142,11 @@ def test_a_wall_at_45_degrees_draws_the_pose_along_its_normal():
     """
     row, column = np.mgrid[:80, :80]
     distances = (((row + column + 1) * RESOLUTION - 4.0) / 2**0.5).astype(np.float32)
-    found = filter_kernels.refine_pose(
+    found = refine_pose(
         distances, (RESOLUTION, 0.0, 0.0), np.array([1.8, 1.5, 0.7]), 0.5 * np.eye(3),
         np.zeros((1, 2)), 1e6,
     )  # fmt: skip
     assert found == pytest.approx([1.8 + 0.7 / 3.0, 1.5 + 0.7 / 3.0, 0.7], abs=1e-4)
-
-
-def test_a_strong_prior_holds_the_pose():
-    field, start = surface_field(room()), np.array([0.6, 0.3, 0.2])
-    angles, ranges = square_scan(0.5, 0.3, 0.2)
-    points = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
-    found = filter_kernels.refine_pose(
-        field.distances, field.placement, start, np.eye(3) * 1e6, points, 0.1
-    )
-    assert np.allclose(found, start, atol=1e-3)
 
 
 @settings(deadline=None, max_examples=50)
@@ -171,7 +155,7 @@ def test_low_variance_resampling_is_off_by_less_than_one(raw, offset):
     """Each particle is drawn n·w times, rounded down or up (Probabilistic Robotics, 4.3.4)."""
     weights = np.array(raw) + 1e-3
     weights /= weights.sum()
-    counts = np.bincount(filter_kernels.resample(weights, 100, offset), minlength=weights.size)
+    counts = np.bincount(resampled(weights, 100, offset), minlength=weights.size)
     assert counts.sum() == 100
     assert (np.abs(counts - 100 * weights) < 1.0 + 1e-9).all()
 

@@ -10,7 +10,7 @@ from stack.localisation.mcl.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.particles import kld_bound
 from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Pose2D, wrap_angle
-from tests.stack.localisation.drawn_office import Drifting, along, office, twin_rooms
+from tests.stack.localisation.drawn_office import Drifting, along, office
 from tests.stack.navigation.toy_world import robot
 
 TOUR = [
@@ -162,17 +162,6 @@ def test_scattered_particles_find_the_robot():
     assert localiser.estimate.pose.distance_to(pose) < 0.1
     assert localiser.estimate.position_deviation < 0.1
     assert localiser.particles.shape[0] < 600, "fewer particles once it is sure"
-
-
-def test_equal_rooms_are_not_resolved_by_chance():
-    """Nothing distinguishes the twin rooms: the other one remains a rival."""
-    place, generator = twin_rooms(), np.random.default_rng(2)
-    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 2)
-    pose = Pose2D(2.4, 1.5, 0.3)
-    for step in range(20):
-        localiser.process(Pose2D(0.0, 0.0), place.scan(pose, 0.1 * step, generator))
-    rivals = [rival.pose.x for rival in localiser.estimate.rivals]
-    assert sorted([localiser.estimate.pose.x, *rivals]) == pytest.approx([2.4, 7.45], abs=0.05)
 
 
 def test_kld_bound_against_the_formula_by_hand():

@@ -161,7 +161,7 @@ def _move(pose: FloatArray, h: FloatArray, g: FloatArray) -> bool:
     by = _solve(h, g)
     for i in range(3):
         pose[i] += by[i]
-    return abs(by[0]) + abs(by[1]) < 1e-4 and abs(by[2]) < 1e-4
+    return bool(abs(by[0]) + abs(by[1]) < 1e-4 and abs(by[2]) < 1e-4)
 
 
 @njit(cache=True, nogil=True)

@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from stack.localisation.planar import as_pose, as_row
+from stack.localisation.planar import as_pose, as_row, rotation
 from stack.mapping.slam.matching import kernels
 from stack.mapping.slam.matching.scans import PreparedScan
 from stack.types import FloatArray, Pose2D
@@ -37,6 +37,9 @@ MOST_NODES = 20_000
 MARGIN = 1.0
 """Metres around the points."""
 
+UNKNOWN_VARIANCE = 1.0
+"""Square metres or radians: variance in a direction that no scan determines."""
+
 
 @dataclass(frozen=True, slots=True)
 class ScanMatch:
@@ -51,6 +54,15 @@ class ScanMatch:
     pose: Pose2D
     information: FloatArray
     overlap: float
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(3, 3) covariance of x, y, heading, frame of the reference."""
+        known = self.information + np.eye(3) / UNKNOWN_VARIANCE
+        local = np.linalg.inv(known) + np.diag([1e-5, 1e-5, 1e-6])
+        turn = rotation(self.pose.heading)
+        total: FloatArray = turn @ local @ turn.T
+        return total
 
 
 class LocalMap:
