@@ -37,16 +37,19 @@ def signed_distance(corners: FloatArray, x: float, y: float) -> float:
     return -nearest if inside else nearest
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _driven(linear: float, lateral: float, angular: float, time: float) -> tuple[float, float]:
-    """Displacement by a constant twist after a time, in the frame of the start."""
+    """Displacement by a constant twist after a time, in the frame of the start.
+
+    It is inlined, as a function from numba's cache is not by LLVM.
+    """
     half = 0.5 * angular * time
     reach = time if abs(half) < 1e-9 else time * sin(half) / half
     ahead = reach * (linear * cos(half) - lateral * sin(half))
     return ahead, reach * (linear * sin(half) + lateral * cos(half))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _meeting_time(
     x: float, y: float, vx: float, vy: float, corners: FloatArray, radius: float, limit: float,
     linear: float, lateral: float, angular: float, longest: float,
