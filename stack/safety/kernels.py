@@ -52,15 +52,14 @@ def _driven(linear: float, lateral: float, angular: float, time: float) -> tuple
 @njit(cache=True, nogil=True, inline="always")
 def _meeting_time(
     x: float, y: float, vx: float, vy: float, corners: FloatArray, radius: float, limit: float,
-    linear: float, lateral: float, angular: float, longest: float,
+    linear: float, lateral: float, angular: float, fastest: float, longest: float,
 ) -> float:  # fmt: skip
     """Seconds until a moving point is within `limit` of the footprint; inf: not before `longest`.
 
     Conservative advancement (B. Mirtich, "Impulse-based Dynamic Simulation", 1996): no point of the
     footprint moves faster than speed plus turning rate times radius, so the clearance divided by
-    that speed is a time without contact.
+    this and the speed of the point, `fastest`, is a time without contact.
     """
-    fastest = hypot(linear, lateral) + abs(angular) * radius + hypot(vx, vy)
     if fastest == 0.0:
         return inf
     smallest = 0.004 / fastest
@@ -116,7 +115,7 @@ def time_to_contact(
             limit = min(padding, signed_distance(corners, x, y) - slack)
         longest = min(best, horizon)
         time = _meeting_time(
-            x, y, 0.0, 0.0, corners, radius, limit, linear, lateral, angular, longest
+            x, y, 0.0, 0.0, corners, radius, limit, linear, lateral, angular, fastest, longest
         )
         if time < best:
             best, found = time, i
@@ -151,19 +150,21 @@ def time_to_meeting(
     own = hypot(linear, lateral) + abs(angular) * radius
     best, found = inf, -1
     for i in range(discs.shape[0]):
-        apart = signed_distance(corners, discs[i, 0], discs[i, 1]) - discs[i, 4]
-        moves = hypot(discs[i, 2], discs[i, 3]) >= WALKING_SPEED
+        x, y, vx, vy, size = discs[i]
+        speed = hypot(vx, vy)
+        moves = speed >= WALKING_SPEED
         wide = max(padding, moving_padding) if moves else padding
-        limit = min(wide, apart - slack) + discs[i, 4]
+        limit = min(wide, signed_distance(corners, x, y) - size - slack) + size
         longest = min(best, horizon)
-        x, y, vx, vy = discs[i, 0], discs[i, 1], discs[i, 2], discs[i, 3]
         time = _meeting_time(
-            x, y, vx, vy, corners, radius, limit, linear, lateral, angular, longest
+            x, y, vx, vy, corners, radius, limit, linear, lateral, angular, own + speed, longest
         )
         if time == inf or time >= best:
             continue
         if moves and own > 0.0:
-            standing = _meeting_time(x, y, vx, vy, corners, radius, limit, 0.0, 0.0, 0.0, time)
+            standing = _meeting_time(
+                x, y, vx, vy, corners, radius, limit, 0.0, 0.0, 0.0, speed, time
+            )
             if standing <= time:
                 continue
         best, found = time, i
