@@ -1,3 +1,4 @@
+# mypy: allow-untyped-calls
 """Compiled loops of path following: swept footprint.
 
 Lethal cells that the footprint covers at the start (late marks, pose errors) do not count, so that

@@ -147,7 +147,8 @@ class SweptFootprint:
             return self._corners
         # The whole cell counts: its centre lies within half a diagonal of the footprint.
         away = np.linalg.norm(self._corners, axis=1, keepdims=True)
-        return self._corners * (1.0 + 2.0 * resolution / away)
+        grown: FloatArray = self._corners * (1.0 + 2.0 * resolution / away)
+        return grown
 
     def _filled(self, resolution: float) -> FloatArray:
         """(m, 2) points that fill the footprint, at most 0.7 cells apart, base frame."""

@@ -8,6 +8,9 @@ row * columns + column.
 
 The arrays are not cleared between queries: `reached` holds base + cost so far, and each query's
 base is so far below the previous one that all older entries count as not reached.
+
+`push` and `pop` serve the other searches. Numba's caches of their kernels do not notice a change
+here: delete them after one.
 """
 
 import numpy as np
@@ -150,6 +153,43 @@ def search(
             break
     heads[:] = -1
     return status, total, expanded
+
+
+@njit(cache=True, nogil=True)
+def push(heap, count, f, number):
+    """Add an entry to a binary heap, rows (f, number) ordered by f, then by number."""
+    at = count
+    while at > 0:
+        above = (at - 1) // 2
+        if heap[above, 0] < f or (heap[above, 0] == f and heap[above, 1] <= number):
+            break
+        heap[at] = heap[above]
+        at = above
+    heap[at, 0], heap[at, 1] = f, number
+
+
+@njit(cache=True, nogil=True)
+def pop(heap, count):
+    """Remove and return the first of `count` heap entries: (f, number)."""
+    f, number = heap[0, 0], heap[0, 1]
+    last_f, last_number = heap[count - 1, 0], heap[count - 1, 1]
+    count -= 1
+    at = 0
+    while True:
+        below = 2 * at + 1
+        if below >= count:
+            break
+        if below + 1 < count and (
+            heap[below + 1, 0] < heap[below, 0]
+            or (heap[below + 1, 0] == heap[below, 0] and heap[below + 1, 1] < heap[below, 1])
+        ):
+            below += 1
+        if last_f < heap[below, 0] or (last_f == heap[below, 0] and last_number <= heap[below, 1]):
+            break
+        heap[at] = heap[below]
+        at = below
+    heap[at, 0], heap[at, 1] = last_f, last_number
+    return f, np.int64(number)
 
 
 @njit(cache=True, nogil=True)

@@ -42,11 +42,13 @@ class PathCosts:
 
     def in_cells(self, points: FloatArray) -> FloatArray:
         """Return points in metres, map frame, in cells."""
-        return (points - np.array(self.costs.origin)) / self.costs.resolution
+        cells: FloatArray = (points - np.array(self.costs.origin)) / self.costs.resolution
+        return cells
 
     def in_metres(self, points: FloatArray) -> FloatArray:
         """Return points in metres, map frame."""
-        return points * self.costs.resolution + np.array(self.costs.origin)
+        metres: FloatArray = points * self.costs.resolution + np.array(self.costs.origin)
+        return metres
 
     def of(self, points: FloatArray) -> float:
         """Return the integral of interpolated step costs along points."""

@@ -37,27 +37,29 @@ def signed_distance(corners: FloatArray, x: float, y: float) -> float:
     return -nearest if inside else nearest
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _driven(linear: float, lateral: float, angular: float, time: float) -> tuple[float, float]:
-    """Displacement by a constant twist after a time, in the frame of the start."""
+    """Displacement by a constant twist after a time, in the frame of the start.
+
+    It is inlined, as a function from numba's cache is not by LLVM.
+    """
     half = 0.5 * angular * time
     reach = time if abs(half) < 1e-9 else time * sin(half) / half
     ahead = reach * (linear * cos(half) - lateral * sin(half))
     return ahead, reach * (linear * sin(half) + lateral * cos(half))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _meeting_time(
     x: float, y: float, vx: float, vy: float, corners: FloatArray, radius: float, limit: float,
-    linear: float, lateral: float, angular: float, longest: float,
+    linear: float, lateral: float, angular: float, fastest: float, longest: float,
 ) -> float:  # fmt: skip
     """Seconds until a moving point is within `limit` of the footprint; inf: not before `longest`.
 
     Conservative advancement (B. Mirtich, "Impulse-based Dynamic Simulation", 1996): no point of the
     footprint moves faster than speed plus turning rate times radius, so the clearance divided by
-    that speed is a time without contact.
+    this and the speed of the point, `fastest`, is a time without contact.
     """
-    fastest = hypot(linear, lateral) + abs(angular) * radius + hypot(vx, vy)
     if fastest == 0.0:
         return inf
     smallest = 0.004 / fastest
@@ -113,7 +115,7 @@ def time_to_contact(
             limit = min(padding, signed_distance(corners, x, y) - slack)
         longest = min(best, horizon)
         time = _meeting_time(
-            x, y, 0.0, 0.0, corners, radius, limit, linear, lateral, angular, longest
+            x, y, 0.0, 0.0, corners, radius, limit, linear, lateral, angular, fastest, longest
         )
         if time < best:
             best, found = time, i
@@ -148,19 +150,21 @@ def time_to_meeting(
     own = hypot(linear, lateral) + abs(angular) * radius
     best, found = inf, -1
     for i in range(discs.shape[0]):
-        apart = signed_distance(corners, discs[i, 0], discs[i, 1]) - discs[i, 4]
-        moves = hypot(discs[i, 2], discs[i, 3]) >= WALKING_SPEED
+        x, y, vx, vy, size = discs[i]
+        speed = hypot(vx, vy)
+        moves = speed >= WALKING_SPEED
         wide = max(padding, moving_padding) if moves else padding
-        limit = min(wide, apart - slack) + discs[i, 4]
+        limit = min(wide, signed_distance(corners, x, y) - size - slack) + size
         longest = min(best, horizon)
-        x, y, vx, vy = discs[i, 0], discs[i, 1], discs[i, 2], discs[i, 3]
         time = _meeting_time(
-            x, y, vx, vy, corners, radius, limit, linear, lateral, angular, longest
+            x, y, vx, vy, corners, radius, limit, linear, lateral, angular, own + speed, longest
         )
         if time == inf or time >= best:
             continue
         if moves and own > 0.0:
-            standing = _meeting_time(x, y, vx, vy, corners, radius, limit, 0.0, 0.0, 0.0, time)
+            standing = _meeting_time(
+                x, y, vx, vy, corners, radius, limit, 0.0, 0.0, 0.0, speed, time
+            )
             if standing <= time:
                 continue
         best, found = time, i

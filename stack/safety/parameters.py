@@ -97,6 +97,6 @@ class SafetyParameters:
             raise ParameterError(
                 "creep_speed",
                 f"{self.creep_speed:g} m/s times slow_time {self.slow_time:g} s is {stops_at:.2g} "
-                f"m, where the robot stops; above {SLACK:g} m it does not creep into the obstacle",
+                f"m, not above {SLACK:g} m: the robot would creep into obstacles",
                 f"use more than {SLACK / self.slow_time:.2g} m/s, or a longer slow_time",
             )

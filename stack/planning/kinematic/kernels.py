@@ -12,7 +12,7 @@ import numpy as np
 from numba import b1, f4, f8, i8, njit, types, u1
 from numpy.typing import NDArray
 
-from stack.planning.heap import pop, push
+from stack.planning.kernels import pop, push
 
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3
 """Indices of `state`: nodes, heap entries, nodes expanded, expansions to the next attempt."""

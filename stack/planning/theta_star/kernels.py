@@ -8,7 +8,7 @@ Positions are cell centres, lengths are in cells; the index of a cell is row * c
 import numpy as np
 from numba import b1, f8, i4, i8, njit, u1
 
-from stack.planning.heap import pop, push
+from stack.planning.kernels import pop, push
 
 NOT_REACHED = 1.0e300
 FOUND, NO_PATH, LIMIT, STOPPED = 0, 1, 2, 3

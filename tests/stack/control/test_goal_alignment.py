@@ -127,10 +127,10 @@ def test_a_robot_that_does_not_follow_its_commands_counts_as_held():
         state = at(Pose2D(1, 1))
         made.begin(state)
         assert made.held == (step >= 10)  # 0.5 s
-        made.last = Twist(0.3)
+        made.commanded(Twist(0.3))
     for _ in range(10):
         made.begin(at(Pose2D(1, 1), Twist(0.3)))
-        made.last = Twist(0.3)
+        made.commanded(Twist(0.3))
     assert not made.held
 
 

@@ -1,7 +1,7 @@
 """Hybrid A* and the lattice: drivable, collision-free paths to the goal."""
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import pi
 from pathlib import Path as FilePath
 
@@ -87,11 +87,12 @@ def assert_drivable(points, radius):
     return way
 
 
-@given(st.integers(0, 3), st.integers(0, 2**32), st.booleans(), st.sampled_from(SMOOTHERS))
-@settings(deadline=None, max_examples=40)
-def test_hybrid_plans_are_drivable_collision_free_and_end_at_the_goal(
-    office_seed, seed, both_ways, smoother
-):
+@given(
+    st.integers(0, 3), st.integers(0, 2**32), st.sampled_from(["dubins", "reeds_shepp", "lattice"]),
+    st.sampled_from(SMOOTHERS),
+)  # fmt: skip
+@settings(deadline=None, max_examples=60)
+def test_plans_are_drivable_collision_free_and_end_at_the_goal(office_seed, seed, kind, smoother):
     grid, random = costs_of_office(office_seed), np.random.default_rng(seed)
     free = np.argwhere(grid.cells < 200)
     start, goal = (
@@ -100,20 +101,24 @@ def test_hybrid_plans_are_drivable_collision_free_and_end_at_the_goal(
     )
     if any(footprint_cost(grid, BOX, pose) >= LETHAL_COST for pose in (start, goal)):
         return
-    parameters = replace(BOTH if both_ways else FORWARD, tolerance=0.0, smoother=smoother)
-    parameters = replace(parameters, max_expansions=20_000)
+    more = {"tolerance": 0.0, "smoother": smoother, "max_expansions": 20_000}
+    if kind == "lattice":
+        planner = partial(Lattice, LatticeParameters(**more), ROBOT)
+    else:
+        planner = partial(HybridAstar, HybridAstarParameters(motion=kind, **more), ROBOT)
     try:
-        points = HybridAstar(parameters, ROBOT).plan(grid, start, goal).points
+        points = planner().plan(grid, start, goal).points
     except NavigationError as error:
         assert error.failure.code in (FailureCode.NO_VALID_PATH, FailureCode.TIMED_OUT)
         return
-    assert points[0] == pytest.approx([start.x, start.y, start.heading])
+    assert points[0, :2] == pytest.approx([start.x, start.y])
     assert points[-1] == pytest.approx([goal.x, goal.y, goal.heading])
     assert first_blocked(grid, points, BOX) is None
-    way = assert_drivable(points, RADIUS)
-    assert both_ways or np.all(way == 1)
-    again = HybridAstar(parameters, ROBOT).plan(grid, start, goal).points
-    assert np.array_equal(points, again)
+    if kind != "lattice":  # which turns in place
+        assert points[0, 2] == pytest.approx(start.heading)
+        way = assert_drivable(points, RADIUS)
+        assert kind == "reeds_shepp" or np.all(way == 1)
+    assert np.array_equal(points, planner().plan(grid, start, goal).points)
 
 
 @pytest.mark.parametrize("kind", ["hybrid_astar", "lattice"])
@@ -190,29 +195,6 @@ def test_lattice_moves_end_at_cell_centres_and_lattice_headings():
             assert np.abs(wrapped(headings - headings[turn] - angle)).min() < 1e-9
             if move.kind in (1, -1):
                 assert curvature(np.vstack([[0, 0, 0], move.poses])).max() <= 1.0 / 0.5 + 1e-6
-
-
-@given(st.integers(0, 3), st.integers(0, 2**32), st.sampled_from(SMOOTHERS))
-@settings(deadline=None, max_examples=25)
-def test_lattice_plans_are_collision_free_and_end_at_the_goal(office_seed, seed, smoother):
-    grid, random = costs_of_office(office_seed), np.random.default_rng(seed)
-    free = np.argwhere(grid.cells < 200)
-    start, goal = (
-        Pose2D(*grid.centre_of(*free[n]), random.uniform(-3.1, 3.1))
-        for n in random.integers(0, len(free), 2)
-    )
-    if any(footprint_cost(grid, BOX, pose) >= LETHAL_COST for pose in (start, goal)):
-        return
-    parameters = LatticeParameters(tolerance=0.0, smoother=smoother, max_expansions=20_000)
-    try:
-        points = Lattice(parameters, ROBOT).plan(grid, start, goal).points
-    except NavigationError as error:
-        assert error.failure.code in (FailureCode.NO_VALID_PATH, FailureCode.TIMED_OUT)
-        return
-    assert points[0, :2] == pytest.approx([start.x, start.y])
-    assert points[-1] == pytest.approx([goal.x, goal.y, goal.heading])
-    assert first_blocked(grid, points, BOX) is None
-    assert np.array_equal(points, Lattice(parameters, ROBOT).plan(grid, start, goal).points)
 
 
 PLANNERS = [

@@ -83,7 +83,7 @@ def test_a_robot_without_reverse_is_never_sent_backward(name):
     path = made.plan(open_floor(), start, goal)
     if name == "hybrid_astar":
         assert np.all(directions_of(path.points)[0] == 1) and path.length > 2.0  # all the way round
-    method = made._planning.method(0.05)
+    method = made._method(0.05)
     assert not [kind for kind in method.moves.kinds if kind in (2, 3, 4)]
     assert not any(getattr(shortcut, "both_ways", False) for shortcut in method.shortcuts)
 

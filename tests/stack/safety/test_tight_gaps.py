@@ -98,7 +98,7 @@ def test_only_a_round_robot_turns_freely_where_it_touches_a_wall(footprint, spee
 )
 def test_settings_with_which_it_would_creep_into_an_obstacle_are_refused(given, least):
     """It stops creep_speed x slow_time before one: this must be more than the slack of 5 mm."""
-    with pytest.raises(ParameterError, match="does not creep into the obstacle") as caught:
+    with pytest.raises(ParameterError, match="would creep into obstacles") as caught:
         build(SafetyParameters, given)
     assert caught.value.hint == f"use more than {least:g} m/s, or a longer slow_time"
     world = ToyWorld(room(3, 3), robot(), Pose2D(1.5, 1.5), beams=720)
