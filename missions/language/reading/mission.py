@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from behaviours.catalogue import Catalogue
 from missions.language.analysis.data_flow import (
     check_recursion,
     uses_of,
@@ -21,7 +22,7 @@ from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
 from missions.language.keys import MISSION, RESERVED
-from missions.language.model import Catalogue, Mission, Resources
+from missions.language.model import Mission, Resources
 from missions.language.reading.cases import CaseReader, MissionNames
 from missions.language.reading.declarations import DeclarationReader, Layer, Overrides
 from missions.language.reading.events import EventReader
