@@ -297,6 +297,7 @@ EXPECTATION = section(
     Key(ANY_KEY, "value of a blackboard key at the end; the $ is optional", Form.ANY),
 )  # fmt: skip
 
+
 def required(keys: Keys) -> list[str]:
     """Return the keys that a section needs."""
     return [word for word, key in keys.items() if key.required]

@@ -78,7 +78,7 @@ class Repeat(Decorator):
     run. If all runs were skipped, the node is skipped.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - one call from one place
         self, name: str, child: Behaviour, execution: Execution, times: Callable[[], int | None],
         until: Expression | None = None, *, counts_runs: bool = True,
     ) -> None:  # fmt: skip

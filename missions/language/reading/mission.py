@@ -8,7 +8,7 @@ from pathlib import Path
 from behaviours.catalogue import Catalogue
 from missions.language.analysis.data_flow import (
     check_recursion,
-    uses_of,
+    steps_of,
     warn_of_other_meaning,
 )
 from missions.language.analysis.failures import FailureCheck
@@ -219,7 +219,7 @@ class _Reading:
         )
         order.mission(root, events)
         roots = [*starts, *_roots_of(trees)]
-        for use in (use for step in roots for use in uses_of(step)):
+        for use in (step for root in roots for step in steps_of(root)):
             if use.uses in own:
                 warn_of_other_meaning(use, own[use.uses], scope, self.findings)
         outcomes = OutcomeCheck(trees, self.findings, order.verdicts.dead_waits())
