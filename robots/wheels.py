@@ -132,7 +132,7 @@ def check_joints(top: Section, model: RobotModel, wheels: WheelGeometry) -> bool
         joint = model.joints.get(named.name)
         if joint is None:
             sentence = f"wheels: the URDF has no joint {named.name!r}"
-            hint = suggestion(named.name, model.joints)
+            hint: str = suggestion(named.name, model.joints)
             top.findings.add(URDF, named.node.mark, sentence, hint)
         elif joint.kind != named.wanted:
             sentence = f"wheels: the URDF's joint {named.name!r} is {joint.kind}"

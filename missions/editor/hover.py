@@ -164,12 +164,8 @@ def _expression(reading: Reading, word: Word, text: str) -> str:
 
 
 def _value(reading: Reading, word: Word, text: str) -> str:
-    named = _plain_name(reading, word, text) if has_placeholders(str(word.node.value)) else ""
+    named = _name_text(reading, word, text) if has_placeholders(str(word.node.value)) else ""
     return named or _expression(reading, word, text) or _declared(reading, word, text)
-
-
-def _plain_name(reading: Reading, word: Word, text: str) -> str:
-    return _name_text(reading, word, text)
 
 
 def _tree(reading: Reading, word: Word, text: str) -> str:
@@ -192,7 +188,7 @@ def _types(symbols: Mapping[str, Symbol]) -> str:
 def _declared_here(reading: Reading, word: Word, text: str) -> str:
     if word.owner == "trees":
         return _tree(reading, word, text)
-    return "" if word.owner == "events" else _plain_name(reading, word, text)
+    return "" if word.owner == "events" else _name_text(reading, word, text)
 
 
 def _node_name(reading: Reading, word: Word, text: str) -> str:
@@ -241,7 +237,7 @@ _EXPLAIN: dict[WordRole, Callable[[Reading, Word, str], str]] = {
     WordRole.MODIFIER: lambda reading, word, text: word_text(text),
     WordRole.PORT: _declared, WordRole.OUTPUT: _output, WordRole.VALUE: _value,
     WordRole.EXPRESSION: _expression, WordRole.CHANGE: _expression,
-    WordRole.KEY: _plain_name, WordRole.PLACE: _plain_name, WordRole.ARGUMENT: _plain_name,
+    WordRole.KEY: _name_text, WordRole.PLACE: _name_text, WordRole.ARGUMENT: _name_text,
     WordRole.DECLARED: _declared_here, WordRole.TYPE: _type, WordRole.COMPONENT: _component,
     WordRole.PARAMETER: _parameter, WordRole.WORLD: _shipped, WordRole.ROBOT: _shipped,
     WordRole.NODE_NAME: _node_name,

@@ -43,6 +43,13 @@ class Diagnosis:
     closed: int
 
 
+CLOSED, TIGHT, OPEN = "✘", "!", "✔"
+"""Verdicts on a passage or place, as printed."""
+
+Verdict = tuple[str, str]
+"""A verdict and a sentence."""
+
+
 @dataclass(frozen=True)
 class Place:
     """A map with its named poses."""
@@ -75,24 +82,20 @@ def diagnose(
     show(f"passages of {columns} x {rows} cells")
     clearance = clearance_of(place.grid)
     passages = passages_of(place.grid, clearance)
-    lines, closed = list(_head(place, robot)), 0
-    for passage in passages:
-        sentence, is_closed = _passage_line(passage, robot)
-        lines.append(sentence)
-        closed += is_closed
+    found = [_passage(passage, robot) for passage in passages]
     if place.places:
         show(f"ways to {counted(len(place.places), 'place')}")
-    for sentence, is_closed in _place_lines(place, clearance, robot):
-        lines.append(sentence)
-        closed += is_closed
-    lines.append(_result(lines[1:], len(passages), len(place.places), robot))
+    found += _place_verdicts(place, clearance, robot)
+    verdicts = [verdict for verdict, _ in found]
+    lines = [_head(place, robot), *(" ".join(each) for each in found)]
+    lines.append(_result(verdicts, len(passages), len(place.places), robot))
     if picture is not None:
         from missions.inspection.doctor_picture import draw
 
         title = f"{place.name}, {robot.name} ({_needed(robot):.2f} m wide)"
         draw(picture, place.grid, clearance, passages, place.places, robot, title)
         lines.append(f"picture: {picture}")
-    return Diagnosis(tuple(lines), closed)
+    return Diagnosis(tuple(lines), verdicts.count(CLOSED))
 
 
 def _read(name: str) -> Place:
@@ -109,10 +112,9 @@ def _read(name: str) -> Place:
     return Place(world.name, grid, dict(world.places), world.start, world.docks)
 
 
-def _result(lines: list[str], passages: int, places: int, robot: RobotDescription) -> str:
+def _result(verdicts: list[str], passages: int, places: int, robot: RobotDescription) -> str:
     """Return the last line: whether the robot can go everywhere."""
-    closed = sum(line.startswith("✘") for line in lines)
-    tight = sum(line.startswith("!") for line in lines)
+    closed, tight = verdicts.count(CLOSED), verdicts.count(TIGHT)
     if closed:
         return (
             f"{counted(closed, 'passage or place', 'passages and places')} closed to {robot.name}"
@@ -137,18 +139,19 @@ def show_world(name: str, picture: Path) -> str:
     from missions.inspection.map_picture import draw_world
 
     place = _read(name)
-    rows, columns = place.grid.cells.shape
-    side = place.grid.resolution
-    size = f"{columns * side:.1f} x {rows * side:.1f} m"
+    size = _size(place.grid)
     draw_world(picture, place.grid, place.places, f"{place.name}, {size}")
     return f"wrote {picture}: {place.name}, {size}, {counted(len(place.places), 'place')}"
 
 
-def _head(place: Place, robot: RobotDescription) -> Iterator[str]:
-    rows, columns = place.grid.cells.shape
-    side = place.grid.resolution
-    yield (
-        f"{place.name}: {columns * side:.1f} x {rows * side:.1f} m at {side * 100:g} cm;"
+def _size(grid: OccupancyGrid) -> str:
+    rows, columns = grid.cells.shape
+    return f"{columns * grid.resolution:.1f} x {rows * grid.resolution:.1f} m"
+
+
+def _head(place: Place, robot: RobotDescription) -> str:
+    return (
+        f"{place.name}: {_size(place.grid)} at {place.grid.resolution * 100:g} cm;"
         f" {robot.name} is {_needed(robot):.2f} m wide"
         f" ({2 * robot.footprint.circumscribed_radius:.2f} m across its corners)"
     )
@@ -158,21 +161,21 @@ def _needed(robot: RobotDescription) -> float:
     return robot.footprint.width
 
 
-def _passage_line(passage: Passage, robot: RobotDescription) -> tuple[str, bool]:
+def _passage(passage: Passage, robot: RobotDescription) -> Verdict:
     where = f"passage at ({passage.x:.2f}, {passage.y:.2f}), {passage.width:.2f} m wide"
     needed, corners = _needed(robot), 2.0 * robot.footprint.circumscribed_radius
     if passage.width < needed:
-        return f"✘ {where}: closed; the footprint needs {needed:.2f} m", True
+        return CLOSED, f"{where}: closed; the footprint needs {needed:.2f} m"
     if passage.width < corners:
-        return f"! {where}: open, but turning in place needs {corners:.2f} m", False
+        return TIGHT, f"{where}: open, but turning in place needs {corners:.2f} m"
     margin = passage.width - needed
     if margin < TIGHT_MARGIN:
-        return f"! {where}: open with a margin of {margin * 100:.0f} cm", False
+        return TIGHT, f"{where}: open with a margin of {margin * 100:.0f} cm"
     costs = all_chosen(robot, {}, Findings())["costmap"].parameters
     if passage.width / 2.0 < costs.inflation_radius:
         why = f"walls are within inflation_radius {costs.inflation_radius:g} m"
-        return f"✔ {where}: open; {why}, so paths avoid it if possible", False
-    return f"✔ {where}: open", False
+        return OPEN, f"{where}: open; {why}, so paths avoid it if possible"
+    return OPEN, f"{where}: open"
 
 
 def is_face(dock: Dock, pose: Pose2D) -> bool:
@@ -183,9 +186,9 @@ def is_face(dock: Dock, pose: Pose2D) -> bool:
     return hypot(offset.x, offset.y) <= AT_FACE and abs(offset.heading) <= AT_FACE_HEADING
 
 
-def _place_lines(
+def _place_verdicts(
     place: Place, clearance: FloatArray, robot: RobotDescription
-) -> Iterator[tuple[str, bool]]:
+) -> Iterator[Verdict]:
     if place.start is None or not place.places:
         return
     x, y, radius = widest_disc(robot.footprint.points)
@@ -204,12 +207,12 @@ def _place_lines(
         free = 2.0 * float(clearance[row, column]) if inside else 0.0
         route = widest_path_to(place.grid, widest, middle.x, middle.y)
         if not inside:
-            yield f"✘ {where}: outside the map", True
+            yield CLOSED, f"{where}: outside the map"
         elif free < needed:
-            yield f"✘ {where}: blocked; {free:.2f} m free, the footprint needs {needed:.2f} m", True
+            yield CLOSED, f"{where}: blocked; {free:.2f} m free, the footprint needs {needed:.2f} m"
         elif route.width < needed:
             least = f"the widest route is {route.width:.2f} m at ({route.x:.2f}, {route.y:.2f})"
-            yield f"✘ {where}: not reachable; {least}, the footprint needs {needed:.2f} m", True
+            yield CLOSED, f"{where}: not reachable; {least}, the footprint needs {needed:.2f} m"
         else:
             least = f"narrowest point {route.width:.2f} m at ({route.x:.2f}, {route.y:.2f})"
-            yield f"✔ {where}: reachable; {least}", False
+            yield OPEN, f"{where}: reachable; {least}"

@@ -8,6 +8,7 @@ from math import inf
 
 from missions.inspection.trace_model import Node, Trace, Tree, is_reset, read_trace
 from missions.language.kinds import CONTROLS, NODES
+from missions.trees.debugging import FORCED
 from stack.errors import InputError
 from stack.telemetry.records import ROUTINE, Event
 
@@ -208,7 +209,7 @@ def _why_not(tree: Tree, node: Node) -> str:
     if not parent.reached:
         why = _why_not(tree, parent)
         return why if parent.kind == "event" else f"parent {parent.name!r} not reached: {why}"
-    if parent.last.startswith("forced by"):
+    if parent.last == FORCED:
         return f"parent {parent.name!r} was forced to {parent.ended[-1]}"
     if node.kind == "event":
         return "the event did not occur"
@@ -233,5 +234,5 @@ def _why_not_its_turn(tree: Tree, parent: Node, node: Node) -> str:
 def _ended(tree: Tree, node: Node) -> str:
     if node.ended[-1] == "idle":
         return "was halted" + (f" when {tree.end}" if tree.end else "")
-    forced = ", forced by the operator" if node.last.startswith("forced by") else ""
+    forced = f", {FORCED}" if node.last == FORCED else ""
     return f"ended with {node.ended[-1]}{forced}"

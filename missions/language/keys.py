@@ -8,81 +8,53 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import StrEnum, auto
+from enum import Enum
 
 from stack.parameters import Declaration
 
 
-class Form(StrEnum):
-    """How the value of a key is written."""
+class Form(Enum):
+    """How the value of a key is written, in the words of the documentation."""
 
-    TEXT = auto()
-    NAME = auto()
-    """One line of text."""
-    TEXTS = auto()
-    NUMBER = auto()
-    """The number of `format`."""
-    WORD = auto()
-    """One of the words of the key."""
-    VALUE = auto()
-    """A value of the declaration of the key, or a `$name`; or one of its words."""
-    LITERAL = auto()
-    """A value of the declaration of the key; or one of its words."""
-    ANY = auto()
-    """A value of the type that is declared beside it."""
-    RANGE = auto()
-    """`[least, most]` of the type that is declared beside it."""
-    TYPE = auto()
-    TYPES = auto()
-    """Names with their types."""
-    INPUTS = auto()
-    """Names with their types, or with a section that states the type."""
-    EXPRESSION = auto()
-    NODE = auto()
-    NODES = auto()
-    PLACE = auto()
-    """A place, a pose, or one of the words of the key."""
-    POSES = auto()
-    """Names with their poses."""
-    FILE = auto()
-    FILES = auto()
-    ROBOT = auto()
-    WORLD = auto()
-    COMPONENT = auto()
-    COMPONENTS = auto()
-    SECTION = auto()
-    """The keys of the section of the key; or a bare value of its declaration."""
-    NAMED = auto()
-    """Names, each with the section of the key."""
-    NAMED_LIST = auto()
-    """A list of names, each with the section of the key."""
-    LIST = auto()
-    """A list of the section of the key."""
-    OUTCOMES = auto()
-    """Outcomes of a mock."""
-    DURATIONS = auto()
-    """One duration or a list."""
-    DURATION_OF = auto()
-    """A duration, or names of nodes with durations."""
-    COUNTS = auto()
-    """Names of nodes with a number or `[least, most]`."""
-    NODE_NAMES = auto()
-    MOCKS = auto()
-    """Names of nodes with the section of the key, or with outcomes."""
-    ARGUMENTS = auto()
-    """Names of arguments with values."""
-    CHANGES = auto()
-    """Times with changes."""
-    INPUT_VALUES = auto()
-    """Inputs of a tree with values."""
-    TARGETS = auto()
-    """Outputs with the keys that receive them."""
-    OUTPUT_VALUES = auto()
-    """Outputs with values."""
-    CASES = auto()
-    """Texts with nodes."""
-    CODE = auto()
-    """A failure code."""
+    WORD = "one of its words"
+    VALUE = "value of its declaration, or a $name"
+    LITERAL = "value of its declaration"
+    TEXT = "text"
+    NAME = "one line of text"
+    TEXTS = "list of texts"
+    NUMBER = "1"
+    ANY = "value of its type"
+    RANGE = "`[least, most]`"
+    TYPE = "type"
+    TYPES = "names with types"
+    INPUTS = "names with types or keys"
+    EXPRESSION = "expression"
+    NODE = "node"
+    NODES = "list of nodes"
+    CASES = "texts with nodes"
+    PLACE = "place or pose"
+    POSES = "names with poses"
+    FILE = "file"
+    FILES = "list of files"
+    ROBOT = "name or file of a robot"
+    WORLD = "name or file of a world"
+    COMPONENT = "component"
+    COMPONENTS = "components by kind"
+    SECTION = "keys"
+    NAMED = "names with keys"
+    NAMED_LIST = "list of names with keys"
+    LIST = "list of entries"
+    OUTCOMES = "outcome or list of outcomes"
+    DURATIONS = "duration or list of durations"
+    DURATION_OF = "duration, or names with durations"
+    COUNTS = "names with numbers"
+    NODE_NAMES = "list of names"
+    MOCKS = "names with mocks"
+    VALUES = "names with values"
+    CHANGES = "times with changes"
+    TARGETS = "outputs with keys"
+    OUTPUT_VALUES = "outputs with values"
+    CODE = "failure code"
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +258,7 @@ MODIFIERS = section(
         Form.VALUE, declared=LIMIT),
     Key("every", "run at most once in this period; in between the node returns its last result",
         Form.VALUE, declared=PERIOD),
-    Key("with", "with `use`: inputs of the tree", Form.INPUT_VALUES),
+    Key("with", "with `use`: inputs of the tree", Form.VALUES),
     Key("out", "targets of outputs: `{output: $key}`", Form.TARGETS),
     Key("do", "with `for_each` and `follow_waypoints`: the node to run for each item",
         Form.NODE),
@@ -295,7 +267,7 @@ MODIFIERS = section(
 
 CASE = section(
     Key("name", "a sentence about what is tested", Form.NAME),
-    Key("arguments", "values for the mission's arguments", Form.ARGUMENTS),
+    Key("arguments", "values for the mission's arguments", Form.VALUES),
     Key("mock", "name of a behaviour, tree or node -> its mock: `{returns, takes, sets}`, or "
         "`real`", Form.MOCKS, section="mock", words=("real",)),
     Key("at", "time -> change at this time: `battery.charge: 0.1`, `$key: value`, `event: name`",
@@ -324,37 +296,6 @@ EXPECTATION = section(
         Form.DURATION_OF, declared=WITHIN),
     Key(ANY_KEY, "value of a blackboard key at the end; the $ is optional", Form.ANY),
 )  # fmt: skip
-
-_SHOWN = {
-    Form.TEXT: "text", Form.NAME: "one line of text", Form.TEXTS: "list of texts",
-    Form.NUMBER: "1", Form.ANY: "value of its type", Form.RANGE: "`[least, most]`",
-    Form.TYPE: "type", Form.TYPES: "names with types", Form.INPUTS: "names with types or keys",
-    Form.EXPRESSION: "expression", Form.NODE: "node", Form.NODES: "list of nodes",
-    Form.PLACE: "place or pose", Form.POSES: "names with poses", Form.FILE: "file",
-    Form.FILES: "list of files", Form.ROBOT: "name or file", Form.WORLD: "name or file",
-    Form.COMPONENT: "component", Form.COMPONENTS: "components by kind", Form.SECTION: "keys",
-    Form.NAMED: "names with keys", Form.NAMED_LIST: "list of names with keys",
-    Form.LIST: "list of entries", Form.OUTCOMES: "outcome or list of outcomes",
-    Form.DURATIONS: "duration or list of durations",
-    Form.DURATION_OF: "duration, or names with durations",
-    Form.COUNTS: "names with numbers", Form.NODE_NAMES: "list of names",
-    Form.MOCKS: "names with mocks", Form.ARGUMENTS: "names with values",
-    Form.CHANGES: "times with changes", Form.INPUT_VALUES: "names with values",
-    Form.TARGETS: "outputs with keys", Form.OUTPUT_VALUES: "outputs with values",
-    Form.CODE: "failure code", Form.CASES: "texts with nodes",
-}  # fmt: skip
-
-
-def value_words(key: Key) -> str:
-    """Return how the value of a key is written, in words for the documentation."""
-    words = ", ".join(f"`{word}`" for word in key.words)
-    if key.form is Form.WORD:
-        return words
-    shown = "" if key.declared is None else key.declared.type_name()
-    text = _SHOWN.get(key.form, shown)
-    if key.form is Form.SECTION and shown:
-        text = f"{shown}, or keys"
-    return f"{text}, {words}" if words and key.form is not Form.OUTCOMES else text
 
 
 def required(keys: Keys) -> list[str]:

@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from behaviours.catalogue import BehaviourKind
 from missions.language.case_model import Case
 from missions.language.expressions.scope import Symbol
 from missions.language.step import Event, Step, Tree
 from stack.documents import Finding, Mark
 from stack.types import Pose2D
-
-
-class Catalogue(Protocol):
-    """Installed behaviours; implemented by behaviours.catalogue.Catalogue."""
-
-    def names(self) -> Iterable[str]:
-        """Return all names of behaviours; dotted names are not included."""
-        ...
-
-    def get(self, name: str) -> BehaviourKind | None:
-        """Return the behaviour with this name, or the py_trees class with this dotted name."""
-        ...
-
-    def why_not(self, name: str) -> str:
-        """Return why `get` returns None, as a sentence."""
-        ...
 
 
 def _accept(*_: Any) -> None:

@@ -11,18 +11,13 @@ SHOWN = 200
 """Characters of a source line."""
 
 
-def render(findings: Iterable[Finding], sources: Mapping[str, str]) -> str:
-    """Render findings with their source lines.
+def render_each(findings: Iterable[Finding], sources: Mapping[str, str]) -> list[str]:
+    """Render findings with their source lines, one text per finding.
 
     Args:
         findings: in the order to show.
         sources: text by file name as in the marks; without a text the line is not shown.
     """
-    return "\n".join(render_each(findings, sources))
-
-
-def render_each(findings: Iterable[Finding], sources: Mapping[str, str]) -> list[str]:
-    """As `render`, one text per finding."""
     lines = {file: source.splitlines() for file, source in sources.items()}
     return [_one(finding, lines.get(finding.mark.file, [])) for finding in findings]
 

@@ -70,7 +70,7 @@ def find_nodes(nodes: Sequence[Addressed], text: str) -> list[int]:
         return found
     names = {name for node in nodes for name in node.names}
     last = _SEPARATOR.split(wanted)[-1].strip()
-    near = suggestion(last, names)
+    near: str = suggestion(last, names)
     if last in names:  # the last name exists, so the path above it is wrong
         near = f"{last!r} is at {', '.join(path_of(by_id, i) for i in find_nodes(nodes, last))}"
     raise InputError(f"no node is called {text!r}; {near}")

@@ -18,18 +18,37 @@ from typing import Any, ClassVar
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.trees.context import HandledFailure, halt
+from missions.trees.context import Execution, HandledFailure, halt
 from missions.trees.node import InnerNode
 
 _RUNNING, _SUCCESS, _FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
-class MemoryComposite(InnerNode):
-    """Ticks children in order while they end with `continue_on`; resumes at the running child."""
+class OrderedComposite(InnerNode):
+    """Ticks children in order while they end with `continue_on`.
+
+    Its other base class is that of py_trees.
+
+    Attributes:
+        handled: holds the failures of children for those after them; None if nothing reads it.
+        position: the last child that was ticked in the previous tick; later ones are idle.
+    """
 
     continue_on: ClassVar[Status]
-    position = 0
-    handled: HandledFailure | None = None
+    has_memory: ClassVar[bool]
+
+    def __init__(
+        self, name: str, children: Items[Behaviour], execution: Execution,
+        handled: HandledFailure | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(name, memory=self.has_memory, children=children)  # type: ignore[call-arg]
+        self.execution, self.handled, self.position = execution, handled, 0
+
+
+class MemoryComposite(OrderedComposite):
+    """Resumes at the running child."""
+
+    has_memory = True
 
     def advance(self, fresh: bool) -> Status:
         children: list[Any] = self.children
@@ -53,15 +72,10 @@ class MemoryComposite(InnerNode):
         return status if status is _RUNNING else _outcome(self, child, status)
 
 
-class ReactiveComposite(InnerNode):
-    """Ticks children from the first one, on every tick, while they end with `continue_on`.
+class ReactiveComposite(OrderedComposite):
+    """Begins with the first child on every tick."""
 
-    `position` is the last child that was ticked in the previous tick; later ones are idle.
-    """
-
-    continue_on: ClassVar[Status]
-    position = 0
-    handled: HandledFailure | None = None
+    has_memory = False
 
     def advance(self, fresh: bool) -> Status:
         children: list[Any] = self.children

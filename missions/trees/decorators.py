@@ -78,7 +78,7 @@ class Repeat(Decorator):
     run. If all runs were skipped, the node is skipped.
     """
 
-    def __init__(  # noqa: PLR0913 - how often it repeats, and what it shows
+    def __init__(  # noqa: PLR0913 - one call from one place
         self, name: str, child: Behaviour, execution: Execution, times: Callable[[], int | None],
         until: Expression | None = None, *, counts_runs: bool = True,
     ) -> None:  # fmt: skip
@@ -104,16 +104,12 @@ class Repeat(Decorator):
 
     def _is_over(self) -> bool:
         times = self.times()
-        self.feedback_message = f"{self.done} of {times}" if times else self._runs()
+        self.feedback_message = f"{self.done} of {times}" if times else ""
+        if not times and self.counts_runs:  # results that `every` only repeats are no runs
+            self.feedback_message = f"{self.done} times"
         if self.until is not None:
             return bool(self.until())
         return times is not None and self.done >= times
-
-    def _runs(self) -> str:
-        """Return the number of runs in words; results that `every` only repeats are none."""
-        if not self.counts_runs:
-            return ""
-        return f"{self.done} times" if self.until is not None else f"{self.done} runs"
 
 
 class Timeout(Decorator):

@@ -38,7 +38,7 @@ def layer_findings(choice: Choice, marks: Marks, robot: RobotDescription) -> Ite
             read.add(name)
             if name not in robot.all_lidars:
                 sentence = f"{what} reads the lidar {name!r}, which {robot.name} does not have"
-                hint = suggestion(name, robot.all_lidars)
+                hint: str = suggestion(name, robot.all_lidars)
                 yield Finding(mark, MISSING, f"{sentence}", f"set its `source`; {hint}")
     if any(layer.use not in BUILT_IN["costmap_layer"] for layer in layers):
         return  # a plugin's layer may read any lidar

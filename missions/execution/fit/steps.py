@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from missions.language.analysis.claims import steps_of
+from missions.language.analysis.data_flow import steps_of
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.kinds.leaf import LeafStep
 from missions.language.model import Mission

@@ -1,11 +1,7 @@
-"""Findings about nodes that depend on where they run; and plain walks over nodes."""
+"""Findings about nodes that depend on where they run, and the values that they are about."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from missions.language.analysis.data_flow import children_of
-from missions.language.step import Step
 from missions.language.values import Constant, Value
 from stack.documents import Finding, Findings, Mark
 
@@ -31,15 +27,6 @@ class Claims:
     def report(self) -> None:
         """Report what holds everywhere."""
         self.findings.items += [item for item in self.found.values() if item is not None]
-
-
-def steps_of(step: Step) -> Iterator[Step]:
-    """Yield a step and everything below it, in the order of the file; trees are not expanded."""
-    stack = [step]
-    while stack:
-        found = stack.pop()
-        yield found
-        stack += reversed(children_of(found))
 
 
 def number_of(value: Value | None) -> float | None:

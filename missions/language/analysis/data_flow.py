@@ -57,12 +57,13 @@ def children_of(step: Step) -> tuple[Step, ...]:
     )  # fmt: skip
 
 
-def uses_of(step: Step) -> Iterator[Step]:
-    """Yield every `use` in a step, in order."""
-    if step.uses:
-        yield step
-    for child in children_of(step):
-        yield from uses_of(child)
+def steps_of(step: Step) -> Iterator[Step]:
+    """Yield a step and everything below it, in the order of the file; trees are not expanded."""
+    stack = [step]
+    while stack:
+        found = stack.pop()
+        yield found
+        stack += reversed(children_of(found))
 
 
 def check_recursion(

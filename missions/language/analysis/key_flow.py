@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from missions.language.analysis.claims import steps_of
+from missions.language.analysis.data_flow import steps_of
 from missions.language.analysis.order import OrderCheck
 from missions.language.case_model import Case
 from missions.language.expressions.scope import UNSET, Symbol

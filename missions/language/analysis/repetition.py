@@ -9,9 +9,8 @@ from missions.language.analysis.claims import (
     is_literal,
     mark_of,
     number_of,
-    steps_of,
 )
-from missions.language.analysis.data_flow import children_of
+from missions.language.analysis.data_flow import children_of, steps_of
 from missions.language.analysis.outcomes import OutcomeCheck, is_endless
 from missions.language.step import Event, Modifiers, Order, Step, Tree
 from missions.language.values import symbols_in

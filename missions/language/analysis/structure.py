@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from missions.language.analysis.claims import Claims, steps_of
+from missions.language.analysis.claims import Claims
+from missions.language.analysis.data_flow import steps_of
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import Role

@@ -126,7 +126,7 @@ class TextTerm:
         return TEXT
 
     def bind(self, names: Names) -> Evaluate:
-        describe = names.context.describe
+        describe = names.bindings.context.describe
         made: list[Callable[[], str]] = []
         for term, kind in self.parts:
             form = str if isinstance(term, Literal) else self.formatter(kind, describe)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from operator import itemgetter
+from typing import Any
 
 from missions.language.expressions.grammar import parse
 from missions.language.expressions.robot_values import EvaluationContext
 from missions.language.expressions.scope import UNSET, NotSet, Scope, Symbol
 from missions.language.expressions.shown import shown
-from missions.language.expressions.terms import Check, Evaluate, Term
+from missions.language.expressions.terms import Bindings, Check, Evaluate, Names, Term
 from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.value_types import ANYTHING, BOOL, INT, ValueType
 from stack.documents import Mark
@@ -32,27 +33,6 @@ class NameContext:
     scope: Scope
     knows_error: bool = False
     knows_attempt: bool = False
-
-
-class Bindings(Protocol):
-    """Access to the values of symbols in a running tree."""
-
-    @property
-    def context(self) -> EvaluationContext:
-        """The robot, and the failure being handled."""
-        ...
-
-    def reader(self, symbol: Symbol) -> Evaluate:
-        """Return a function that reads the symbol's value; it raises NotSet if there is none."""
-        ...
-
-    def attempt(self) -> int:
-        """Return the current attempt of the innermost retry or recover."""
-        ...
-
-    def error(self) -> str:
-        """Return the code of the failure that the innermost recover or fallback deals with."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +74,10 @@ class CheckedExpression:
 
     def bind(self, bindings: Bindings) -> BoundExpression:
         """Bind the expression to the values of a running tree."""
-        names = _Names({**self.tested, **self.read}, bindings)
-        shows = tuple((end, term.bind(names)) for end, term in sorted_by_end(self.term))
+        names = Names({**self.tested, **self.read}, bindings)
+        shows = tuple(
+            (end, term.bind(names)) for end, term in sorted(self.term.named(), key=itemgetter(0))
+        )
         return BoundExpression(self.source, self.term.bind(names), shows)
 
 
@@ -133,27 +115,6 @@ class BoundExpression:
         return "".join([*parts, self.source[done:]])
 
 
-@dataclass(frozen=True, slots=True)
-class _Names:
-    """A `terms.Names`: the bindings, with the symbols of this expression by name."""
-
-    symbols: dict[str, Symbol]
-    inner: Bindings
-
-    @property
-    def context(self) -> EvaluationContext:
-        return self.inner.context
-
-    def reader(self, name: str) -> Evaluate:
-        return self.inner.reader(self.symbols[name])
-
-    def attempt(self) -> int:
-        return self.inner.attempt()
-
-    def error(self) -> str:
-        return self.inner.error()
-
-
 class _Constants:
     """The bindings of a constant expression: places and arguments."""
 
@@ -189,19 +150,10 @@ def check_expression(
         check.problem("E153", 0, f"expected {wanted}, got {found}", hint)
     if check.problems:
         return None, check.problems
-    return checked_term(source, term, found, check), []
-
-
-def checked_term(source: str, term: Term, found: ValueType, check: Check) -> CheckedExpression:
-    """Return the expression of a term that was checked without problems."""
-    return CheckedExpression(
+    expression = CheckedExpression(
         source, term, found, check.read, check.tested, None, check.may_fail, check.reads_robot
     )
-
-
-def sorted_by_end(term: Term) -> list[tuple[int, Term]]:
-    """Return the terms whose values an explanation shows, in the order of the source."""
-    return sorted(term.named(), key=lambda pair: pair[0])
+    return expression, []
 
 
 def _now(read: Evaluate) -> str:

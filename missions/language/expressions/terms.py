@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -19,16 +19,16 @@ from stack.types import FailureCode
 Evaluate = Callable[[], Any]
 
 
-class Names(Protocol):
-    """Access to the values of the names of one expression in a running tree."""
+class Bindings(Protocol):
+    """Access to the values of symbols in a running tree."""
 
     @property
     def context(self) -> EvaluationContext:
         """The robot, and the failure being handled."""
         ...
 
-    def reader(self, name: str) -> Evaluate:
-        """Return a function that reads `$name`; it raises NotSet if there is no value."""
+    def reader(self, symbol: Symbol) -> Evaluate:
+        """Return a function that reads the symbol's value; it raises NotSet if there is none."""
         ...
 
     def attempt(self) -> int:
@@ -38,6 +38,18 @@ class Names(Protocol):
     def error(self) -> str:
         """Return the code of the failure that the innermost recover or fallback deals with."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """The bindings, with the symbols of one expression by name."""
+
+    symbols: Mapping[str, Symbol]
+    bindings: Bindings
+
+    def reader(self, name: str) -> Evaluate:
+        """Return a function that reads `$name`."""
+        return self.bindings.reader(self.symbols[name])
 
 
 @dataclass
@@ -182,10 +194,10 @@ class Named:
             code = str(FailureCode[self.name])
             return lambda: code
         if self.name == "attempt":
-            return names.attempt
+            return names.bindings.attempt
         if self.name == "error":
-            return names.error
-        read, context = ROBOT_VALUES[self.name].read, names.context
+            return names.bindings.error
+        read, context = ROBOT_VALUES[self.name].read, names.bindings.context
         return lambda: read(context)
 
     def named(self) -> Iterator[tuple[int, Term]]:
@@ -209,7 +221,7 @@ class Distance:
         return ValueType(float, "m")
 
     def bind(self, names: Names) -> Evaluate:
-        target, context = self.target.bind(names), names.context
+        target, context = self.target.bind(names), names.bindings.context
         return lambda: context.robot.localisation.pose.distance_to(target())
 
     def named(self) -> Iterator[tuple[int, Term]]:

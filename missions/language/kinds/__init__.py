@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from behaviours.catalogue import Catalogue
 from missions.language.kinds import controls
 from missions.language.kinds.fallback import FALLBACK, REACTIVE_FALLBACK
 from missions.language.kinds.follow_waypoints import FOLLOW_WAYPOINTS
@@ -22,7 +23,6 @@ from missions.language.kinds.sequence import REACTIVE, SEQUENCE
 from missions.language.kinds.switch import CASE, SWITCH
 from missions.language.kinds.unset import UNSET
 from missions.language.kinds.use import USE
-from missions.language.model import Catalogue
 
 NODES: Mapping[str, NodeKind] = {
     kind.word: kind

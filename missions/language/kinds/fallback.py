@@ -6,14 +6,12 @@ from collections.abc import Sequence as Items
 from dataclasses import dataclass
 
 from py_trees import composites
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.kinds.composite import CompositeStep, read_list, with_handled_failure
 from missions.language.kinds.kind import NodeKind, Outline, Shape
 from missions.language.step import Order, TreeBuilder
 from missions.trees.composites import MemoryComposite, ReactiveComposite
-from missions.trees.context import Execution, HandledFailure
 from missions.trees.node import Node
 from missions.trees.slots import Frame
 
@@ -23,25 +21,11 @@ class Fallback(MemoryComposite, composites.Selector):
 
     continue_on = Status.FAILURE
 
-    def __init__(
-        self, name: str, children: Items[Behaviour], execution: Execution,
-        handled: HandledFailure | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(name, memory=True, children=children)
-        self.execution, self.handled = execution, handled or HandledFailure()
-
 
 class ReactiveFallback(ReactiveComposite, composites.Selector):
     """Children from the first one on every tick, until one succeeds or is running."""
 
     continue_on = Status.FAILURE
-
-    def __init__(
-        self, name: str, children: Items[Behaviour], execution: Execution,
-        handled: HandledFailure | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(name, memory=False, children=children)
-        self.execution, self.handled = execution, handled or HandledFailure()
 
 
 @dataclass(frozen=True, slots=True)

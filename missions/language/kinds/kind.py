@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum, auto
 from typing import Protocol
 
+from behaviours.catalogue import Catalogue
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol
 from missions.language.keys import Keys
-from missions.language.model import Catalogue
 from missions.language.reading.modifiers import RawModifiers
 from missions.language.reading.ports import PortReader
 from missions.language.reading.values import ValueReader

@@ -21,7 +21,7 @@ from missions.trees.context import Execution, halt
 from missions.trees.node import InnerNode, Node
 from missions.trees.slots import Frame
 from stack.documents import Node as YamlNode
-from stack.parameters import Declaration, suggestion
+from stack.parameters import Declaration
 from stack.types import Failure, FailureCode
 
 SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
@@ -151,12 +151,7 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Step:
     head, body = written.head, written.body
     given, succeed_on = body, None
     if body is not None and body.is_mapping:
-        reader.values.words.keys(body, "parallel", context.scope)
-        for key, _ in body.entries:
-            if key.value not in KEYS:
-                hint = suggestion(str(key.value), KEYS)
-                sentence = f"parallel has no key {key.value!r}"
-                reader.findings.add("E130", key.mark, sentence, hint)
+        reader.values.keys(body, "parallel", KEYS, "E130", context)
         given, succeed_on = body.get("do"), body.get("succeed_on")
     nodes = reader.children(given, head, context, Order.TOGETHER)
     return ParallelStep(*head, nodes, _needed(reader, succeed_on, len(nodes), context))

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from py_trees import composites
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.kinds.composite import CompositeStep, read_list
 from missions.language.kinds.kind import NodeKind, Outline, Shape
 from missions.language.step import Order, Step, TreeBuilder
 from missions.trees.composites import MemoryComposite, ReactiveComposite
-from missions.trees.context import Execution
 from missions.trees.node import Node
 from missions.trees.slots import Frame
 from stack.documents import Finding
@@ -26,19 +24,11 @@ class Sequence(MemoryComposite, composites.Sequence):
 
     continue_on = Status.SUCCESS
 
-    def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
-        super().__init__(name, memory=True, children=children)
-        self.execution = execution
-
 
 class ReactiveSequence(ReactiveComposite, composites.Sequence):
     """Children from the first one on every tick, until one fails or is running."""
 
     continue_on = Status.SUCCESS
-
-    def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
-        super().__init__(name, memory=False, children=children)
-        self.execution = execution
 
 
 @dataclass(frozen=True, slots=True)

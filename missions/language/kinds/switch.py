@@ -139,11 +139,7 @@ def _read(reader: NodeReading, written: Written, context: NameContext) -> Switch
         hint = "indent `value:` and `cases:` below `switch:`"
         reader.findings.add("E170", body.mark if body else head.mark, sentence, hint)
         return None
-    reader.values.words.keys(body, "switch", context.scope)
-    for key, _ in body.entries:
-        if key.value not in KEYS:
-            hint = suggestion(str(key.value), KEYS)
-            reader.findings.add("E170", key.mark, f"switch has no key {key.value!r}", hint)
+    reader.values.keys(body, "switch", KEYS, "E170", context)
     for word in required(KEYS):
         if body.get(word) is None:
             reader.findings.add("E170", head.mark, f"switch needs `{word}`")
@@ -184,7 +180,7 @@ def _check_cases(
     for key, _ in listed.entries:
         if key.value not in options and not (own and key.quoted):
             sentence = f"{value.source} is never {key.value!r}"
-            hint = suggestion(str(key.value), options)
+            hint: str = suggestion(str(key.value), options)
             if key.value in ("default", "else", "otherwise"):
                 hint = "write `default:` beside `cases:`, not below it"
             findings.add("E170", key.mark, sentence, hint)

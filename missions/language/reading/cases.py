@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from missions.language.analysis.data_flow import children_of
+from missions.language.analysis.data_flow import steps_of
 from missions.language.case_model import (
     FAILURE,
     RUNNING,
@@ -57,6 +57,10 @@ class MissionNames:
     events: tuple[Event, ...]
     trees: Mapping[str, Tree]
     roots: tuple[Step, ...]
+
+    def steps(self) -> Iterator[Step]:
+        """Yield all nodes."""
+        return (step for root in self.roots for step in steps_of(root))
 
     @property
     def all_events(self) -> tuple[Event, ...]:
@@ -361,16 +365,10 @@ def _items(node: Node | None) -> list[Node]:
     return node.items if node.is_sequence else [node]
 
 
-def _steps(roots: Iterable[Step]) -> Iterable[Step]:
-    for step in roots:
-        yield step
-        yield from _steps(children_of(step))
-
-
 def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
     """Return the outputs of everything that can be mocked, by each of its names."""
     found: dict[str, dict[str, Declaration]] = {}
-    for step in _steps(known.roots):
+    for step in known.steps():
         outputs = step.mock_outputs(known.trees[step.uses].outputs if step.uses else {})
         for name in step.names if outputs is not None else ():
             found.setdefault(name, {}).update(outputs or {})
@@ -380,7 +378,7 @@ def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
 def _names_that_never_fail(known: MissionNames) -> set[str]:
     """Return the names whose behaviours all succeed if they end: `wait`, `say`."""
     leaves = [
-        step for step in _steps(known.roots)
+        step for step in known.steps()
         if not step.uses and step.mock_outputs({}) is not None
     ]  # fmt: skip
     fail = {name for step in leaves if step.outcomes(()).failure for name in step.names}
@@ -388,9 +386,7 @@ def _names_that_never_fail(known: MissionNames) -> set[str]:
 
 
 def _unmockable_names(known: MissionNames) -> list[str]:
-    named = [step.name for step in _steps(known.roots) if step.name]
-    unmocked = [
-        step for step in _steps(known.roots) if not step.uses and step.mock_outputs({}) is None
-    ]
+    named = [step.name for step in known.steps() if step.name]
+    unmocked = [step for step in known.steps() if not step.uses and step.mock_outputs({}) is None]
     named += [step.own_name for step in unmocked if step.own_name]
     return [*named, *(event.name for event in known.all_events)]

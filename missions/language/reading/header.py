@@ -138,7 +138,7 @@ class HeaderReader:
             if name not in places:
                 if self.knows_places:
                     sentence = f"{key}: there is no place {name!r}"
-                    hint = suggestion(name, [*places, *words])
+                    hint: str = suggestion(name, [*places, *words])
                     if re.fullmatch(r"[-\d.]+\s*,[-\d\s.,]+", name):
                         hint = f"write [{name}]"
                     self.findings.add("E106", node.mark, sentence, hint)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from behaviours.catalogue import Catalogue
 from missions.language.analysis.data_flow import (
     check_recursion,
-    uses_of,
+    steps_of,
     warn_of_other_meaning,
 )
 from missions.language.analysis.failures import FailureCheck
@@ -21,7 +22,7 @@ from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
 from missions.language.keys import MISSION, RESERVED
-from missions.language.model import Catalogue, Mission, Resources
+from missions.language.model import Mission, Resources
 from missions.language.reading.cases import CaseReader, MissionNames
 from missions.language.reading.declarations import DeclarationReader, Layer, Overrides
 from missions.language.reading.events import EventReader
@@ -218,7 +219,7 @@ class _Reading:
         )
         order.mission(root, events)
         roots = [*starts, *_roots_of(trees)]
-        for use in (use for step in roots for use in uses_of(step)):
+        for use in (step for root in roots for step in steps_of(root)):
             if use.uses in own:
                 warn_of_other_meaning(use, own[use.uses], scope, self.findings)
         outcomes = OutcomeCheck(trees, self.findings, order.verdicts.dead_waits())

@@ -17,7 +17,6 @@ from missions.language.keys import (
     REPEAT,
     RETRY,
     TIMES,
-    Keys,
 )
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
@@ -33,15 +32,14 @@ RawModifiers = Mapping[str, tuple[Node, Node]]
 """Modifier -> nodes of its key and its value."""
 
 _HINTS = {
-    ("repeat", "while"): Hint("write `repeat: forever`, and `while: …` beside it"),
-    ("repeat", "times"): Hint("write `repeat: 3`"),
-    ("repeat", "count"): Hint("write `repeat: 3`"),
-    ("retry", "times"): did_you_mean("attempts"),
-    ("retry", "count"): did_you_mean("attempts"),
-    ("recover", "do"): did_you_mean("round_robin"),
-    ("recover", "recoveries"): did_you_mean("round_robin"),
-    ("recover", "actions"): did_you_mean("round_robin"),
-}
+    "repeat": {
+        "while": Hint("write `repeat: forever`, and `while: …` beside it"),
+        "times": Hint("write `repeat: 3`"), "count": Hint("write `repeat: 3`"),
+    },
+    "retry": dict.fromkeys(("times", "count"), did_you_mean("attempts")),
+    "recover": dict.fromkeys(("do", "recoveries", "actions"), did_you_mean("round_robin")),
+}  # fmt: skip
+"""Section -> word that is no key of it -> what is meant."""
 
 
 class ModifierReader:
@@ -93,7 +91,7 @@ class ModifierReader:
         node = raw["on_failure"][1]
         self.values.words.choice(node, ON_FAILURE_WORDS)
         if node.value not in ON_FAILURE_WORDS:
-            hint = suggestion(str(node.value), ON_FAILURE_WORDS)
+            hint: str = suggestion(str(node.value), ON_FAILURE_WORDS)
             if node.is_mapping or node.is_sequence:
                 hint = "for a node after a failure write a list below `fallback:`"
             sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
@@ -109,9 +107,8 @@ class ModifierReader:
             return Constant(None, "forever")
         if node.is_mapping:
             until = node.get("until")
-            self.values.words.keys(node, "repeat", context.scope)
-            self._only("repeat", node, REPEAT)
-            misnamed = any(("repeat", str(key.value)) in _HINTS for key, _ in node.entries)
+            self.values.keys(node, "repeat", REPEAT, "E123", context, _HINTS["repeat"])
+            misnamed = any(str(key.value) in _HINTS["repeat"] for key, _ in node.entries)
             if until is None and not misnamed:
                 hint = "write repeat: {until: condition}"
                 self.findings.add("E123", node.mark, "repeat needs `until`", hint)
@@ -150,9 +147,8 @@ class ModifierReader:
         if not node.is_mapping:
             attempts = self.values.value(ATTEMPTS, node, context)
             return Retry(attempts, Constant(0.0)) if attempts else None
-        self.values.words.keys(node, "retry", context.scope)
-        self._only("retry", node, RETRY)
-        attempts = self._needed("retry", node, context)
+        meant = self.values.keys(node, "retry", RETRY, "E123", context, _HINTS["retry"])
+        attempts = self._needed("retry", node, context, meant)
         given = node.get("delay")
         delay = self.values.value(DELAY, given, context) if given else Constant(0.0)
         return Retry(attempts, delay) if attempts and delay else None
@@ -161,46 +157,30 @@ class ModifierReader:
         if "recover" not in raw:
             return None
         node, key = raw["recover"][1], raw["recover"][0]
-        self.values.words.keys(node, "recover", inside.scope)
+        meant = self.values.keys(node, "recover", RECOVER, "E123", inside, _HINTS["recover"])
         if not node.is_mapping:
             sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
             count = len(node.items) + 1 if node.is_sequence else 3
             hint = f"write `attempts: {count}` and the list below `round_robin:`"
             self.findings.add("E123", node.mark, sentence, hint)
             return None
-        self._only("recover", node, RECOVER)
-        attempts = self._needed("recover", node, inside)
+        attempts = self._needed("recover", node, inside, meant)
         handling = replace(inside, knows_error=True)
         unless = node.get("unless")
         condition = self.values.expression(unless, handling) if unless else None
-        misnamed = any(("recover", str(key.value)) in _HINTS for key, _ in node.entries)
-        if misnamed and node.get("round_robin") is None:
+        if "round_robin" in meant and node.get("round_robin") is None:
             return None  # one finding for one mistake
         head = Head("round_robin", key.mark, "", Modifiers())
         steps = self.children(node.get("round_robin"), head, handling, Order.IN_TURN)
         return Recover(attempts, condition, steps) if attempts else None
 
-    def _needed(self, word: str, node: Node, context: NameContext) -> Value | None:
+    def _needed(self, word: str, node: Node, context: NameContext, meant: set[str]) -> Value | None:
         given = node.get("attempts")
-        if given is None:
-            known = RETRY if word == "retry" else RECOVER
-            meant = [_hint(word, key, known).fix for key, _ in node.entries]
-            if "attempts" not in meant:
-                self.findings.add(
-                    "E123", node.mark, f"{word} needs `attempts`", "write attempts: 3"
-                )
-            return None
-        return self.values.value(ATTEMPTS, given, context)
-
-    def _only(self, word: str, node: Node, known: Keys) -> None:
-        for key, _ in node.entries:
-            if key.value not in known:
-                sentence = f"{word} has no key {key.value!r}"
-                self.findings.add("E123", key.mark, sentence, _hint(word, key, known))
-
-
-def _hint(word: str, key: Node, known: Keys) -> Hint:
-    return _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
+        if given is not None:
+            return self.values.value(ATTEMPTS, given, context)
+        if "attempts" not in meant:
+            self.findings.add("E123", node.mark, f"{word} needs `attempts`", "write attempts: 3")
+        return None
 
 
 def _is_no_count(node: Node) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from behaviours.catalogue import BehaviourKind
+from behaviours.catalogue import BehaviourKind, Catalogue
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol
 from missions.language.foreign_words import MODIFIERS as WORDS
@@ -14,7 +14,6 @@ from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES, node_types
 from missions.language.kinds.kind import Written
 from missions.language.kinds.leaf import read_leaf
-from missions.language.model import Catalogue
 from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.modifiers import ModifierReader, RawModifiers, value_in
 from missions.language.reading.ports import PortReader

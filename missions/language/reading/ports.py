@@ -105,7 +105,7 @@ class PortReader:
         """Report an unknown port; return the port that is meant, "" if it is not clear."""
         word = str(key.value)
         meant = meant_port(word, ports)
-        hint = did_you_mean(meant) if meant else suggestion(word, ports)
+        hint: str = did_you_mean(meant) if meant else suggestion(word, ports)
         if word in MODIFIERS and word not in ("name", "do", "out"):
             meant, hint = "", f"{word} is a modifier: write it beside `{owner.name}:`"
         elif owner.is_tree and not ports:

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+from behaviours.catalogue import Catalogue
 from missions.language.analysis.data_flow import check_recursion
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Scope
 from missions.language.keys import TREE_FILE
-from missions.language.model import Catalogue
 from missions.language.reading.declarations import DeclarationReader
 from missions.language.reading.events import EventReader
 from missions.language.reading.include import IncludeReader

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from typing import Any
@@ -31,6 +32,7 @@ from missions.language.expressions.value_types import (
     ValueType,
     type_of,
 )
+from missions.language.keys import Keys
 from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.item_types import Mismatch, item_type
 from missions.language.reading.port_expressions import (
@@ -53,7 +55,7 @@ from missions.language.values import (
 )
 from stack.documents import Findings, Mark, Node, iter_scalars
 from stack.errors import EvaluationError, Hint, ParameterError
-from stack.parameters import Declaration
+from stack.parameters import Declaration, suggestion
 
 _REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
 _ASSIGNMENT = re.compile(r"\$?(\w+)\s*:?=\s*(.+)")
@@ -76,6 +78,21 @@ class ValueReader:
         self.used: dict[Symbol, None] = {}
         self.written: dict[Symbol, None] = {}
         self.refused: set[str] = set()
+
+    def keys(  # noqa: PLR0913 - what a section is called and where its words are explained
+        self, node: Node, section: str, keys: Keys, code: str, context: NameContext,
+        hints: Mapping[str, Hint] | None = None,
+    ) -> set[str]:  # fmt: skip
+        """Record the keys of a section, report unknown ones and return the keys that they mean."""
+        self.words.keys(node, section, context.scope)
+        meant = set()
+        for key, _ in node.entries:
+            word = str(key.value)
+            if word not in keys:
+                hint = (hints or {}).get(word) or suggestion(word, keys)
+                self.findings.add(code, key.mark, f"{section} has no key {key.value!r}", hint)
+                meant.add(hint.fix)
+        return meant
 
     def value(
         self, declared: Declaration, node: Node, context: NameContext, owner: str = "",

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum, auto
 
+from behaviours.catalogue import Catalogue
 from missions.language.expressions.scope import Scope
 from missions.language.keys import Form, Keys
-from missions.language.model import Catalogue
 from missions.language.step import Tree
 from stack.documents import Node
 from stack.parameters import Declaration

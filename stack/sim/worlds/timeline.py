@@ -32,7 +32,7 @@ def event(reading: Reading, section: Section) -> WorldEvent | None:
         if node is not None:
             action[key] = node.value
             if node.value not in reading.doors:
-                hint = suggestion(str(node.value), reading.doors)
+                hint: str = suggestion(str(node.value), reading.doors)
                 sentence = f"{key}: there is no door {node.words()}"
                 reading.findings.add(UNKNOWN_NAME, node.mark, sentence, hint)
     moved_to = section.node_of("move_robot")

@@ -13,7 +13,7 @@ from missions.language.codes import CODES
 from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.value_types import NAMED
-from missions.language.keys import CASE, EVENT, EXPECTATION, MODIFIERS, TREE_FILE, Keys, value_words
+from missions.language.keys import CASE, EVENT, EXPECTATION, MODIFIERS, TREE_FILE, Form, Key, Keys
 from missions.language.kinds import NODES
 from missions.language.sections import PLACES, SECTIONS
 from stack.parameters import units
@@ -59,6 +59,18 @@ def _tables() -> dict[str, str]:
              for code, item in CODES.items()),
         ),
     }  # fmt: skip
+
+
+def value_words(key: Key) -> str:
+    """Return how the value of a key is written."""
+    words = ", ".join(f"`{word}`" for word in key.words)
+    if key.form is Form.WORD:
+        return words
+    shown = "" if key.declared is None else key.declared.type_name()
+    text = shown if key.form in (Form.VALUE, Form.LITERAL) else key.form.value
+    if key.form is Form.SECTION and shown:
+        text = f"{shown}, or keys"
+    return f"{text}, {words}" if words and key.form is not Form.OUTCOMES else text
 
 
 def _key_rows() -> Iterable[tuple[str, ...]]:

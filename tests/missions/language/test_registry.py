@@ -11,7 +11,7 @@ from behaviours.catalogue import MISSION_WORDS, find_behaviours
 from missions.editor.markdown import word_text
 from missions.inspection.diagnosis import findings_of
 from missions.inspection.listing import description_of, installed, rows_of
-from missions.language.keys import ANY_KEY, MODIFIERS, Form, required, value_words
+from missions.language.keys import ANY_KEY, MODIFIERS, Form, required
 from missions.language.kinds import CONTROLS, KINDS, NODES, outline_of
 from missions.language.kinds.composite import CompositeStep
 from missions.language.kinds.kind import Shape
@@ -20,6 +20,7 @@ from missions.language.reading.words import Draft, WordRole
 from missions.language.sections import PLACES, SECTIONS, mission_words
 from missions.trees.compiler import compile_mission
 from missions.trees.show import dot
+from tests.missions.language.reference import value_words
 from tests.missions.mission_fakes import read_text
 from tui.terminal.ascii_glyphs import GLYPHS
 

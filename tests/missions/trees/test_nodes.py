@@ -290,7 +290,7 @@ def test_repeat_counts_runs_and_forever_never_ends(run):
     endless.ticks(50)
     assert endless.tree.status is Status.RUNNING
     assert endless.robot.log.count("a starts") == 50
-    assert shown(endless)["repeat forever"] == "50 runs"
+    assert shown(endless)["repeat forever"] == "50 times"
 
 
 def shown(it):
