@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections import deque
-from itertools import islice, pairwise
-from math import pi
+from itertools import islice
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
@@ -128,30 +127,24 @@ class TransformBuffer(FrameTree):
         in_odom = self._odom_at(stamp)
         return in_odom if frame == "odom" else self.map_from_odom(stamp).compose(in_odom)
 
-    def odometry_between(self, first: float, last: float) -> tuple[FloatArray, FloatArray]:
-        """Return the odometry poses from which those at stamps in an interval are interpolated.
-
-        Args:
-            first: seconds on the body's clock.
-            last: not before `first`, seconds.
-
-        Returns:
-            (k,) stamps, and (k, 3) x, y, heading in the odom frame; headings without jumps.
+    def poses_at(self, stamps: FloatArray) -> FloatArray:
+        """Return (n, 3) x, y and heading of the base at stamps (n,), odom frame.
 
         Raises:
             FrameError: a stamp is outside the buffer.
         """
+        first, last = float(stamps.min()), float(stamps.max())
         self._check(first)
         self._check(last)
         poses = self._odom_from_base
         start = max(0, bisect_right(poses.stamps, first) - 1)
         end = bisect_right(poses.stamps, last) + 1
         known = np.array(list(islice(poses.stamps, start, end)))
-        rows = [_row(step.pose) for step in islice(poses.values, start, end)]
-        found = np.array(rows)
-        if any(abs(after[2] - before[2]) > pi for before, after in pairwise(rows)):
-            found[:, 2] = np.unwrap(found[:, 2])
-        return known, found
+        rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
+        rows[:, 2] = np.unwrap(rows[:, 2])
+        found = np.column_stack([np.interp(stamps, known, column) for column in rows.T])
+        found[:, 2] = (found[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+        return found
 
     def map_from_odom(self, stamp: float) -> Pose2D:
         """Return the odom frame's pose in the map frame at a stamp.

@@ -200,13 +200,14 @@ class Tracker:
     def _on_map(self, pose: Pose2D, scan: Scan, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return (n,) whether a valid beam ends on or near an obstacle of the map."""
         assert self._static is not None
-        from stack.perception.tracking.kernels import end_in_cells  # imports numba
-
-        sensor, (x, y) = pose.compose(scan.mount), self._static.origin
-        near: NDArray[np.bool_] = end_in_cells(
-            scan.ranges.astype(np.float64), scan.angles, valid,
-            sensor.x - x, sensor.y - y, sensor.heading, self._static.resolution, self._near_map,
-        )  # fmt: skip
+        beams, (x, y) = np.flatnonzero(valid), self._static.origin
+        cells = ((View(pose.compose(scan.mount), scan).ends(beams) - (x, y))
+                 / self._static.resolution).astype(np.intp)  # fmt: skip
+        near: NDArray[np.bool_] = np.zeros(valid.size, dtype=np.bool_)
+        # rounding towards zero puts what is up to a cell outside into the border: harmless
+        inside = ((cells >= 0) & (cells < self._near_map.shape[::-1])).all(axis=1)
+        column, row = cells[inside].T
+        near[beams[inside]] = self._near_map[row, column]
         return near
 
     def _correct(self, discs: list[Disc]) -> set[int]:
@@ -349,11 +350,8 @@ class Tracker:
 
 def _widened(cells: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
     """Return the cells within a distance (in cells) of a true one."""
-    rows, columns = cells.shape
-    wide = np.zeros_like(cells)
-    around = np.pad(cells, by)
-    for row in range(2 * by + 1):
-        for column in range(2 * by + 1):
-            if hypot(row - by, column - by) <= by + 1e-9:
-                wide |= around[row : row + rows, column : column + columns]
-    return wide
+    import cv2
+
+    rows, columns = np.ogrid[-by : by + 1, -by : by + 1]
+    disc = (np.hypot(rows, columns) <= by + 1e-9).astype(np.uint8)
+    return cv2.dilate(cells.astype(np.uint8), disc).astype(np.bool_)
