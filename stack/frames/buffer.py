@@ -68,12 +68,9 @@ class _Series(Generic[T]):
 
 
 class TransformBuffer(FrameTree):
-    """Tree of the frames map, odom and base, with the base's pose over the last seconds.
+    """Tree of the frames map, odom and base, with the base's pose over the last `span` seconds.
 
     Planar code uses `pose_at`; `lookup` gives the same poses lifted from the plane.
-
-    Args:
-        span: seconds that are kept.
     """
 
     def __init__(self, span: float = SPAN) -> None:
@@ -216,11 +213,7 @@ class TransformBuffer(FrameTree):
         return any(step.disturbed for step in self._steps_between(since, until)[1])
 
     def _steps_between(self, since: float, until: float) -> tuple[int, list[Odometry]]:
-        """Return the odometry at the end of each step in an interval, and the first one's number.
-
-        Raises:
-            FrameError: a stamp is outside the buffer.
-        """
+        """Return the odometry at the end of the steps in an interval, and the first one's number."""
         self._check(since)
         self._check(until)
         stamps = self._odom_from_base.stamps
@@ -229,14 +222,7 @@ class TransformBuffer(FrameTree):
         return start, list(islice(self._odom_from_base.values, start, end))
 
     def _shares(self, start: int, count: int, since: float, until: float) -> FloatArray:
-        """Return (count,) the part of the time of each step that is inside an interval.
-
-        Args:
-            start: number of the first step.
-            count: of the steps.
-            since: begin of the interval, seconds.
-            until: its end, seconds.
-        """
+        """Return (count,) the part of the time of each step from `start` on in an interval."""
         stamps = self._odom_from_base.stamps
         known = np.array(list(islice(stamps, start - 1, start + count)))
         inside = np.minimum(known[1:], until) - np.maximum(known[:-1], since)
