@@ -213,7 +213,7 @@ class TransformBuffer(FrameTree):
         return any(step.disturbed for step in self._steps_between(since, until)[1])
 
     def _steps_between(self, since: float, until: float) -> tuple[int, list[Odometry]]:
-        """Return the odometry at the end of each step in an interval, and the number of the first."""
+        """Return the odometry at the ends of steps in an interval, and the number of the first."""
         self._check(since)
         self._check(until)
         stamps = self._odom_from_base.stamps
