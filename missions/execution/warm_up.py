@@ -13,9 +13,7 @@ from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.components import DEFAULTS
 from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
-from stack.drivetrain.description import RobotDescription
 from stack.navigation.navigator import Navigator
-from stack.perception import smoothing
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracking.tracker import Tracker
 from stack.safety.safety import Safety
@@ -81,7 +79,7 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     found: dict[str, KernelTypes] = {
         "sensors": () if replayed else _sensor_kernels(plan),
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
-        "perception": (*_scan_kernels(plan.robot), *memory),
+        "perception": (*(Tracker.kernels() if plan.robot.all_lidars else ()), *memory),
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": (*Navigator.kernels(), *Evasion.kernels()),
     }
@@ -91,16 +89,6 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
         found["exploration"] = EXPLORATION
     return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}
-
-
-def _scan_kernels(robot: RobotDescription) -> KernelTypes:
-    """Return the kernels that process the scans of a robot; none if it has no lidar."""
-    if not robot.all_lidars:
-        return ()
-    from stack.frames.kernels import DESKEWING  # imports numba
-
-    turns = any(lidar.rotation_time for lidar in robot.real_lidars.values())
-    return (*(DESKEWING if turns else ()), *smoothing.kernels(robot), *Tracker.kernels())
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections import deque
-from itertools import islice, pairwise
-from math import pi
+from itertools import islice
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
@@ -69,12 +68,9 @@ class _Series(Generic[T]):
 
 
 class TransformBuffer(FrameTree):
-    """Tree of the frames map, odom and base, with the base's pose over the last seconds.
+    """Tree of the frames map, odom and base, with the base's pose over the last `span` seconds.
 
     Planar code uses `pose_at`; `lookup` gives the same poses lifted from the plane.
-
-    Args:
-        span: seconds that are kept.
     """
 
     def __init__(self, span: float = SPAN) -> None:
@@ -128,30 +124,24 @@ class TransformBuffer(FrameTree):
         in_odom = self._odom_at(stamp)
         return in_odom if frame == "odom" else self.map_from_odom(stamp).compose(in_odom)
 
-    def odometry_between(self, first: float, last: float) -> tuple[FloatArray, FloatArray]:
-        """Return the odometry poses from which those at stamps in an interval are interpolated.
-
-        Args:
-            first: seconds on the body's clock.
-            last: not before `first`, seconds.
-
-        Returns:
-            (k,) stamps, and (k, 3) x, y, heading in the odom frame; headings without jumps.
+    def poses_at(self, stamps: FloatArray) -> FloatArray:
+        """Return (n, 3) x, y and heading of the base at stamps (n,), odom frame.
 
         Raises:
             FrameError: a stamp is outside the buffer.
         """
+        first, last = float(stamps.min()), float(stamps.max())
         self._check(first)
         self._check(last)
         poses = self._odom_from_base
         start = max(0, bisect_right(poses.stamps, first) - 1)
         end = bisect_right(poses.stamps, last) + 1
         known = np.array(list(islice(poses.stamps, start, end)))
-        rows = [_row(step.pose) for step in islice(poses.values, start, end)]
-        found = np.array(rows)
-        if any(abs(after[2] - before[2]) > pi for before, after in pairwise(rows)):
-            found[:, 2] = np.unwrap(found[:, 2])
-        return known, found
+        rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
+        rows[:, 2] = np.unwrap(rows[:, 2])
+        found = np.column_stack([np.interp(stamps, known, column) for column in rows.T])
+        found[:, 2] = (found[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+        return found
 
     def map_from_odom(self, stamp: float) -> Pose2D:
         """Return the odom frame's pose in the map frame at a stamp.
@@ -223,11 +213,7 @@ class TransformBuffer(FrameTree):
         return any(step.disturbed for step in self._steps_between(since, until)[1])
 
     def _steps_between(self, since: float, until: float) -> tuple[int, list[Odometry]]:
-        """Return the odometry at the end of each step in an interval, and the first one's number.
-
-        Raises:
-            FrameError: a stamp is outside the buffer.
-        """
+        """Return the odometry at the ends of steps in an interval, and the number of the first."""
         self._check(since)
         self._check(until)
         stamps = self._odom_from_base.stamps
@@ -236,14 +222,7 @@ class TransformBuffer(FrameTree):
         return start, list(islice(self._odom_from_base.values, start, end))
 
     def _shares(self, start: int, count: int, since: float, until: float) -> FloatArray:
-        """Return (count,) the part of the time of each step that is inside an interval.
-
-        Args:
-            start: number of the first step.
-            count: of the steps.
-            since: begin of the interval, seconds.
-            until: its end, seconds.
-        """
+        """Return (count,) the part of the time of each step from `start` on in an interval."""
         stamps = self._odom_from_base.stamps
         known = np.array(list(islice(stamps, start - 1, start + count)))
         inside = np.minimum(known[1:], until) - np.maximum(known[:-1], since)

@@ -8,6 +8,9 @@ Mapping in Real-time", RSS 2014, section V.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import cos, sin
+
 import numpy as np
 
 from stack.frames.buffer import TransformBuffer
@@ -83,15 +86,22 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
     """
     if scan.time_increment == 0.0:
         return scan
-    from stack.frames.kernels import deskewed  # imports numba
-
     base, mount = frames.pose_at("odom", scan.stamp), scan.mount
-    ranges, bearings = deskewed(
-        scan.ranges.astype(np.float64), scan.angles, scan.stamp, scan.time_increment,
-        *frames.odometry_between(*scan.interval),
-        (base.x, base.y, base.heading), (mount.x, mount.y, mount.heading),
-    )  # fmt: skip
-    return Scan(
-        scan.stamp, ranges, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max,
-        mount, time_increment=0.0, bearings=bearings,
+    x, y, heading = frames.poses_at(scan.stamps).T
+    turned = (heading - base.heading + np.pi) % (2.0 * np.pi) - np.pi
+    # the sensor's position at each beam's stamp, from that at the scan's stamp
+    forward, aside = np.cos(heading) - cos(base.heading), np.sin(heading) - sin(base.heading)
+    forth = x - base.x + mount.x * forward - mount.y * aside
+    beside = y - base.y + mount.x * aside + mount.y * forward
+    c, s = cos(base.heading + mount.heading), sin(base.heading + mount.heading)
+    ahead, left = c * forth + s * beside, c * beside - s * forth
+    # the end point along and across the beam; an infinite range gives no change of bearing
+    bearings = scan.angles + turned
+    cosine, sine = np.cos(bearings), np.sin(bearings)
+    along = scan.ranges.astype(np.float64) + (cosine * ahead + sine * left)
+    across = cosine * left - sine * ahead
+    change = np.nan_to_num(np.arctan2(across, along))
+    return replace(
+        scan, ranges=np.hypot(along, across).astype(np.float32), bearings=bearings + change,
+        time_increment=0.0,
     )  # fmt: skip

@@ -84,9 +84,6 @@ def colour_mask(pixels: NDArray[np.uint8], colour: ObjectColour) -> NDArray[np.u
 class ColouredObjectDetector:
     """Detector of coloured objects that stand on the floor.
 
-    Args:
-        parameters: of the detection; may be changed between two pictures.
-
     Attributes:
         mask: of the last picture, for displays; None before the first one.
     """
@@ -227,12 +224,8 @@ def _range(
 ) -> float | None:
     """Return the mean distance of the nearest points in the patch's directions, metres.
 
-    Args:
-        patch: of a colour.
-        camera: that showed it.
-        points: (n, 2) of range sensors, seen from the camera, directions of the base frame.
-        expected: distance, metres; inf: unknown.
-        slack: largest difference from it, metres.
+    The points (n, 2) are seen from the camera, in directions of the base frame. Their distances
+    differ by `slack` metres at most from the expected one; inf: unknown.
     """
     left, _, right, _ = patch.box
     margin = INSET * (right - left)

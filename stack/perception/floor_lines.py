@@ -289,10 +289,7 @@ def _following(lines: FloorLines, base: Pose2D) -> FloorLines:
 def _to_view(view: tuple[float, float], grid: tuple[float, float], base: Pose2D) -> FloatArray:
     """Return the affine map (2, 3) from a grid cell (column, row) to one of the view.
 
-    Args:
-        view: corner of the view, base frame, metres.
-        grid: corner of the grid, odom frame, metres.
-        base: odom frame.
+    The corner of the view is in the base frame, that of the grid in the odom frame, metres.
     """
     turn = np.array(
         [[cos(base.heading), sin(base.heading)], [-sin(base.heading), cos(base.heading)]]

@@ -1,11 +1,10 @@
-"""Numba kernels of the seen ground and of range smoothing."""
+"""Numba kernel of the seen ground."""
 
 from __future__ import annotations
 
 from math import atan2, floor, hypot, pi
 
-import numpy as np
-from numba import f8, i8, njit
+from numba import f8, njit
 
 from stack.types import FloatArray
 
@@ -69,38 +68,5 @@ def mark_seen(
                 stamps[row, column] = stamp
 
 
-@njit(cache=True, nogil=True)
-def smooth_ranges(
-    ranges: FloatArray, angles: FloatArray, neighbours: int, span: float, same_surface: float
-) -> FloatArray:
-    """Average each range over pairs of beams at equal angles beside it; see `smoothed`.
-
-    Args:
-        ranges: (n,) metres; +inf: no return; NaN: invalid.
-        angles: (n,) beam directions, radians.
-        neighbours: largest number of beams to either side.
-        span: metres to either side of the ranges that are averaged.
-        same_surface: metres between a range and the mean of a pair that counts.
-
-    Returns:
-        (n,) metres.
-    """
-    total, count = ranges.copy(), np.ones(ranges.size)
-    for shift in range(1, min(neighbours, (ranges.size - 1) // 2) + 1):
-        are_near = False
-        for beam in range(shift, ranges.size - shift):
-            middle, before, after = ranges[beam], beam - shift, beam + shift
-            if abs(angles[after] - angles[before]) * middle <= 2.0 * span:
-                are_near = True
-                pair = ranges[before] + ranges[after]
-                if abs(0.5 * pair - middle) <= same_surface:
-                    total[beam] += pair
-                    count[beam] += 2.0
-        if not are_near:
-            break
-    return total / count
-
-
 MARK_SEEN = ((mark_seen, (f8[:, ::1], *6 * (f8,), f8[::1], f8[::1], f8, f8)),)
-"""Entry points, with the types that the seen ground calls them with; then of the smoothing."""
-SMOOTHING = ((smooth_ranges, (f8[::1], f8[::1], i8, f8, f8)),)
+"""Entry point, with the types that the seen ground calls it with."""

@@ -102,12 +102,7 @@ class _Measured:
 
 
 class ObstacleMemory:
-    """Collects the measurements of all range sensors of a robot.
-
-    Args:
-        robot: with its lidars and sonars.
-        parameters: of the memory.
-    """
+    """Collects the measurements of all range sensors of a robot."""
 
     @staticmethod
     def kernels(robot: RobotDescription) -> KernelTypes:
@@ -206,12 +201,7 @@ class ObstacleMemory:
     ) -> FloatArray:  # fmt: skip
         """Return (m, 2) remembered points in blind sectors, base frame now.
 
-        Args:
-            visible: (n, 2) the newest points, base frame now; remembered if they are `fresh`.
-            now: seconds.
-            frames: with the odometry up to now.
-            tracks: moving objects, map frame.
-            fresh: whether there is a new measurement.
+        The newest points (n, 2) are remembered if they are `fresh`.
         """
         p = self.parameters
         if not len(self._blind_sectors) or p.blind_time == 0.0:
@@ -329,12 +319,8 @@ def blind_sectors(robot: RobotDescription) -> FloatArray:
 def _covers(sensor: Sensor, points: FloatArray, margin: float = 0.0) -> NDArray[np.bool_]:
     """Return (n,) whether points (n, 2), base frame, are in the view of a sensor.
 
-    A point hidden behind an obstacle counts as covered.
-
-    Args:
-        sensor: with its mount, field of view and range.
-        points: metres.
-        margin: radians by which the field of view is narrower on both sides.
+    A point hidden behind an obstacle counts as covered. The field of view is narrower by a margin
+    in radians on both sides.
     """
     local = sensor.mount.inverse().transform(points)
     away = np.hypot(local[:, 0], local[:, 1])

@@ -21,11 +21,7 @@ that a wall which the robot touches stays."""
 
 
 class OwnBody:
-    """Removes from scans what they show of the robot.
-
-    Args:
-        robot: with its footprint, and the masks of its lidars.
-    """
+    """Removes from scans what they show of the robot."""
 
     def __init__(self, robot: RobotDescription) -> None:
         self._lidars, self._footprint = robot.all_lidars, robot.footprint

@@ -7,26 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import Pose2D
-
 T = TypeVar("T", bound=np.generic)
-
-
-def following(
-    corner: tuple[int, int], cells: int, cell: float, base: Pose2D, slack: float
-) -> tuple[int, int]:
-    """Return the corner of a square grid that keeps the base near its middle.
-
-    Args:
-        corner: column and row of the grid's first cell, counted from the frame's origin.
-        cells: along a side of the grid.
-        cell: side of a cell, metres.
-        base: in the frame.
-        slack: metres that the base moves from the middle before the grid follows.
-    """
-    column, row = (round(value / cell) - cells // 2 for value in (base.x, base.y))
-    stays = max(abs(column - corner[0]), abs(row - corner[1])) * cell <= slack
-    return corner if stays else (column, row)
 
 
 def shifted(cells: NDArray[T], rows: int, columns: int, fill: Any) -> NDArray[T]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
 from stack.geometry.polygons import fill_polygon
-from stack.perception.rolling_grid import following, shifted
+from stack.perception.rolling_grid import shifted
 from stack.types import FloatArray, Pose2D, RangeReading, RangeView, Scan, SeenGround
 
 CELL = 0.03
@@ -97,11 +97,12 @@ class GroundMemory:
 
     def _follow(self, base: Pose2D) -> None:
         """Move the grid with the base; cells that leave it are forgotten."""
-        column, row = following(self._corner, len(self._stamps), CELL, base, SLACK)
-        columns, rows = column - self._corner[0], row - self._corner[1]
-        if columns or rows:
-            self._stamps = shifted(self._stamps, rows, columns, -inf)
-            self._corner = (column, row)
+        wanted = tuple(round(value / CELL) - self._half for value in (base.x, base.y))
+        columns, rows = wanted[0] - self._corner[0], wanted[1] - self._corner[1]
+        if max(abs(columns), abs(rows)) * CELL <= SLACK:
+            return
+        self._stamps = shifted(self._stamps, rows, columns, -inf)
+        self._corner = (wanted[0], wanted[1])
 
 
 def _cone(reading: RangeReading) -> tuple[FloatArray, FloatArray]:

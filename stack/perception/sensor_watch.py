@@ -30,11 +30,7 @@ class SensorEvent(NamedTuple):
 
 
 class SensorWatch:
-    """Watches the sensors of a robot that measure all the time.
-
-    Args:
-        robot: with the sensors and their rates.
-    """
+    """Watches the sensors of a robot that measure all the time."""
 
     def __init__(self, robot: RobotDescription) -> None:
         rates = {name: lidar.rate for name, lidar in robot.real_lidars.items()}

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.compilation import KernelTypes
-from stack.drivetrain.description import RobotDescription
 from stack.types import Observation, Scan
 
 SPAN = 0.015
@@ -22,15 +20,6 @@ NEIGHBOURS = 8
 SAME_SURFACE = 0.03
 """Metres between a range and the mean of two beams beside it if all are on one surface: three
 standard deviations of the noise of a common lidar (1 cm)."""
-
-
-def kernels(robot: RobotDescription) -> KernelTypes:
-    """Return the kernels of the smoothing; none if the robot has no lidar."""
-    if not robot.all_lidars:
-        return ()
-    from stack.perception.kernels import SMOOTHING  # imports numba
-
-    return SMOOTHING
 
 
 def smooth_observation(observation: Observation) -> Observation:
@@ -52,9 +41,16 @@ def smoothed(scan: Scan) -> Scan:
     one by SPAN / 2, the sharpest by 2/3 SAME_SURFACE, since its pairs are deeper in proportion to
     their distance. What a single beam sees, and the edge of a surface, stay as they are.
     """
-    from stack.perception.kernels import smooth_ranges  # imports numba
-
-    ranges = smooth_ranges(
-        scan.ranges.astype(np.float64), scan.angles, NEIGHBOURS, SPAN, SAME_SURFACE
-    )
-    return scan.with_ranges(ranges.astype(np.float32))
+    ranges, angles = scan.ranges.astype(np.float64), scan.angles
+    total, count = ranges.copy(), np.ones(ranges.size)
+    with np.errstate(invalid="ignore"):  # inf - inf: beams without return
+        for shift in range(1, min(NEIGHBOURS, (ranges.size - 1) // 2) + 1):
+            middle, pair = ranges[shift:-shift], ranges[: -2 * shift] + ranges[2 * shift :]
+            width = np.abs(angles[2 * shift :] - angles[: -2 * shift]) * middle
+            near = width <= 2.0 * SPAN
+            if not near.any():
+                break
+            counts = near & (np.abs(0.5 * pair - middle) <= SAME_SURFACE)
+            total[shift:-shift] += np.where(counts, pair, 0.0)
+            count[shift:-shift] += 2.0 * counts
+    return scan.with_ranges((total / count).astype(np.float32))

@@ -59,12 +59,7 @@ class _Watched:
 
 
 class CameraWatch:
-    """Judges the pictures of a robot's cameras.
-
-    Args:
-        robot: with its cameras.
-        parameters: of the watch.
-    """
+    """Judges the pictures of a robot's cameras."""
 
     def __init__(self, robot: RobotDescription, parameters: CameraParameters) -> None:
         self.parameters = parameters

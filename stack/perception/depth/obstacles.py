@@ -52,12 +52,7 @@ _SQUARE = np.ones((3, 3), np.uint8)
 
 
 class DepthObstacles:
-    """Collects obstacles from the depth cameras of a robot.
-
-    Args:
-        robot: with its depth cameras, footprint and height.
-        parameters: of the processing.
-    """
+    """Collects obstacles from the depth cameras of a robot."""
 
     def __init__(self, robot: RobotDescription, parameters: DepthParameters) -> None:
         self.parameters = parameters

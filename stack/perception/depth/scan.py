@@ -27,11 +27,7 @@ distance: far floor is no obstacle."""
 
 
 class DepthScans:
-    """Makes the virtual scans of a robot.
-
-    Args:
-        robot: with its depth cameras.
-    """
+    """Makes the virtual scans of a robot."""
 
     def __init__(self, robot: RobotDescription) -> None:
         self._scans = {
@@ -58,13 +54,7 @@ class DepthScans:
 
 
 class VirtualScan:
-    """Converts the pictures of one camera.
-
-    Args:
-        camera: whose pictures are converted.
-        band: heights that count.
-        lidar: that the scan stands for.
-    """
+    """Converts the pictures of one camera into scans of the lidar that they stand for."""
 
     def __init__(
         self, camera: DepthCameraDescription, band: DepthScanDescription, lidar: LidarDescription

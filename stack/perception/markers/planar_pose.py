@@ -36,7 +36,6 @@ class FloorFit:
             J is the Jacobian of the projection and R the noise of the pixels.
         residuals: (n, 2) pixels, seen minus expected.
         cost: rᵀR⁻¹r / 2 of the residuals r.
-        lift: vertical shift of the image, pixels: pitch of the base.
     """
 
     pose: Pose2D
@@ -44,7 +43,6 @@ class FloorFit:
     covariance: FloatArray
     residuals: FloatArray
     cost: float
-    lift: float
 
 
 def align_on_floor(
@@ -88,12 +86,11 @@ def align_on_floor(
     if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e14:
         return None
     covariance = np.linalg.inv(normal)[:3, :3]
-    x, y, heading, lift = (float(value) for value in unknowns)
+    x, y, heading = (float(value) for value in unknowns[:3])
     return FloorFit(
         Pose2D(0.0, 0.0).compose(Pose2D(x, y, heading)),
         float(np.sqrt((residuals**2).sum(axis=1).mean())),
         0.5 * (covariance + covariance.T), residuals, 0.5 * _squares(whiten, residuals),
-        lift,
     )  # fmt: skip
 
 

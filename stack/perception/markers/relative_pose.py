@@ -242,11 +242,7 @@ def _moments(
 ) -> tuple[Pose2D, FloatArray]:
     """Return mean and covariance (3, 3) of poses with the shares of a part.
 
-    Args:
-        part: of the distribution.
-        places: (n, 2) at its headings.
-        headings: (n,) radians, at equal distances.
-        covariances: (n, 2, 2) of the places.
+    They have places (n, 2) with covariances (n, 2, 2), and headings (n,) at equal distances.
     """
     rows = np.column_stack([places, headings])
     mean = part.shares @ rows

@@ -75,11 +75,7 @@ class MarkerView:
 
 
 class MarkerSurvey:
-    """Collects views of unknown markers and estimates the markers' poses.
-
-    Args:
-        parameters: size and dictionary of the markers, noise, least number of views.
-    """
+    """Collects views of unknown markers and estimates the markers' poses."""
 
     def __init__(self, parameters: MarkerParameters) -> None:
         self.parameters = parameters
@@ -142,13 +138,7 @@ def _with_shared_errors(marker: Marker) -> Marker:
 def surveyed(
     key: tuple[str, int], views: list[MarkerView], parameters: MarkerParameters
 ) -> Marker | None:
-    """Return the marker that explains its views best; None if none does.
-
-    Args:
-        key: dictionary and number.
-        views: of the marker.
-        parameters: size of the marker, noise.
-    """
+    """Return the marker (dictionary, number) that explains its views best; None if none does."""
     largest = sorted(views, key=lambda view: -view.side)[:_STARTS]
     starts = [start for view in largest for start in _solutions(view, parameters.surveyed_size)]
     marker = Marker(key[1], parameters.surveyed_size, (0.0, 0.0, 0.0), 0.0, key[0])

@@ -59,6 +59,15 @@ def _detector() -> Any:
     return cv2.SIFT.create(contrastThreshold=LEAST_CONTRAST)
 
 
+def squared_distances(one: Descriptors, other: Descriptors) -> NDArray[np.int64]:
+    """Return (n, m) the exact squared distances of descriptors (n, 128) and (m, 128)."""
+    squares = [(each.astype(np.int64) ** 2).sum(axis=1) for each in (one, other)]
+    # Products of whole numbers below 2^24 are exact in float32 whatever the order of the sum.
+    products = (one.astype(np.float32) @ other.astype(np.float32).T).astype(np.int64)
+    found: NDArray[np.int64] = squares[0][:, None] + squares[1][None, :] - 2 * products
+    return found
+
+
 def matches(query: Descriptors, known: Descriptors) -> NDArray[np.intp]:
     """Return pairs (m, 2) of a query's and a known descriptor that belong together.
 
@@ -66,11 +75,7 @@ def matches(query: Descriptors, known: Descriptors) -> NDArray[np.intp]:
     """
     if len(query) == 0 or len(known) < 2:
         return np.zeros((0, 2), np.intp)
-    one, other = query.astype(np.int64), known.astype(np.int64)
-    squares = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1)[None, :]
-    # Products of whole numbers below 2^24 are exact in float32 whatever the order of the sum.
-    products = query.astype(np.float32) @ known.astype(np.float32).T
-    squares = squares - 2 * products.astype(np.int64)
+    squares = squared_distances(query, known)
     nearest = np.argpartition(squares, 1, axis=1)[:, :2]
     two = np.take_along_axis(squares, nearest, axis=1)
     order = np.argsort(two, axis=1, kind="stable")

@@ -1,9 +1,9 @@
 """Geometric verification: the base pose on the floor from which a picture shows landmarks.
 
 A pose with all six unknowns is drawn from four pairs at a time (P3P in RANSAC; M. Fischler, R.
-Bolles, "Random sample consensus", CACM 24, 1981). It starts the fit of the pose on the floor; the
-inliers are counted and the pose is fitted in turn. OpenCV's RANSAC draws from a generator with a
-fixed start, so the same pairs give the same pose.
+Bolles, "Random sample consensus", CACM 24, 1981). It starts Gauss-Newton on the pose on the floor,
+which counts and refines the inliers in turn. OpenCV's RANSAC draws from a generator with a fixed
+start, so the same pairs give the same pose.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.frames.tree import inverse, on_floor
-from stack.perception.markers.planar_pose import align_on_floor, project
+from stack.perception.markers.planar_pose import project
 from stack.types import CameraModel, FloatArray, Pose2D
 
 DRAWS, CONFIDENCE = 400, 0.999
@@ -23,8 +23,8 @@ LEAST_PAIRS = 6
 LARGEST_HEIGHT, LARGEST_TILT = 0.4, 0.6
 """Metres and radians that the drawn pose may be off the floor: it is only a start."""
 
-ROUNDS = 3
-"""Times that the inliers are counted again."""
+STEPS, ROUNDS = 10, 3
+"""Steps of Gauss-Newton, and times that the inliers are counted again."""
 
 NEAREST = 0.1
 """Metres in front of the camera; landmarks that are nearer are not seen."""
@@ -73,22 +73,26 @@ def refined(
 
     The inliers are counted with a wide limit first, which narrows to `largest_error`.
     """
-    pose, lift = start, 0.0
+    unknowns = np.array([start.x, start.y, start.heading, 0.0])
     for factor in np.linspace(3.0, 1.0, ROUNDS):
-        inliers = _errors(pose, lift, camera, pixels, landmarks) <= factor * largest_error
+        errors = _errors(unknowns, camera, pixels, landmarks)
+        inliers = errors <= factor * largest_error
         if inliers.sum() < LEAST_PAIRS:
             return None
-        fit = align_on_floor(pose, camera, landmarks[inliers], pixels[inliers])
-        if fit is None:
+        moved = _gauss_newton(unknowns, camera, pixels[inliers], landmarks[inliers])
+        if moved is None:
             return None
-        pose, lift = fit.pose, fit.lift
-    errors = _errors(pose, lift, camera, pixels, landmarks)
+        unknowns, normal = moved
+    errors = _errors(unknowns, camera, pixels, landmarks)
     inliers = errors <= largest_error
     if inliers.sum() < LEAST_PAIRS:
         return None
+    spread = np.linalg.inv(normal)[:2, :2]
+    x, y, heading = (float(value) for value in unknowns[:3])
     return FloorPose(
-        pose, inliers, float(np.sqrt((errors[inliers] ** 2).mean())),
-        float(np.sqrt(np.linalg.eigvalsh(fit.covariance[:2, :2])[-1])),
+        Pose2D(0.0, 0.0).compose(Pose2D(x, y, heading)), inliers,
+        float(np.sqrt((errors[inliers] ** 2).mean())),
+        float(np.sqrt(np.linalg.eigvalsh(0.5 * (spread + spread.T))[-1])),
     )  # fmt: skip
 
 
@@ -117,15 +121,34 @@ def _drawn(
 
 
 def _errors(
-    pose: Pose2D, lift: float, camera: CameraModel, pixels: FloatArray, landmarks: FloatArray
-) -> FloatArray:
+    unknowns: FloatArray, camera: CameraModel, pixels: FloatArray, landmarks: FloatArray
+) -> FloatArray:  # fmt: skip
     """Return the (n,) reprojection errors, pixels; infinite for landmarks behind the camera."""
     errors = np.full(len(pixels), np.inf)
-    ahead = np.column_stack([pose.inverse().transform(landmarks[:, :2]), landmarks[:, 2]])
+    x, y, heading = unknowns[:3]
+    ahead = Pose2D(float(x), float(y), float(heading)).inverse().transform(landmarks[:, :2])
     forward = camera.base_from_optical()[:3, 2]
-    before = (ahead - camera.position) @ forward > NEAREST
-    unknowns = np.array([pose.x, pose.y, pose.heading, lift])
+    before = (np.column_stack([ahead, landmarks[:, 2]]) - camera.position) @ forward > NEAREST
     projected = project(unknowns, camera, landmarks[before])
     if projected is not None:
         errors[before] = np.linalg.norm(pixels[before] - projected[0], axis=1)
     return errors
+
+
+def _gauss_newton(
+    unknowns: FloatArray, camera: CameraModel, pixels: FloatArray, landmarks: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:  # fmt: skip
+    """Return the unknowns with the smallest reprojection error near these, and JᵀJ."""
+    for _ in range(STEPS):
+        projected = project(unknowns, camera, landmarks)
+        if projected is None:
+            return None
+        expected, jacobian = projected
+        normal = jacobian.T @ jacobian
+        if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e14:
+            return None
+        step = np.linalg.solve(normal, jacobian.T @ (pixels - expected).ravel())
+        unknowns = unknowns + step
+        if np.abs(step).max() < 1e-6:
+            break
+    return unknowns, normal

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.perception.places.features import Descriptors
+from stack.perception.places.features import Descriptors, squared_distances
 from stack.streams import stream
 from stack.types import FloatArray
 
@@ -30,7 +30,7 @@ class Vocabulary:
         """Return the VLAD of a picture's descriptors: (128 k,) of length 1, or all 0."""
         total = np.zeros(self.words.shape, dtype=np.int64)
         if len(descriptors):
-            nearest = _nearest(descriptors, self.words)
+            nearest = squared_distances(descriptors, self.words).argmin(axis=1)
             difference = descriptors.astype(np.int64) - self.words[nearest]
             np.add.at(total, nearest, difference)
         lengths = np.sqrt((total**2).sum(axis=1, keepdims=True).astype(np.float64))
@@ -53,18 +53,10 @@ def trained(pictures: Sequence[Descriptors]) -> Vocabulary:
     chosen = random.choice(len(distinct), min(WORDS, len(distinct)), replace=False)
     words = distinct[np.sort(chosen)]
     for _ in range(ROUNDS):
-        nearest = _nearest(every, words)
+        nearest = squared_distances(every, words).argmin(axis=1)
         totals = np.zeros((len(words), every.shape[1]), dtype=np.int64)
         np.add.at(totals, nearest, every.astype(np.int64))
         counts = np.bincount(nearest, minlength=len(words))
         means = np.rint(totals / np.maximum(counts, 1)[:, None]).astype(np.uint8)
         words = np.where(counts[:, None] > 0, means, words)
     return Vocabulary(words)
-
-
-def _nearest(descriptors: Descriptors, words: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Return the number of the nearest word of each descriptor."""
-    products = descriptors.astype(np.float32) @ words.astype(np.float32).T
-    squares = (words.astype(np.int64) ** 2).sum(axis=1)[None, :] - 2 * products.astype(np.int64)
-    nearest: NDArray[np.intp] = np.argmin(squares, axis=1)
-    return nearest

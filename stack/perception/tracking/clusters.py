@@ -59,9 +59,17 @@ def clusters(
     Returns:
         (first, last + 1) of each run; beam indices are modulo n.
     """
-    from stack.perception.tracking.kernels import linked_runs  # imports numba
-
-    return [(first, end) for first, end in linked_runs(ranges, increment, jump, valid).tolist()]
+    n, safe = ranges.size, np.where(valid, ranges, 0.0)
+    following = np.roll(safe, -1)
+    apart = safe * safe + following * following - (2.0 * cos(increment)) * safe * following
+    linked = valid & np.roll(valid, -1) & (apart <= jump * jump)
+    if n * abs(increment) < 2.0 * pi - 1.5 * abs(increment):
+        linked[-1] = False
+    starts = np.flatnonzero(valid & ~np.roll(linked, 1))
+    ends = np.flatnonzero(valid & ~linked) + 1
+    if starts.size and ends[0] <= starts[0]:  # the run that ends first began last
+        ends = np.append(ends[1:], ends[0] + n)
+    return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
 def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
@@ -73,9 +81,11 @@ def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
         ranges: (n,) metres; inf or nan: no return.
         jump: largest difference of the neighbours, metres.
     """
-    from stack.perception.tracking.kernels import bridge  # imports numba
-
-    return bridge(ranges, jump)
+    before, after = np.roll(ranges, 1), np.roll(ranges, -1)
+    with np.errstate(invalid="ignore"):  # inf - inf and nan compare as false
+        same = ~np.isfinite(ranges) & (np.abs(before - after) <= jump)
+    found: NDArray[np.float32] = np.where(same, np.float32(0.5) * (before + after), ranges)
+    return found
 
 
 def covers_full_turn(scan: Scan) -> bool:

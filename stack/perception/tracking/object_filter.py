@@ -39,6 +39,7 @@ class ObjectFilter:
         hits: number of scans that showed it.
         has_moved: whether it is known to move; False while it could be a wall.
         absent: scans in a row that have seen through its place.
+        whole_at: seconds, when a scan determined its circle last.
     """
 
     id: int
@@ -51,6 +52,7 @@ class ObjectFilter:
     hits: int = 1
     has_moved: bool = False
     absent: int = 0
+    whole_at: float = 0.0
 
     @property
     def speed(self) -> float:

@@ -7,6 +7,7 @@ from math import asin, atan2, hypot
 
 import numpy as np
 
+from stack.perception.tracking.view import View
 from stack.types import TRACK_PADDING, Pose2D, RangeReading, Scan, TrackedObject, wrap_angle
 
 
@@ -20,14 +21,12 @@ def without_objects(scan: Scan, pose: Pose2D, objects: Sequence[TrackedObject]) 
     """
     if not objects:
         return scan
-    from stack.perception.tracking.kernels import end_at_discs  # imports numba
-
-    sensor = pose.compose(scan.mount)
-    discs = np.array([(*item.position, item.radius + TRACK_PADDING) for item in objects])
-    hit = end_at_discs(
-        scan.ranges.astype(np.float64), scan.angles, sensor.x, sensor.y, sensor.heading, discs
-    )
-    if not hit.any():
+    beams = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
+    centres = np.array([item.position for item in objects])
+    reach = np.array([item.radius + TRACK_PADDING for item in objects])
+    away = View(pose.compose(scan.mount), scan).ends(beams)[:, None] - centres
+    hit = beams[(np.hypot(away[..., 0], away[..., 1]) <= reach).any(axis=1)]
+    if not hit.size:
         return scan
     masked = scan.ranges.copy()
     masked[hit] = np.nan

@@ -4,15 +4,16 @@ Circles are fitted to clusters of returns that are not on the map. Each is assoc
 nearest track inside a gate and updates it by a Kalman filter with a constant-velocity model
 (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", 2001,
 sections 5.2 and 6.2). A cluster of two bodies that touch is divided, and the arc of one that is
-partly hidden gives its circle, if it is long enough (arcs.py). One whose place is seen through is
-not there any more.
+partly hidden gives its circle, if it is long enough (arcs.py). The returns of a moving object that
+shows less are fitted to the surface of a circle of the known radius. One whose place is
+seen through is not there any more.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from itertools import compress
-from math import floor, hypot
+from math import floor, hypot, sqrt
 from operator import attrgetter, not_
 
 import numpy as np
@@ -24,6 +25,7 @@ from stack.perception.tracking.object_filter import ObjectFilter, Sighting
 from stack.perception.tracking.out_of_sight import ABSENT, OutOfSight
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.perception.tracking.standing import StandingPlaces
+from stack.perception.tracking.surface_fit import has_edge, surface_fit
 from stack.perception.tracking.view import View
 from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, StandingObject, TrackedObject
 
@@ -60,6 +62,9 @@ PART = 1.25
 
 SHARE = 0.5
 """Share of an object's returns on ground seen free that shows that it has moved."""
+
+PARTLY = 2.0
+"""Seconds after a scan determined its circle for which a part of its surface shows an object."""
 
 STOOD = 0.2
 """Metres from the centre of what stands within which a disc is that thing."""
@@ -132,6 +137,7 @@ class Tracker:
         discs = self.discs(pose, scan)
         taken = self._correct(discs)
         taken |= self._correct_manoeuvring(discs, taken)
+        self._correct_by_surface(pose)
         for index, disc in enumerate(discs):
             if index not in taken and disc.is_circle and not self._is_known(disc):
                 self._begin(disc)
@@ -200,13 +206,14 @@ class Tracker:
     def _on_map(self, pose: Pose2D, scan: Scan, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return (n,) whether a valid beam ends on or near an obstacle of the map."""
         assert self._static is not None
-        from stack.perception.tracking.kernels import end_in_cells  # imports numba
-
-        sensor, (x, y) = pose.compose(scan.mount), self._static.origin
-        near: NDArray[np.bool_] = end_in_cells(
-            scan.ranges.astype(np.float64), scan.angles, valid,
-            sensor.x - x, sensor.y - y, sensor.heading, self._static.resolution, self._near_map,
-        )  # fmt: skip
+        beams, (x, y) = np.flatnonzero(valid), self._static.origin
+        cells = ((View(pose.compose(scan.mount), scan).ends(beams) - (x, y))
+                 / self._static.resolution).astype(np.intp)  # fmt: skip
+        near: NDArray[np.bool_] = np.zeros(valid.size, dtype=np.bool_)
+        # rounding towards zero puts what is up to a cell outside into the border: harmless
+        inside = ((cells >= 0) & (cells < self._near_map.shape[::-1])).all(axis=1)
+        column, row = cells[inside].T
+        near[beams[inside]] = self._near_map[row, column]
         return near
 
     def _correct(self, discs: list[Disc]) -> set[int]:
@@ -265,6 +272,36 @@ class Tracker:
                 self._correct_filter(item, discs[index])
         return found
 
+    def _correct_by_surface(self, pose: Pose2D) -> None:
+        """Correct lost objects by the returns nearest to their surface.
+
+        One edge of the surface must be seen: along a wall, returns beside those that fit go on.
+        """
+        if not self._lost():
+            return
+        view, moving = self._views[-1], [item for item in self._filters if item.has_moved]
+        ranges, returned = view.scan.ranges, np.isfinite(view.scan.ranges)
+        if self._static is not None:
+            returned &= ~self._on_map(pose, view.scan, returned)
+        beams = np.flatnonzero(returned)
+        points = view.ends(beams)
+        off = points[:, None, :] - np.array([item.state[:2] for item in moving])
+        radii = np.array([item.radius for item in moving])
+        away = np.abs(np.hypot(off[..., 0], off[..., 1]) - radii)
+        nearest = away.argmin(axis=1)
+        for number, item in enumerate(moving):
+            if item.seen_at == self._time or self._time - item.whole_at > PARTLY:
+                continue
+            spread = item.covariance[:2, :2]
+            reach = 0.1 + min(3.0 * sqrt(np.linalg.eigvalsh(spread)[-1]), 0.5 * item.radius)
+            own = (nearest == number) & (away[:, number] <= reach)
+            if not own.any() or not has_edge(ranges, beams[own]):
+                continue
+            fit = surface_fit(points[own], item.state[:2], item.radius, spread, view.origin)
+            if fit is not None:
+                item.correct(*fit)
+                item.seen_at = self._time
+
     def _note_absent(self) -> None:
         """Count the scans that saw through where a lost object should be."""
         view = self._views[-1]
@@ -297,6 +334,7 @@ class Tracker:
         item.correct(np.array([disc.x, disc.y]), self._variance(disc) * np.eye(2))
         if disc.is_circle:
             item.correct_radius(disc.radius)
+            item.whole_at = self._time
         item.hits, item.seen_at = item.hits + 1, self._time
         item.seen.append(Sighting(self._views[-1], disc.run))
         if not item.has_moved and self._moves(item):
@@ -339,7 +377,7 @@ class Tracker:
                 self._next_id if known is None else known.id,
                 np.array([disc.x, disc.y, 0.0, 0.0]), np.diag(variances),
                 disc.radius, (disc.x, disc.y), self._time,
-                deque([Sighting(self._views[-1], disc.run)], maxlen=VIEWS),
+                deque([Sighting(self._views[-1], disc.run)], maxlen=VIEWS), whole_at=self._time,
                 has_moved=known is not None,
             )
         )  # fmt: skip
@@ -349,11 +387,8 @@ class Tracker:
 
 def _widened(cells: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
     """Return the cells within a distance (in cells) of a true one."""
-    rows, columns = cells.shape
-    wide = np.zeros_like(cells)
-    around = np.pad(cells, by)
-    for row in range(2 * by + 1):
-        for column in range(2 * by + 1):
-            if hypot(row - by, column - by) <= by + 1e-9:
-                wide |= around[row : row + rows, column : column + columns]
-    return wide
+    import cv2
+
+    rows, columns = np.ogrid[-by : by + 1, -by : by + 1]
+    disc = (np.hypot(rows, columns) <= by + 1e-9).astype(np.uint8)
+    return cv2.dilate(cells.astype(np.uint8), disc).astype(np.bool_)

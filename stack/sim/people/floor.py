@@ -43,13 +43,8 @@ class Floor:
 
         Near walls people walk less fast, so that ways lead through the middle of doors.
 
-        Args:
-            x: of the goal, metres.
-            y: of the goal, metres.
-            radius: of the person, metres.
-
         Returns:
-            (rows, columns) seconds; inf where there is no way.
+            (rows, columns) seconds; inf where there is no way for a person of that radius.
         """
         from stack.sim.people.kernels import sweep_times  # imports numba
 

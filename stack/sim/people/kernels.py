@@ -126,15 +126,10 @@ def directions(
 def _repulsion(
     dx: float, dy: float, stride_x: float, stride_y: float, strength: float, scale: float
 ) -> tuple[float, float]:
-    """Acceleration away from another at whose distance the potential is elliptical.
+    """Acceleration away from another, who takes a step; the potential is elliptical.
 
-    Args:
-        dx: from the other to the person, metres.
-        dy: of the same vector.
-        stride_x: the other's step, velocity times stride time, metres.
-        stride_y: of the same vector.
-        strength: of the potential, m²/s².
-        scale: range of the potential, metres.
+    Vectors are from the other to the person, and the step, velocity times stride time, in metres;
+    the strength of the potential is in m²/s², its range in metres.
     """
     r = max(hypot(dx, dy), 1e-6)
     ex, ey = dx - stride_x, dy - stride_y

@@ -47,10 +47,7 @@ class Walker:
     def walk(self, period: float, robots: Robots, *, touch: float | None = None) -> bool:
         """Advance by `period` seconds; return whether the person moved.
 
-        Args:
-            period: seconds.
-            robots: where they are.
-            touch: depth by which a robot and the person overlap, metres; None: no touch.
+        `touch` is the depth by which a robot and the person overlap, metres; None: no touch.
         """
         share = 1.0
         if touch is not None or self._bump.is_under_way:

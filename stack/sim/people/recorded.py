@@ -31,13 +31,7 @@ class RecordedWalker:
     """
 
     def __init__(self, person: Person, shift: float, robots: Robots = ()) -> None:
-        """Begin.
-
-        Args:
-            person: with a track.
-            shift: seconds of the recording that have passed at time 0.
-            robots: where they are at time 0.
-        """
+        """Begin when `shift` seconds of the recording have passed."""
         assert person.track is not None
         self._track, self._duration = person.track, person.recorded_duration
         self._radius = person.radius
@@ -48,10 +42,7 @@ class RecordedWalker:
     def walk(self, period: float, robots: Robots, *, touch: float | None = None) -> bool:
         """Advance by `period` seconds; return whether the person moved, came or left.
 
-        Args:
-            period: seconds.
-            robots: where they are.
-            touch: depth by which a robot and the person overlap, metres; None: no touch.
+        `touch` is the depth by which a robot and the person overlap, metres; None: no touch.
         """
         share = self._bump.share(period, touch)
         if share == 0.0:

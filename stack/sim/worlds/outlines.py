@@ -24,13 +24,6 @@ class Rectangle:
     half_width: float
     name: str = ""
 
-    def depth_at(self, points: FloatArray) -> FloatArray:
-        """Return the depth of points (n, 2): (n,) metres to the nearest side, negative outside."""
-        local = self.pose.inverse().transform(points)
-        reach = np.array([self.half_length, self.half_width])
-        depth: FloatArray = np.min(reach - np.abs(local), axis=1)
-        return depth
-
     def distance_to(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
         local = np.abs(self.pose.inverse().transform(points))
@@ -59,12 +52,8 @@ class Disc:
 
     def distance_to(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
-        return -self.depth_at(points)
-
-    def depth_at(self, points: FloatArray) -> FloatArray:
-        """Return the depth of points (n, 2): (n,) metres to the rim, negative outside."""
-        depth: FloatArray = self.radius - np.linalg.norm(points - (self.x, self.y), axis=1)
-        return depth
+        distance: FloatArray = np.linalg.norm(points - (self.x, self.y), axis=1) - self.radius
+        return distance
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

@@ -203,7 +203,7 @@ def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
     points = np.array([(x, y) for _, _, x, y in placed])
     inside: dict[int, list[tuple[Outline, float]]] = {}
     for outline in solid:
-        depths = outline.depth_at(points)
+        depths = -outline.distance_to(points)
         for number in np.flatnonzero(depths > 1e-3).tolist():
             inside.setdefault(number, []).append((outline, float(depths[number])))
     for number, (what, mark, x, y) in enumerate(placed):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from stack.perception.tracking import tracker as tracking
 from stack.perception.tracking.clusters import bridged, clusters
 from stack.perception.tracking.parameters import TrackerParameters
+from stack.perception.tracking.surface_fit import surface_fit
 from stack.perception.tracking.tracker import Tracker
 from stack.types import FREE, OCCUPIED, OccupancyGrid, Pose2D, Scan
 
@@ -500,6 +501,25 @@ def test_a_track_does_not_stay_on_an_unmapped_wall():
         if time < 2.5:
             continue
         assert time < 2.8 or tracks == ()
+
+
+@given(st.floats(0.2, 0.5), st.floats(1.5, 6.0), st.floats(-pi, pi), st.floats(0.3, 1.0))
+@settings(deadline=None, max_examples=60)
+def test_a_visible_part_of_a_circle_gives_its_centre(radius, distance, bearing, share):
+    """The prior is 10 cm off across the line of sight, the arc corrects what it can."""
+    sensor, centre = np.zeros(2), distance * np.array([cos(bearing), sin(bearing)])
+    facing = bearing + pi
+    arc = facing + np.linspace(-1.2, -1.2 + 2.4 * share, 30)
+    points = centre + radius * np.column_stack([np.cos(arc), np.sin(arc)])
+    aside = np.array([-sin(bearing), cos(bearing)])
+    fit = surface_fit(points, centre + 0.1 * aside, radius, 0.1**2 * np.eye(2), sensor)
+    assert fit is not None
+    measured, noise = fit
+    item = np.linalg.inv(noise)
+    off = measured - centre
+    # exact points: the measured centre is right in the directions that the arc determines
+    assert off @ item @ off <= 1.0
+    assert np.sqrt(np.linalg.eigvalsh(noise)[0]) == pytest.approx(0.05, rel=0.1)
 
 
 def test_who_stands_is_a_standing_object_until_they_walk_with_the_same_id():
