@@ -190,9 +190,9 @@ def test_a_world_without_anything_solid_is_refused(findings):
 
 def test_every_box_is_compared_with_all_places_at_once(read, monkeypatch):
     calls = []
-    depth_at = Rectangle.depth_at
+    distance_to = Rectangle.distance_to
     monkeypatch.setattr(
-        Rectangle, "depth_at", lambda self, at: calls.append(len(at)) or depth_at(self, at)
+        Rectangle, "distance_to", lambda self, at: calls.append(len(at)) or distance_to(self, at)
     )
     boxes = ", ".join(f"{{at: [3, {1 + 0.1 * n:g}], size: [0.05, 0.05, 1]}}" for n in range(9))
     places = ", ".join(f"p{n}: [1, {1 + 0.1 * n:g}, 0]" for n in range(7))
