@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/architecture.md"
-TOP = ("missions", "behaviours", "stack", "robots", "tui")
+TOP = ("treepilot", "missions", "behaviours", "stack", "robots", "tui")
 HEADING, NEXT = "## Where to look\n", "## Choices\n"
 INTRODUCTION = """
 The first line of each package's docstring says what is there; `python -m tests.package_table`

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from missions.cli.arguments import OtherRobot, Settings, assignments
+from stack.errors import InputError, ParameterError
 
 INTERRUPTED = 130
 
@@ -112,7 +113,6 @@ def duration(text: str, option: str) -> float:
     Raises:
         InputError: not a positive duration.
     """
-    from stack.errors import InputError, ParameterError
     from stack.parameters import Declaration
 
     try:

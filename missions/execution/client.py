@@ -12,12 +12,10 @@ from stack.errors import InputError, TelemetryError
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Ack, Command, Snapshot, TreeRow
 from stack.telemetry.rendezvous import find_run
-from stack.telemetry.tree_text import depths
+from stack.telemetry.tree_text import STATUS_GLYPH, depths
 
 ANSWER_TIMEOUT = 10.0
 """Wall seconds to wait for an engine's answer: compiling an optimiser takes several."""
-
-GLYPHS = {"running": "▶", "success": "✔", "failure": "✘", "idle": "·"}
 
 T = TypeVar("T")
 
@@ -62,7 +60,8 @@ def _node_lines(snapshot: Snapshot) -> Iterator[str]:
         marks = _marks(row, snapshot)
         dot = "●" if row.id in debugging.breakpoints else " "
         words = f"  ({', '.join(marks)})" if marks else ""
-        yield f"{row.id:4d} {dot} {'  ' * depth[row.id]}{GLYPHS[row.status]} {row.name}{words}"
+        node = f"{'  ' * depth[row.id]}{STATUS_GLYPH[row.status]} {row.name}"
+        yield f"{row.id:4d} {dot} {node}{words}"
 
 
 def _marks(row: TreeRow, snapshot: Snapshot) -> list[str]:

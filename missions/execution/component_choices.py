@@ -71,32 +71,35 @@ MAPLESS_DEFAULTS: dict[str, dict[str, Any]] = {
 """Defaults without a map. Sensed obstacles reach farther and are kept longer than with a map;
 otherwise a robot that left a dead end would plan back into it."""
 
-LIST_READERS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
-    "costmap": ("layers", read_layers),
-    "safety": ("zones", read_zones),
+Lists = tuple[str, Callable[[Any, Any], tuple[Any, ...]], Callable[[], tuple[Any, ...]]]
+LISTS: dict[str, Lists] = {
+    "costmap": ("layers", read_layers, usual_layers),
+    "safety": ("zones", read_zones, tuple),
 }
+"""Parameters that are lists: name, reader of what a file says, and the default."""
 
 
-def chosen(kind: str, wanted: Mapping[str, Any], *, mapped: bool = True) -> Choice:
-    """Return the component or settings that `{"use": name, parameter: value}` chooses.
+def chosen(kind: str, use: str | None, values: Mapping[str, Any], *, mapped: bool = True) -> Choice:
+    """Return the component or settings that `{use: name, parameter: value}` chooses.
 
     Args:
         kind: e.g. planner.
-        wanted: raw parameters, and `use` unless the default is wanted.
+        use: name of the component; None: the default.
+        values: raw parameters.
         mapped: whether there is a map; the default estimator depends on it.
 
     Raises:
         InputError: unknown kind or component.
         ParameterError: unknown parameter or invalid value, or an estimator that needs a map.
     """
-    values = {key: value for key, value in wanted.items() if key != "use"}
     if kind in SETTINGS:
-        if "use" in wanted:
+        if use is not None:
             raise ParameterError("use", f"{kind} has settings only; remove `use`")
         return _settings(kind, values)
     if kind not in DEFAULTS:
         raise InputError(f"navigation has no {kind!r}", suggestion(kind, [*DEFAULTS, *SETTINGS]))
-    choice = choose(kind, wanted.get("use", default_of(kind, mapped=mapped)), values)
+    name = default_of(kind, mapped=mapped) if use is None else use
+    choice = choose(kind, name, dict(values))
     if not mapped and issubclass(choice.component, Estimator) and choice.component.needs_map:
         sentence = f"the estimator {choice.name!r} needs a map, and this mission has `map: none`"
         raise ParameterError("use", sentence, "use `dead_reckoning`, or give the mission a map")
@@ -125,10 +128,12 @@ def all_chosen(
         mapped: whether there is a map; without one `MAPLESS_DEFAULTS` apply.
     """
     settings = _settings_in_force(robot, mission, findings, mapped=mapped)
-    found = {kind: raw(wanted.use, wanted.values) for kind, wanted in settings.items()}
-    choices = {kind: chosen(kind, wanted, mapped=mapped) for kind, wanted in found.items()}
+    choices = {
+        kind: chosen(kind, wanted.use, wanted.values, mapped=mapped)
+        for kind, wanted in settings.items()
+    }
     sees_depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
-    choices["costmap"] = _costmap(found["costmap"], robot, sees_depth=sees_depth)
+    choices["costmap"] = _costmap(settings["costmap"].values, robot, sees_depth=sees_depth)
     return choices
 
 
@@ -143,8 +148,8 @@ def _settings_in_force(
     found: dict[str, Component] = {}
     for kind in (*DEFAULTS, *SETTINGS):
         wanted = _default(kind, mapped=mapped)
-        own = robot.components.get(kind)
-        robots = _component(kind, own, mark_of_robot(robot)) if own else None
+        own = dict(robot.components.get(kind) or {})
+        robots = Component(kind, own.pop("use", None), mark_of_robot(robot), own) if own else None
         for layer in (robots, mission.get(kind)):
             if layer is not None:
                 marks = {name: layer.marks.get(name, layer.mark) for name in layer.values}
@@ -160,11 +165,6 @@ def mark_of_robot(robot: RobotDescription) -> Mark:
     return Mark(str(robot.source or robot.name))
 
 
-def raw(use: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a component as `{"use": name, parameter: value}`; without `use` for None."""
-    return dict(values) if use is None else {**values, "use": use}
-
-
 def accepted_parameters(kind: str, name: str, values: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the parameters that a component has too; all where `chosen` refuses the name."""
     try:
@@ -174,25 +174,20 @@ def accepted_parameters(kind: str, name: str, values: Mapping[str, Any]) -> Mapp
 
 
 def _default(kind: str, *, mapped: bool) -> Component:
-    values = {} if mapped else MAPLESS_DEFAULTS.get(kind, {})
     use = default_of(kind, mapped=mapped) if kind in DEFAULTS else None
-    return _component(kind, raw(use, values), Mark(""))
+    usual = {} if mapped else MAPLESS_DEFAULTS.get(kind, {})
+    return Component(kind, use, Mark(""), {n: v for n, v in usual.items() if n != "use"})
 
 
-def _component(kind: str, wanted: Mapping[str, Any], mark: Mark) -> Component:
-    values = {key: value for key, value in wanted.items() if key != "use"}
-    return Component(kind, wanted.get("use"), mark, values)
-
-
-def _costmap(wanted: Mapping[str, Any], robot: RobotDescription, *, sees_depth: bool) -> Choice:
+def _costmap(values: Mapping[str, Any], robot: RobotDescription, *, sees_depth: bool) -> Choice:
     """Return the costmap with layers for the sensors of the robot."""
     lidars, sonars = tuple(robot.all_lidars), tuple(robot.sonars)
-    if "layers" not in wanted:
+    if "layers" not in values:
         usual = usual_layers(lidars, sonars, depth=sees_depth)
-        return replace(chosen("costmap", wanted), parts=usual)
+        return replace(chosen("costmap", None, values), parts=usual)
     sensing = sensing_layers(lidars, sonars, depth=sees_depth)
-    layers = with_sensors(wanted["layers"], sensing)
-    listed = chosen("costmap", {**wanted, "layers": layers})
+    layers = with_sensors(values["layers"], sensing)
+    listed = chosen("costmap", None, {**values, "layers": layers})
     return replace(listed, parts=for_lidars(listed.parts, lidars))
 
 
@@ -259,15 +254,10 @@ def _with_parameters(
     return parts
 
 
-def _settings(kind: str, values: dict[str, Any]) -> Choice:
+def _settings(kind: str, values: Mapping[str, Any]) -> Choice:
     """Return the settings of a part, with its list of layers or zones if it has one."""
-    key, read = LIST_READERS.get(kind, ("", None))
-    listed = values.pop(key, None)
-    parameters: Any = build(SETTINGS[kind], values)
-    if read is None or listed is None:
-        return Choice(kind, kind, SETTINGS[kind], parameters, _default_list(kind))
-    return Choice(kind, kind, SETTINGS[kind], parameters, read(listed, parameters))
-
-
-def _default_list(kind: str) -> tuple[Any, ...]:
-    return usual_layers() if kind == "costmap" else ()
+    key, read, default = LISTS.get(kind, ("", lambda listed, parameters: (), tuple))
+    listed = values.get(key)
+    parameters: Any = build(SETTINGS[kind], {n: v for n, v in values.items() if n != key})
+    parts = default() if listed is None else read(listed, parameters)
+    return Choice(kind, kind, SETTINGS[kind], parameters, parts)

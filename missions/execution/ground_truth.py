@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from math import atan2, hypot
+from typing import Any
 
 from missions.execution.people_measures import PeopleMeasures
 from stack.body import SimulatedWorld, SimulationEvent
@@ -57,6 +58,10 @@ class SimulationScorer:
             truth = self._simulation.truth
             people = self._simulation.all_people
             self.among_people.update(self._clock(), truth.pose, truth.twist, people)
+
+    def people_summary(self) -> dict[str, Any]:
+        """Return the measures of the drive among people; empty in a world without any."""
+        return self.among_people.summary() if self._world.people else {}
 
     def take_events(self) -> list[SimulationEvent]:
         """Return door changes, contacts and other world events since the last call."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+import resource
+from dataclasses import asdict, replace
 from typing import Any
 
 from missions.execution.build import Engine
@@ -32,52 +33,46 @@ class Milestones(Sink):
             self.links_lost.append({"time": event.time, **event.fields})
 
 
-def unstarted_report(plan: PreparedMission, options: RunOptions, folder: RunFolder) -> Report:
+def unstarted_report(
+    plan: PreparedMission, options: RunOptions, folder: RunFolder | None
+) -> Report:
     """Return the report of a run that ends before its parts are built: an error, without figures.
 
     Args:
         plan: the mission.
         options: of the run.
-        folder: the run folder.
+        folder: the run folder, or None.
     """
     return Report(
         mission=plan.mission.name, status="error", reason="", seed=options.seed,
         robot=plan.robot.name, world=plan.world.name, versions=versions(),
         cpu_features=cpu_features(), battery=START_CHARGE,
-        folder=str(folder.path), arguments=dict(options.arguments or {}),
+        folder=str(folder.path) if folder is not None else "",
+        arguments=dict(options.arguments or {}),
     )  # fmt: skip
 
 
-def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
-    plan: PreparedMission, options: RunOptions, engine: Engine, *, wall_seconds: float,
-    first_tick: float, peak_memory_mb: float, folder: RunFolder | None,
-    milestones: Milestones,
+def compose_report(
+    unstarted: Report, engine: Engine, milestones: Milestones, *, wall_seconds: float,
+    first_tick: float,
 ) -> Report:  # fmt: skip
-    """Return the report.
+    """Return the report of a run.
 
     Args:
-        plan: the mission that ran.
-        options: its options.
+        unstarted: of the same run.
         engine: the engine after the last step.
+        milestones: events of the run that the report names.
         wall_seconds: wall seconds from the first to the last step.
         first_tick: wall seconds from building the run to its first tick.
-        peak_memory_mb: peak resident memory, MB.
-        folder: the run folder, or None.
-        milestones: events of the run that the report names.
     """
     relocalisations = milestones.relocalisations
     runtime, scorer, simulation = engine.runtime, engine.scorer, engine.simulation
     counters, monitor = runtime.counters(), runtime.parts.navigator.localisation_monitor
     simulated = engine.body.time
-    return Report(
-        mission=plan.mission.name,
+    return replace(
+        unstarted,
         status=str(runtime.state),
         reason=runtime.reason,
-        seed=options.seed,
-        robot=plan.robot.name,
-        world=plan.world.name,
-        versions=versions(),
-        cpu_features=cpu_features(),
         simulated_seconds=round(simulated, 6),
         wall_seconds=wall_seconds,
         real_time_factor=simulated / max(wall_seconds, 1e-9),
@@ -101,10 +96,8 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
             "truth": None if scorer is None else _pose(scorer.truth),
         },
         blackboard=engine.tree.blackboard(),
-        peak_memory_mb=peak_memory_mb,
+        peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         log_sha256=engine.telemetry.log_sha256,
-        folder=str(folder.path) if folder is not None else "",
-        arguments=dict(options.arguments or {}),
         records_lost=[asdict(record) for record in engine.telemetry.lost],
         doubt={
             "lost_seconds": round(monitor.lost_seconds, 3),
@@ -112,7 +105,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         },
         links_lost=milestones.links_lost,
         scans_dropped=runtime.sensing.dropped_scans,
-        people=scorer.among_people.summary() if scorer is not None and plan.world.people else {},
+        people={} if scorer is None else scorer.people_summary(),
     )
 
 

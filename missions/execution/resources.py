@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from behaviours.catalogue import Catalogue, find_behaviours
-from missions.execution.component_choices import NAVIGATION_KINDS, accepted_parameters, chosen, raw
+from missions.execution.component_choices import NAVIGATION_KINDS, accepted_parameters, chosen
 from missions.execution.plugin_components import plugged_components
 from missions.language.model import Component, Mission, Replay, Resources
 from missions.language.reading.include import BESIDE
@@ -88,12 +88,9 @@ def base_folder(option: str | None, mission_folder: Path) -> Path:
     return Path.cwd() if option else mission_folder
 
 
-def load_world(name_or_path: str, folder: Path, start: Pose2D | None = None) -> World:
-    """Load a world by name or path; a path is relative to the mission's folder.
-
-    start: of the robot, as of `read_any_world`.
-    """
-    return read_any_world(find_world(name_or_path, folder, WORLDS), start)
+def load_world(name_or_path: str, folder: Path) -> World:
+    """Load a world by name or path; a path is relative to the mission's folder."""
+    return read_any_world(find_world(name_or_path, folder, WORLDS))
 
 
 def load_robot(name_or_path: str, folder: Path) -> RobotDescription:
@@ -119,7 +116,7 @@ class SceneFiles:
         return self._robots[file]
 
     def world(self, name_or_path: str, folder: Path, start: Pose2D | None = None) -> World:
-        """Return a world, as `load_world` does."""
+        """Return a world as `load_world` does; `start` is that of `read_any_world`."""
         file = find_world(name_or_path, folder, WORLDS)
         key = file, start if file.suffix in GAZEBO else None  # others do not depend on the start
         if key not in self._worlds:
@@ -189,7 +186,7 @@ def resources(world: str | None = None, files: SceneFiles | None = None) -> Reso
         check_map=lambda name, folder: _ignore(load_map(name, folder)),
         check_markers=lambda name, folder: _ignore(read_marker_map(folder / name)),
         check_component=lambda kind, use, values, mapped: _ignore(
-            chosen(kind, raw(use, values), mapped=mapped)
+            chosen(kind, use, values, mapped=mapped)
         ),
         plugged_components=plugged_components,
         nav2_components=_nav2_components,

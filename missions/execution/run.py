@@ -5,7 +5,6 @@ Every way to run a mission uses it; running.py steps runs to their ends.
 
 from __future__ import annotations
 
-import resource
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -111,6 +110,7 @@ class Run:
         self._watch.compiles()
         self._folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
         self._plan, self._options = plan, options
+        self._unstarted = unstarted_report(plan, options, self._folder)
         with self._reports_failure():
             self._build(sinks, network_sinks, make_body)
         self._loop_began, self._first_tick = perf_counter(), 0.0
@@ -252,11 +252,9 @@ class Run:
     def draft(self) -> Report:
         """Return the report with the figures so far."""
         return compose_report(
-            self._plan, self._options, self.engine,
+            self._unstarted, self.engine, self._milestones,
             wall_seconds=perf_counter() - self._loop_began,
             first_tick=(self._first_tick or perf_counter()) - self._began,
-            peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-            folder=self._folder, milestones=self._milestones,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -325,14 +323,13 @@ class Run:
         if self._folder is None:
             yield
             return
-        draft = unstarted_report(self._plan, self._options, self._folder)
-        self._watch.prepared(draft)
+        self._watch.prepared(self._unstarted)
         try:
             yield
         except Exception as error:
             reason = str(error) if isinstance(error, TreepilotError) else exception_sentence(error)
             with suppress(OSError):  # the error itself is raised
-                self._folder.write_report(replace(draft, reason=reason).plain())
+                self._folder.write_report(replace(self._unstarted, reason=reason).plain())
             raise
 
     def _refuse_plugin(self, error: BaseException) -> None:

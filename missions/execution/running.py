@@ -22,7 +22,6 @@ def run_mission(
     mission: str | Path,
     options: RunOptions,
     sinks: Sequence[Sink] = (),
-    interrupted: Callable[[], bool] = lambda: False,
     make_body: MakeBody | None = None,
 ) -> Report:
     """Prepare a mission and run it to its end in this process.
@@ -31,13 +30,12 @@ def run_mission(
         mission: a path, or the name of a shipped mission.
         options: seed, arguments, folder and other settings of the run.
         sinks: consumers of events and snapshots, in addition to those of the options.
-        interrupted: called between steps; True ends the run as interrupted.
         make_body: makes the body; None: the choice of the options or of the robot file.
 
     Raises:
         InputError: the mission or a file it names has errors; nothing has moved.
     """
-    return execute(prepare(mission, options), options, sinks, interrupted, make_body)
+    return execute(prepare(mission, options), options, sinks, make_body=make_body)
 
 
 def execute(  # noqa: PLR0913 - the optional ones by keyword

@@ -101,7 +101,10 @@ class Declaration:
         Raises:
             ParameterError: wrong type, unit or range; quotes the value and what was expected.
         """
-        value = _convert(self, self.type, raw)
+        try:
+            value = _converted(self.type, self.unit, raw)
+        except ParameterError as error:
+            raise ParameterError(self.name, error.sentence, error.hint) from None
         self.check(value)
         return value
 
@@ -244,14 +247,6 @@ def type_name(kind: Any, unit: str = "") -> str:
 
 def _without_none(kind: Any) -> Any:
     return next(arm for arm in typing.get_args(kind) if arm is not type(None))
-
-
-def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
-    """Convert a raw value to `kind`, or raise ParameterError with the declaration's name."""
-    try:
-        return _converted(kind, declared.unit, raw)
-    except ParameterError as error:
-        raise ParameterError(declared.name, error.sentence, error.hint) from None
 
 
 _SWITCHES = {"yes": "true", "on": "true", "1": "true", "no": "false", "off": "false", "0": "false"}

@@ -106,10 +106,12 @@ class Telemetry:
         self._sinks[number] = sink
         if isinstance(sink, CommandSource):
             self._sources[number] = sink
-        if required:
-            self._open_required(number, sink)
-        else:
-            self._call(number, sink.open, self.info)
+        try:
+            sink.open(self.info)
+        except Exception as error:
+            self._drop(number, error)
+            if required:
+                raise
         for event in self._past:
             self._call(number, sink.event, event)
         return number in self._sinks
@@ -152,11 +154,11 @@ class Telemetry:
         This also reads incoming commands: a paused engine calls it ten times a second to stay
         reachable for dashboards.
         """
-        wanting = [
-            number
+        wanting = {
+            number: sink
             for number, sink in list(self._sinks.items())
             if self._call(number, sink.wants_snapshot, self._time)
-        ]
+        }
         if wanting:
             self._hand_out(wanting, make_snapshot())
         self._tell_lost_links()
@@ -191,24 +193,16 @@ class Telemetry:
     ) -> None:
         """Send the last snapshot to every sink, then close and remove all. Safe to call twice."""
         if make_snapshot is not None and self._sinks:
-            self._hand_out(list(self._sinks), make_snapshot())
+            self._hand_out(dict(self._sinks), make_snapshot())
         for number, sink in list(self._sinks.items()):
             self._call(number, sink.close, report)
         self._sinks.clear()
         self._sources.clear()
         self._lost_links.clear()
 
-    def _open_required(self, number: int, sink: Sink) -> None:
-        try:
-            sink.open(self.info)
-        except Exception as error:
-            self._drop(number, error)
-            raise
-
-    def _hand_out(self, numbers: Iterable[int], snapshot: Snapshot) -> None:
-        for number in numbers:
-            if number in self._sinks:
-                self._call(number, self._sinks[number].snapshot, snapshot)
+    def _hand_out(self, sinks: Mapping[int, Sink], snapshot: Snapshot) -> None:
+        for number, sink in sinks.items():
+            self._call(number, sink.snapshot, snapshot)
 
     def _call(self, number: int, method: Callable[..., Any], *arguments: Any) -> Any:
         """Call a sink's method unless the sink was removed; remove it if it raises."""

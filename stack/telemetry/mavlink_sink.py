@@ -336,10 +336,7 @@ class MavlinkSink:
             self._connection.mav.statustext_send(severity, chunk, number, position)
 
     def _bits(self, names: tuple[str, ...]) -> int:
-        bits = 0
-        for name in names:
-            bits |= getattr(self._dialect, f"MAV_SYS_STATUS_SENSOR_{name}")
-        return bits
+        return sum(getattr(self._dialect, f"MAV_SYS_STATUS_SENSOR_{name}") for name in names)
 
 
 def _check_free(address: MavlinkAddress) -> None:

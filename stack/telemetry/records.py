@@ -219,7 +219,6 @@ class RunInfo:
     Attributes:
         run_id: name of the run's folder, e.g. office_patrol-20261120-235959.
         urdf: text of the robot's URDF, for 3-D views.
-        versions: package -> version.
         places: named poses, map frame.
         identity: of this run alone; two runs may have the same name.
     """
@@ -233,7 +232,6 @@ class RunInfo:
     footprint: Footprint
     markers: tuple[Marker, ...] = ()
     urdf: str = ""
-    versions: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, Pose2D] = field(default_factory=dict)
     identity: str = field(default_factory=new_identity)
 

@@ -165,7 +165,7 @@ def asked_with(saved: Path, poses: int, folder: Path, seed: int) -> list[Outcome
     office = Office(seed, folder)
     try:
         grid = load_map(str(saved), saved)
-        estimator = chosen("localisation", {}).create(office.robot, grid, 0)
+        estimator = chosen("localisation", None, {}).create(office.robot, grid, 0)
         return asked(office, office.office.poses(poses, CLEARANCE), recogniser, estimator)
     finally:
         office.close()

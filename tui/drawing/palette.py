@@ -21,7 +21,6 @@ GOOD, BAD, BUSY, WARN = 0x3DDC97, 0xFF6B6B, 0x5AA2FF, 0xFFC64D
 FAILED_MESSAGE = 0xC98A92
 
 STATUS_COLOUR = {"success": GOOD, "failure": BAD, "running": BUSY, "idle": FAINT}
-STATUS_GLYPH = {"success": "✔", "failure": "✘", "running": "▶", "idle": "·"}
 
 TONES = {"good": GOOD, "bad": BAD, "warn": WARN, "busy": BUSY}
 """Colour of a header or a notice by its tone."""

@@ -127,8 +127,7 @@ def _without_snapshot(link: Link) -> Header:
     if link.trouble:
         return Header("✘ INCOMPATIBLE ENGINE", "bad")
     if link.is_over:
-        ended = Header("⊘ ENDED", "busy") if link.has_report else Header("✘ ENGINE CRASHED", "bad")
-        return ended
+        return Header("⊘ ENDED", "busy") if link.has_report else Header("✘ ENGINE CRASHED", "bad")
     if link.is_lost(None):
         return Header("✘ NO ENGINE ANSWERS", "bad")
     return Header("◌ WAITING FOR THE ENGINE", "busy")

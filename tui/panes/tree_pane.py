@@ -13,6 +13,7 @@ from textual.message import Message
 from textual.strip import Strip
 
 from stack.telemetry.records import Debugging, Snapshot, TreeRow
+from stack.telemetry.tree_text import STATUS_GLYPH
 from tui.drawing import palette
 from tui.drawing.strips import Lines, ink, one_line, paper
 from tui.keys import TREE_KEYS
@@ -193,7 +194,7 @@ class TreePane(Lines, can_focus=True):
 
     def _head(self, row: TreeRow) -> list[Segment]:
         """Return the glyphs of the status and of a breakpoint or forced outcome."""
-        glyph, style = palette.STATUS_GLYPH[row.status], palette.STATUS_COLOUR[row.status]
+        glyph, style = STATUS_GLYPH[row.status], palette.STATUS_COLOUR[row.status]
         mark, colour = self._mark(row)
         if not mark:
             return [Segment(f"{glyph} ", ink(style, bold=True))]
@@ -248,7 +249,7 @@ class TreePane(Lines, can_focus=True):
             if row.status in counted:
                 counted[row.status] += 1
         shown = "  ".join(
-            f"[{palette.css(palette.STATUS_COLOUR[status])}]{palette.STATUS_GLYPH[status]}[/] {n}"
+            f"[{palette.css(palette.STATUS_COLOUR[status])}]{STATUS_GLYPH[status]}[/] {n}"
             for status, n in counted.items()
         )
         return f"{shown}  of {len(self._rows)}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from missions.cli.calibrate.report import HEADER, report, snippet
+from stack.errors import InputError
 
 if TYPE_CHECKING:
     from stack.perception.camera.board import Board, BoardParameters, BoardView
@@ -49,7 +50,6 @@ def calibrate(  # noqa: PLR0913 - options
     pictures with the board tilted to all sides, also in the corners of the picture. The printed
     keys go into the camera of a robot file.
     """
-    from stack.errors import InputError
     from stack.perception.camera.board import Board
 
     wanted = Board(_parameters(squares, square, marker, dictionary, legacy))
@@ -67,7 +67,6 @@ def calibrate(  # noqa: PLR0913 - options
 def _parameters(
     squares: str, square: str, marker: str, dictionary: str, legacy: bool
 ) -> "BoardParameters":
-    from stack.errors import InputError
     from stack.parameters import build
     from stack.perception.camera.board import BoardParameters
 
@@ -95,7 +94,6 @@ def _write_board(board: "Board", path: Path) -> None:
 def _calibrate(
     images: list[Path], board: "Board", terms: int, write: Path | None, picture: Path | None
 ) -> None:
-    from stack.errors import InputError
     from stack.perception.camera.calibration import TERMS, calibrate
     from stack.perception.camera.pictures import overview, picture_files, read_grey
 
@@ -123,8 +121,6 @@ def _calibrate(
 
 def _require_replaceable(path: Path) -> None:
     """Raise InputError if the file exists and no calibration has written it."""
-    from stack.errors import InputError
-
     if path.exists() and not (path.is_file() and path.read_bytes().startswith(HEADER.encode())):
         raise InputError(
             f"{path} exists and was not written by treepilot calibrate; choose another name for "
@@ -138,7 +134,6 @@ def _found(files: Sequence[Path], board: "Board") -> dict[Path, "BoardView"]:
     Raises:
         InputError: a file is not a picture, or has another size than the first one.
     """
-    from stack.errors import InputError
     from stack.perception.camera.pictures import read_grey
 
     views: dict[Path, BoardView] = {}

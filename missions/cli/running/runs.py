@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from missions.cli.arguments import counted
 from stack.errors import InputError
 
 if TYPE_CHECKING:
@@ -126,7 +127,7 @@ def _delete(parent: Path, runs: "list[RunFolderEntry]", yes: bool) -> None:
         typer.echo("nothing to delete")
         return
     size = size_text(sum(run.size for run in runs))
-    what = f"{len(runs)} run{'' if len(runs) == 1 else 's'}, {size}"
+    what = f"{counted(len(runs), 'run')}, {size}"
     if not yes:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             raise InputError("deleting needs --yes when there is no terminal to ask on")

@@ -11,7 +11,7 @@ from missions.execution.build.world import map_of, world_model_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
-from missions.execution.resources import map_folder, versions
+from missions.execution.resources import map_folder
 from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
@@ -97,7 +97,6 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         footprint=plan.robot.footprint,
         markers=plan.markers,
         urdf=plan.robot.model,
-        versions=versions(),
         places=dict(plan.mission.places),
         identity=identity or new_identity(),
     )

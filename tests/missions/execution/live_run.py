@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent
 from uuid import uuid4
@@ -62,7 +61,7 @@ class LiveRun:
         self.kept = Kept()
         self.options = RunOptions(**{"seed": 1, "watch": True, "serve": False} | options)
         plan = prepare(self.file, self.options)
-        self.telemetry = Telemetry(replace(run_info(plan, "run", 1), versions={}), [self.kept])
+        self.telemetry = Telemetry(run_info(plan, "run", 1), [self.kept])
         self.engine = build(plan, self.options, self.telemetry, None, make_body)
         self.runtime = self.engine.runtime
         self._clock = 0

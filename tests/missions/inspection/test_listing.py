@@ -105,8 +105,8 @@ def test_what_a_description_says_to_write_is_accepted():
             continue  # no default that a file could state
         written = value_of(f"{{{line}}}")
         ((kind, wanted),) = written.get("navigation", written).items()
-        use = {"use": wanted["use"]} if "use" in wanted else {}
-        assert chosen(kind, wanted).parameters == chosen(kind, use).parameters, name
+        use = wanted.pop("use", None)
+        assert chosen(kind, use, wanted).parameters == chosen(kind, use, {}).parameters, name
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def runtime_directory(monkeypatch):
 def info():
     return RunInfo(
         "test_run-1", "test_run", "A test", "rover", "office", 7, Footprint.circle(0.3),
-        markers=(Marker(3, 0.2, (1.0, 2.0, 0.5), 1.57),), versions={"numpy": "2"},
+        markers=(Marker(3, 0.2, (1.0, 2.0, 0.5), 1.57),),
         places={"dock": Pose2D(1.0, 2.0, 0.5)},
     )  # fmt: skip
 
