@@ -265,8 +265,7 @@ class Base:
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
         task = self._activities.task("assisted teleoperation", while_lost=True)
-        timeout = self._parameters.teleop_timeout
-        return self._recover(Teleoperation(task, seconds, silence, timeout))
+        return self._recover(Teleoperation(task, seconds, silence))
 
     @property
     def teleoperation(self) -> Teleoperation | None:

@@ -296,12 +296,6 @@ def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
     assert "87% of the scans" in task.feedback
 
 
-def test_the_number_of_scans_of_a_search_is_a_parameter(rig):
-    rig.toy.navigator.tools.configure(replace(rig.toy.navigator.tools.parameters, search_scans=1))
-    assert rig.finish(rig.localisation.relocalise()) is TaskStatus.SUCCEEDED
-    assert rig.estimator.views[1] == []
-
-
 def test_relocalising_fails_rather_than_guess(rig):
     rig.estimator.fails = NavigationError(FailureCode.AMBIGUOUS, "(1.00, 1.00) and (5.00, 1.00)")
     task = rig.localisation.relocalise()
@@ -365,7 +359,7 @@ def test_parameters_change_between_steps(rig):
     assert {"navigation.patience", "safety.padding"} <= before.keys()
     assert set(rig.tuning.public) < before.keys()
     assert "navigation.patience" in rig.tuning.public
-    assert "navigation.teleop_timeout" not in rig.tuning.public
+    assert "navigation.look_ahead" not in rig.tuning.public
     rig.tuning.change("controller.cruise_speed", "30 cm/s")
     assert rig.tuning.current()["controller.cruise_speed"] == pytest.approx(0.3)
     rig.tuning.change("navigation.patience", 7)

@@ -379,7 +379,7 @@ def test_who_still_moves_may_get_past_before_the_robot_gives_way(speed, seconds)
     def tracks():
         sway = speed * (1.0 if round(world.time / world.period) % 2 else -1.0)
         here = [person(5.0, 0.5, world.time, velocity=(0.0, sway))]
-        if not faced_at and 5.0 - world.pose.x <= 1.5 + 0.25:  # person_distance, to the surface
+        if not faced_at and 5.0 - world.pose.x <= 1.5 + 0.25:  # PERSON_DISTANCE, to the surface
             faced_at.append(world.time)
         return here
 
