@@ -7,7 +7,6 @@ of the points from the outline's sides (point-to-line ICP: A. Censi, ICRA 2008).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from math import radians
 
@@ -34,21 +33,6 @@ LEAST_SHARE = 0.75
 ROUNDS = 8
 
 
-@dataclass(frozen=True)
-class DockFit:
-    """A dock that was found.
-
-    Attributes:
-        pose: of its frame, in the frame of the points.
-        error: RMS distance of its points from the outline, metres.
-        count: number of its points.
-    """
-
-    pose: Pose2D
-    error: float
-    count: int
-
-
 class DockFitter:
     """Finds a dock of a shape in scans."""
 
@@ -60,8 +44,8 @@ class DockFitter:
         away = self._distances(np.column_stack([x.ravel(), y.ravel()]))[0].reshape(x.shape)
         self._field = np.maximum(0.0, 1.0 - (away / NEAR) ** 2)
 
-    def fit(self, points: FloatArray, guess: Pose2D) -> DockFit | None:
-        """Return the dock near a guess; None if there is none.
+    def fit(self, points: FloatArray, guess: Pose2D) -> Pose2D | None:
+        """Return the pose of the dock near a guess; None if there is none.
 
         Args:
             points: (n, 2) end points of a scan, metres.
@@ -115,8 +99,8 @@ class DockFitter:
                 break
         return pose
 
-    def _judged(self, points: FloatArray, pose: Pose2D) -> DockFit | None:
-        """Return the fit, or None if the points do not show a dock there."""
+    def _judged(self, points: FloatArray, pose: Pose2D) -> Pose2D | None:
+        """Return the pose, or None if the points do not show a dock there."""
         shape, local = self._shape, pose.inverse().transform(points)
         away, feet = self._distances(local)
         mine = away < MATCHED
@@ -134,7 +118,7 @@ class DockFitter:
             return None
         if mine[front].mean() < LEAST_SHARE:
             return None
-        return DockFit(pose, float(np.sqrt(np.mean(away[mine] ** 2))), int(mine.sum()))
+        return pose
 
     def _distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distances (n,) of points from the outline, and its nearest points (n, 2)."""

@@ -162,7 +162,7 @@ class Dock(DrivingBehaviour):
         if found is None:
             return
         self._fits += 1
-        pose = here.compose(found.pose)
+        pose = here.compose(found)
         self._in_odom = pose if self._in_odom is None else _blended(
             self._in_odom, pose, max(LEAST_GAIN, 1.0 / self._fits)
         )  # fmt: skip

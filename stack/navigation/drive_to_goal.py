@@ -16,13 +16,13 @@ from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
 from stack.navigation.people.narrow_meeting import REACH
 from stack.navigation.people.possible_people import PossiblePeople
-from stack.navigation.people.standoff import nearest
+from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.navigation.plans.choice import PlanChoice
 from stack.navigation.plans.goal_sequence import GoalSequence
 from stack.navigation.plans.path_check import PartialEnd, PathCheck, near_partial_end
 from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
-from stack.navigation.plans.turning_place import turning_place
+from stack.navigation.plans.turning_place import TURNING_DISTANCE, turning_place
 from stack.navigation.plans.zone_names import with_zones
 from stack.navigation.tasks import MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
@@ -311,7 +311,7 @@ class GoalDrive(Drive):
         reach = self._choice.tolerance
         place = turning_place(
             self.goal, pose, tools.global_costmap.view, state.obstacles.points,
-            tools.robot.footprint, tools.parameters.turning_distance if reach is None else reach,
+            tools.robot.footprint, TURNING_DISTANCE if reach is None else reach,
         )  # fmt: skip
         if place is None:
             return None
@@ -349,13 +349,13 @@ class GoalDrive(Drive):
             raise NavigationError(FailureCode(failure.code), failure.sentence)
         if self._reason == ROUTINE:
             return
-        progress, p = self._follower.progress, self._tools.parameters
+        progress = self._follower.progress
         left = progress is not None and progress.offset > OFF_PATH
         if self._reason == OTHER_ROUTES or left:
             self.path = None  # it may lead along a closed edge, or elsewhere
             self._follower.drop_path(state.time)
         if self.path is None:
-            close = nearest(state.world.tracks, state.estimate.pose, p.person_distance)
+            close = nearest(state.world.tracks, state.estimate.pose, PERSON_DISTANCE)
             self._follower.standoff.face(close, state.time)
         self._patience.failed(failure, state, follows_path=self.path is not None)
 

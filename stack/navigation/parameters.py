@@ -11,11 +11,6 @@ from stack.parameters import parameter
 class NavigationParameters:
     """Parameters of `Navigator`."""
 
-    turning_distance: float = parameter(
-        0.25, "m", at_least=0.0, at_most=1.0,
-        help="where there is no room to turn to the goal's heading, turn at a place within this "
-        "distance of the goal, unless the task sets its tolerance; 0: only at the goal",
-    )  # fmt: skip
     planning_latency: float = parameter(
         0.1, "s", at_least=0.0, help="time from the request of a plan to its use"
     )
@@ -40,9 +35,6 @@ class NavigationParameters:
         20.0, "s", at_least=0.0, public=True,
         help="waits this long instead while a person is in the way, then fails",
     )  # fmt: skip
-    person_distance: float = parameter(
-        1.5, "m", at_least=0.0, help="a person this close ahead is in the way"
-    )
     person_clearance: float = parameter(
         0.05, "m", at_least=0.0,
         help="distance at which the robot stands before a person on its path: it can still turn",
@@ -59,10 +51,6 @@ class NavigationParameters:
     give_way_attempts: int = parameter(
         3, at_least=0, at_most=100, help="how often a drive does so before it only waits; 0: never"
     )
-    search_scans: int = parameter(
-        3, at_least=1, at_most=100,
-        help="number of scans that a search of the whole map for the pose matches together",
-    )  # fmt: skip
     ambiguous_goals: str = parameter(
         "disambiguate", one_of=("disambiguate", "refuse", "drive"), public=True,
         help="what a goal does while other poses explain the scans as well: first drive to where "
@@ -72,9 +60,6 @@ class NavigationParameters:
         8, at_least=1, at_most=100,
         help="number of places to which the robot drives to tell such poses apart",
     )  # fmt: skip
-    teleop_timeout: float = parameter(
-        0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
-    )
     lost_time: float = parameter(
         1.5, "s", at_least=0.0,
         help="a drive stands this long while the robot is lost, then fails with LOST",

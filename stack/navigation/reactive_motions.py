@@ -27,17 +27,14 @@ class ReactiveMotions:
         period: seconds between control steps.
 
     Attributes:
+        tools: what recoveries are made with.
         surroundings: what the sensors have seen lately; `look` in each step.
     """
 
     def __init__(self, robot: RobotDescription, costmap: Costmap, period: float) -> None:
-        self._robot, self._costmap, self._period = robot, costmap, period
-        self._monitor = CollisionMonitor(robot)
+        self._robot, self._costmap = robot, costmap
+        self.tools = RecoveryTools(robot, CollisionMonitor(robot), period)
         self.surroundings = Surroundings()
-
-    def tools(self, parameters: NavigationParameters) -> RecoveryTools:
-        """Return what recoveries are made with."""
-        return RecoveryTools(self._robot, parameters, self._monitor, self._period)
 
     @property
     def room_to_turn(self) -> float:
@@ -50,29 +47,25 @@ class ReactiveMotions:
         if not self._robot.limits.reverse_speed:
             return None
         task = MotionTask(f"back up {distance:.2f} m", lambda _: None)
-        return BackUp(task, distance, parameters.back_up_speed, self.tools(parameters))
+        return BackUp(task, distance, parameters.back_up_speed, self.tools)
 
     def make_room(self, state: Perceived, parameters: NavigationParameters) -> Escape:
         """Return a motion to where the robot can turn."""
         task = MotionTask("make room to turn", lambda _: None)
-        goal = EscapeGoal(self.room_to_turn, MAKES_ROOM, parameters.escape_speed)
-        return self.escape(task, goal, state, parameters)
+        speeds = parameters.escape_speed, parameters.spin_speed
+        return self.escape(task, EscapeGoal(self.room_to_turn, MAKES_ROOM, *speeds), state)
 
-    def escape(
-        self, task: MotionTask, goal: EscapeGoal, located: Perceived | None,
-        parameters: NavigationParameters,
-    ) -> Escape:  # fmt: skip
+    def escape(self, task: MotionTask, goal: EscapeGoal, located: Perceived | None) -> Escape:
         """Return an escape that keeps out of keep-out zones, unless the robot stands in one.
 
         Args:
             task: handle of the motion.
             goal: what counts as free space.
             located: with the pose; None: the robot does not know where it is.
-            parameters: of navigation.
         """
         fence, costmap = NO_FENCE, self._costmap
         if located is not None and costmap.way_out is None:
             reach = goal.distance + 2.0 * self._robot.footprint.circumscribed_radius
             pose, zones = located.estimate.pose, costmap.forbidden.values()
             fence = located.motion.pose.transform(zone_edges(zones, costmap.view, pose, reach))
-        return Escape(task, goal, self.surroundings, self.tools(parameters), fence)
+        return Escape(task, goal, self.surroundings, self.tools, fence)

@@ -12,7 +12,6 @@ from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import Limits
-from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.safety.monitor import CollisionMonitor
 from stack.types import (
@@ -39,17 +38,11 @@ DONE = 0.02
 
 @dataclass(frozen=True, slots=True)
 class RecoveryTools:
-    """Components used by recoveries: robot, parameters, collision monitor, control period (s)."""
+    """Components used by recoveries: robot, collision monitor, control period (s)."""
 
     robot: RobotDescription
-    parameters: NavigationParameters
     monitor: CollisionMonitor
     period: float
-
-    @property
-    def limits(self) -> Limits:
-        """Limits of the drive."""
-        return self.robot.limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +171,7 @@ class Spin(Recovery):
     """
 
     def __init__(self, task: MotionTask, angle: float, speed: float, tools: RecoveryTools) -> None:
-        limits = tools.limits
+        limits = tools.robot.limits
         top = min(speed, limits.angular_speed)
         profile = MotionProfile(abs(angle), top, 0.5 * limits.angular_acceleration, 0.35, "rad")
         super().__init__(task, profile, tools)
@@ -213,7 +206,7 @@ class BackUp(Recovery):
     def __init__(
         self, task: MotionTask, distance: float, speed: float, tools: RecoveryTools
     ) -> None:
-        limits = tools.limits
+        limits = tools.robot.limits
         top = min(speed, limits.reverse_speed)
         profile = MotionProfile(distance, top, 0.5 * limits.linear_acceleration, 0.25, "m")
         super().__init__(task, profile, tools)
@@ -289,7 +282,7 @@ class DriveOnHeading(Recovery):
     """Maximum curvature, 1/m; less if the robot's turning radius requires it."""
 
     def __init__(self, task: MotionTask, line: StraightLine, tools: RecoveryTools) -> None:
-        limits, robot = tools.limits, tools.robot
+        limits, robot = tools.robot.limits, tools.robot
         speed = line.top_speed(limits)
         profile = MotionProfile(
             abs(line.distance), speed, 0.5 * limits.linear_acceleration, 0.25, "m"

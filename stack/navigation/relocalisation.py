@@ -8,12 +8,11 @@ from stack.components import Estimator
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.disambiguation import ambiguity
-from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import Emit, MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, Scan, Twist, wrap_angle
 
-SEARCH_TIME = 5.0
-"""A search of the whole map fails if the scans do not arrive within this time, s."""
+SEARCH_SCANS, SEARCH_TIME = 3, 5.0
+"""Scans that a search of the whole map matches together, and seconds in which they must arrive."""
 
 
 class Relocalisation(MotionExecutor):
@@ -22,7 +21,6 @@ class Relocalisation(MotionExecutor):
     Args:
         task: handle of the task.
         estimator: searches the map.
-        parameters: number of scans, and the time in which they must arrive.
         frames: with the odometry at the stamps of the scans.
         emit: receives the event with the new pose.
     """
@@ -30,12 +28,10 @@ class Relocalisation(MotionExecutor):
     while_lost = True
 
     def __init__(
-        self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
-        frames: TransformBuffer, emit: Emit,
+        self, task: MotionTask, estimator: Estimator, frames: TransformBuffer, emit: Emit
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._emit = estimator, emit
-        self._wanted, self._patience = parameters.search_scans, SEARCH_TIME
         self._frames = frames
         self._scans: list[Scan] = []
         self._waiting = self.timers.new()
@@ -48,14 +44,14 @@ class Relocalisation(MotionExecutor):
         """Return standstill; end the task when there are enough scans."""
         if state.motion.twist.stands:
             self._gather(state)
-        self.task.report(f"scan {len(self._scans)} of {self._wanted}", 0.0)
-        if len(self._scans) == self._wanted:
+        self.task.report(f"scan {len(self._scans)} of {SEARCH_SCANS}", 0.0)
+        if len(self._scans) == SEARCH_SCANS:
             self._match()
-        elif self._waiting.elapsed(state.time) >= self._patience:
+        elif self._waiting.elapsed(state.time) >= SEARCH_TIME:
             self.task.fail(
                 FailureCode.LOST,
-                f"received {len(self._scans)} of {self._wanted} lidar scans while standing still "
-                f"within {self._patience:g} s",
+                f"received {len(self._scans)} of {SEARCH_SCANS} lidar scans while standing still "
+                f"within {SEARCH_TIME:g} s",
             )
         return STANDSTILL
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.types import STANDSTILL, FailureCode, Perceived, Twist
 
+COMMAND_TIME = 0.5
+"""Seconds for which one velocity of the operator is driven."""
+
 
 class Teleoperation(MotionExecutor):
     """Drives the operator's velocities until release, time limit or silence.
@@ -15,12 +18,10 @@ class Teleoperation(MotionExecutor):
         task: handle of the task.
         seconds: time limit for the operator.
         silence: seconds without a velocity command after which the task fails.
-        timeout: seconds for which one velocity command is driven.
     """
 
-    def __init__(self, task: MotionTask, seconds: float, silence: float, timeout: float) -> None:
+    def __init__(self, task: MotionTask, seconds: float, silence: float) -> None:
         super().__init__(task)
-        self._timeout = timeout
         self._seconds, self._silence = seconds, silence
         self._twist = STANDSTILL
         self._now = 0.0
@@ -60,4 +61,4 @@ class Teleoperation(MotionExecutor):
             )
         else:
             self.task.report(f"the operator drives, {left:.0f} s left", 0.0)
-        return self._twist if silent < self._timeout - 1e-9 else STANDSTILL
+        return self._twist if silent < COMMAND_TIME - 1e-9 else STANDSTILL

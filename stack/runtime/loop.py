@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stack.body import BodyCommand, Replay, SimulatedWorld
+from stack.body import BodyCommand, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
@@ -56,7 +56,6 @@ class Runtime:
         self.pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
-        self._replay = parts.body if isinstance(parts.body, Replay) else None
         self._ticks_every = parameters.steps_per_tick
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
         self._commands = CommandHandler(parts, self.mission, self.end)
@@ -176,13 +175,6 @@ class Runtime:
             level="info" if state is MissionState.SUCCESS else "warning",
             state=str(state), reason=reason,
         )  # fmt: skip
-
-    def stand_still(self, patience: float = 3.0) -> None:
-        """Step with a zero command until the robot stands, at most `patience` seconds."""
-        for _ in range(round(patience / self.period)):
-            if self.is_standing or (self._replay is not None and self._replay.has_ended):
-                return
-            self.step()
 
     @property
     def is_standing(self) -> bool:

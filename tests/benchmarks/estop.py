@@ -208,7 +208,7 @@ class StampedBody(SimulatedBody):
             return
         if self.runtime.mission.emergency_stop:
             now = time.monotonic()  # noqa: TID251
-            worker = self.runtime.parts.navigator._tools.planner_worker
+            worker = self.runtime.parts.navigator.tools.planner_worker
             planning = any(not plan.over for plan in worker._open)
             with self.stamps.open("a", encoding="utf-8") as file:
                 file.write(f"{now:.6f} {planning}\n")

@@ -22,7 +22,6 @@ from stack.navigation.recoveries import (
     DriveFor,
     DriveOnHeading,
     DriveOrder,
-    RecoveryTools,
     Spin,
     StraightLine,
 )
@@ -165,14 +164,6 @@ class Base:
     def _parameters(self) -> NavigationParameters:
         return self._tools.parameters
 
-    @property
-    def _motion_tools(self) -> RecoveryTools:
-        return self._tools.motions.tools(self._parameters)
-
-    @property
-    def _lost(self) -> bool:
-        return self._monitor.refuses(self._parameters)
-
     def spin(
         self, angle: float, *, speed: float | None = None, while_lost: bool = False
     ) -> MotionTask:
@@ -182,7 +173,7 @@ class Base:
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(Spin(task, angle, rate, self._motion_tools))
+        return self._recover(Spin(task, angle, rate, self._tools.motions.tools))
 
     def back_up(
         self, distance: float, *, speed: float | None = None, while_lost: bool = False
@@ -196,7 +187,7 @@ class Base:
         _positive("reverse_speed", self._robot.limits.reverse_speed)
         task = self._activities.task(f"back up {distance:.2f} m", while_lost=while_lost)
         rate = _positive("speed", self._parameters.back_up_speed if speed is None else speed)
-        return self._recover(BackUp(task, distance, rate, self._motion_tools))
+        return self._recover(BackUp(task, distance, rate, self._tools.motions.tools))
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
@@ -216,7 +207,7 @@ class Base:
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(DriveOnHeading(task, line, self._motion_tools))
+        return self._recover(DriveOnHeading(task, line, self._tools.motions.tools))
 
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5,
@@ -230,20 +221,19 @@ class Base:
         Raises:
             ParameterError: a value that is not above 0.
         """
-        room = self._tools.motions.room_to_turn
+        motions, p = self._tools.motions, self._parameters
         escape_goal = EscapeGoal(
-            _positive("clearance", room if clearance is None else clearance),
+            _positive("clearance", motions.room_to_turn if clearance is None else clearance),
             _positive("distance", distance),
-            _positive("speed", self._parameters.escape_speed if speed is None else speed),
+            _positive("speed", p.escape_speed if speed is None else speed),
+            p.spin_speed,
         )
         task = self._activities.task("escape to free space", while_lost=while_lost)
-        is_lost = self._monitor.refuses(self._parameters)
-        located, way_out = self._now.perceived, self._tools.global_costmap.way_out
+        is_lost, way_out = self._monitor.refuses(p), self._tools.global_costmap.way_out
         if way_out is not None and not is_lost:
             return self._recover(GoalDrive(task, self._tools, [way_out], None))
-        motions, parameters = self._tools.motions, self._parameters
-        known = None if is_lost else located
-        return self._recover(motions.escape(task, escape_goal, known, parameters))
+        known = None if is_lost else self._now.perceived
+        return self._recover(motions.escape(task, escape_goal, known))
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
@@ -265,8 +255,7 @@ class Base:
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
         task = self._activities.task("assisted teleoperation", while_lost=True)
-        timeout = self._parameters.teleop_timeout
-        return self._recover(Teleoperation(task, seconds, silence, timeout))
+        return self._recover(Teleoperation(task, seconds, silence))
 
     @property
     def teleoperation(self) -> Teleoperation | None:

@@ -54,8 +54,6 @@ class Localisation:
     def relocalise(self) -> MotionTask:
         activities = self._navigator.activities
         task = activities.task("relocalise", while_lost=True)
-        executor = Relocalisation(
-            task, self._estimator, self._navigator.tools.parameters, self._frames, self._emit
-        )
+        executor = Relocalisation(task, self._estimator, self._frames, self._emit)
         activities.start(executor, "recovery", "searching for the pose on the whole map")
         return task

@@ -37,11 +37,13 @@ class EscapeGoal:
         clearance: desired distance between outline and obstacles, metres.
         distance: maximum distance to drive, metres.
         speed: m/s.
+        turning_speed: rad/s.
     """
 
     clearance: float
     distance: float
     speed: float
+    turning_speed: float
 
 
 class Escape(MotionExecutor):
@@ -79,7 +81,7 @@ class Escape(MotionExecutor):
     @property
     def deadline(self) -> float:
         """Time limit: three times the time for the maximum distance and two turns, plus 5 s."""
-        spin = min(self._tools.parameters.spin_speed, self._tools.limits.angular_speed)
+        spin = min(self._goal.turning_speed, self._tools.robot.limits.angular_speed)
         return 3.0 * (self._goal.distance / self._goal.speed + 12.6 / spin) + 5.0
 
     def start(self, now: float) -> None:
@@ -213,9 +215,9 @@ class Escape(MotionExecutor):
         )
 
     def _profile(self, segment: EscapeSegment) -> MotionProfile:
-        limits, p = self._tools.limits, self._tools.parameters
+        limits = self._tools.robot.limits
         if segment.turns:
-            top = min(p.spin_speed, limits.angular_speed)
+            top = min(self._goal.turning_speed, limits.angular_speed)
             return MotionProfile(segment.amount, top, 0.5 * limits.angular_acceleration, 0.0, "rad")
         line = StraightLine.along(segment.twist, self._goal.speed)
         top = line.top_speed(limits)

@@ -8,7 +8,7 @@ from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Follower
 from stack.navigation.people.backing_out import can_turn
-from stack.navigation.people.standoff import nearest
+from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.navigation.tasks import MotionExecutor
 from stack.types import Perceived, Pose2D, Twist
 
@@ -91,7 +91,7 @@ class MakingRoom(Lifecycle):
             return False
         before = self._made_at
         away = inf if before is None else before.distance_to(state.motion.pose)
-        near = nearest(state.world.tracks, state.estimate.pose, 2.0 * p.person_distance)
+        near = nearest(state.world.tracks, state.estimate.pose, 2.0 * PERSON_DISTANCE)
         if away < ELSEWHERE or near is not None or not _turns(follower, state.estimate.pose):
             return False
         return not can_turn(state.obstacles.points, tools.robot.footprint)

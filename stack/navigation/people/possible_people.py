@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from stack.lifecycle import Timer, Timers
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.people.standoff import nearest
+from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.types import Perceived
 
 LARGEST = 0.4
@@ -48,7 +48,7 @@ class PossiblePeople:
         near = [
             thing for thing in state.world.standing
             if thing.radius <= LARGEST
-            and nearest([thing], state.estimate.pose, p.person_distance) is not None
+            and nearest([thing], state.estimate.pose, PERSON_DISTANCE) is not None
             and self._may_be_person(thing.id, now)
         ]  # fmt: skip
         if not near:

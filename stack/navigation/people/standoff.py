@@ -13,6 +13,9 @@ from stack.lifecycle import Timers
 from stack.navigation.parameters import NavigationParameters
 from stack.types import FailureCode, FloatArray, Perceived, Pose2D, TrackedObject
 
+PERSON_DISTANCE = 1.5
+"""Metres to a person ahead who is in the way."""
+
 BESIDE = 0.5
 """Metres between the surface of a person and the path within which they are in the way."""
 
@@ -64,15 +67,14 @@ class Standoff:
         Args:
             state: of this step.
             progress: on the path of the drive.
-            parameters: distance and patience.
+            parameters: the patience.
 
         Raises:
             NavigationError: BLOCKED_BY_PERSON when the patience is over.
         """
-        reach = parameters.person_distance
-        path = progress.ahead(reach + BESIDE) if state.world.tracks else np.empty((0, 2))
+        path = progress.ahead(PERSON_DISTANCE + BESIDE) if state.world.tracks else np.empty((0, 2))
         near_path = [track for track in state.world.tracks if _is_beside(path, track)]
-        now, person = state.time, nearest(near_path, state.estimate.pose, reach)
+        now, person = state.time, nearest(near_path, state.estimate.pose, PERSON_DISTANCE)
         self.face(person, now)
         if person is None:
             return

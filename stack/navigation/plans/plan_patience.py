@@ -5,7 +5,7 @@ from __future__ import annotations
 from stack.errors import NavigationError
 from stack.lifecycle import Timers
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.people.standoff import blocked_by, nearest
+from stack.navigation.people.standoff import PERSON_DISTANCE, blocked_by, nearest
 from stack.types import Failure, FailureCode, Perceived, Pose2D, TrackedObject
 
 CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
@@ -67,9 +67,9 @@ class PlanPatience:
 
     def _person_near(self, state: Perceived, failure: Failure) -> TrackedObject | None:
         """Return a person who may be why there is no path: near the robot, the goal or its end."""
-        distance = self._tools.parameters.person_distance
-        places = [(state.estimate.pose, 2.0 * distance), (self._goal, 2.0 * distance)]
+        around = 2.0 * PERSON_DISTANCE
+        places = [(state.estimate.pose, around), (self._goal, around)]
         if failure.place is not None:
-            places.append((Pose2D(*failure.place), distance))
+            places.append((Pose2D(*failure.place), PERSON_DISTANCE))
         found = (nearest(state.world.tracks, place, reach) for place, reach in places)
         return next((person for person in found if person is not None), None)

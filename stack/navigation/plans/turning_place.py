@@ -7,6 +7,9 @@ import numpy as np
 from stack.navigation.people.backing_out import TURNING_ROOM, can_turn
 from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Footprint, Pose2D
 
+TURNING_DISTANCE = 0.25
+"""Metres from the goal at which it may turn, if the task sets no tolerance."""
+
 STOPS = 0.05
 """Metres from the end of its path at which a robot may stop: room that is better left."""
 

@@ -74,7 +74,8 @@ def test_an_emergency_stop_is_accepted_while_the_robot_brakes_after_the_mission(
     assert run.runtime.command.twist == STANDSTILL
     assert run.runtime.command.reason == "emergency stop: a hand"
     assert run.runtime.state is MissionState.SUCCESS
-    run.runtime.stand_still()
+    while not run.runtime.is_standing and run.runtime.steps < 1000:
+        run.runtime.step()
     assert run.speed < 0.02
     assert run.runtime.apply(Command("c", "release", {})).done
     assert not run.runtime.apply(Command("d", "resume", {})).done

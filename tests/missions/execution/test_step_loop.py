@@ -213,7 +213,7 @@ def test_nothing_waits_for_slow_work_where_time_cannot_be_frozen(live):
             make_body=lambda setup, body=body: body(setup.robot, start=setup.start),
         )
         parts = run.runtime.parts
-        assert parts.navigator._tools.planner_worker._waits is waits
+        assert parts.navigator.tools.planner_worker._waits is waits
         assert parts.perceiver.objects._waits is waits
 
 

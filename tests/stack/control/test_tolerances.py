@@ -24,7 +24,7 @@ def driven(name, tolerance, offset, kind="differential"):
     """Drive to a goal beside the start; the drive, its task and the goal."""
     toy = toy_drive(name, room(6, 6), START, kind=kind, **SMALLER.get(name, {}))
     parameters = StoppedGoalParameters(tolerance.position, tolerance.heading)
-    toy.navigator._tools.goal_checker = StoppedGoalChecker(parameters, toy.world.robot)
+    toy.navigator.tools.goal_checker = StoppedGoalChecker(parameters, toy.world.robot)
     x, y, turn = offset
     goal = Pose2D(START.x + x, START.y + y, wrap_angle(START.heading + turn))
     task = toy.navigator.base.navigate_to(goal)

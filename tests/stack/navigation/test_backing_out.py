@@ -82,7 +82,7 @@ FACING = person(HERE.x + 0.8 * FACED, HERE.y)
 def test_the_way_from_a_person_in_front_is_driven_backward(end, now, backward):
     toy = ToyDrive(ToyWorld(ROOM_ASIDE, robot(), HERE))
     path = straight(end)
-    driven = backed_out(path, now, toy.navigator._tools)
+    driven = backed_out(path, now, toy.navigator.tools)
     assert is_backward(driven) is backward
     assert np.array_equal(driven.points[:, :2], path.points[:, :2])
     toy.navigator.close()
@@ -101,7 +101,7 @@ def test_the_way_from_a_person_in_front_is_driven_backward(end, now, backward):
 def test_a_robot_turns_round_as_soon_as_it_has_left_everybody_behind(remaining, now, turns):
     """Unless a slow reverse takes no longer than two turns."""
     toy = ToyDrive(ToyWorld(ROOM_ASIDE, robot(), HERE))
-    assert should_turn(remaining, now, toy.navigator._tools) is turns
+    assert should_turn(remaining, now, toy.navigator.tools) is turns
     toy.navigator.close()
 
 
@@ -109,14 +109,14 @@ def test_a_robot_turns_round_as_soon_as_it_has_left_everybody_behind(remaining, 
 def test_only_robots_that_turn_in_place_and_need_to_turn_back_out(kind):
     toy = ToyDrive(ToyWorld(ROOM_ASIDE, moving(kind), HERE))
     path = straight(HERE.x - 1.5)
-    assert backed_out(path, state(FACING, obstacles=CLOSE), toy.navigator._tools) is path
+    assert backed_out(path, state(FACING, obstacles=CLOSE), toy.navigator.tools) is path
     toy.navigator.close()
 
 
 def test_limits_of_speed_and_partial_ends_are_kept():
     toy = ToyDrive(ToyWorld(ROOM_ASIDE, robot(), HERE))
     path = replace(straight(HERE.x - 1.5), speed_limits=np.full(40, 0.4), partial=True)
-    driven = backed_out(path, state(FACING), toy.navigator._tools)
+    driven = backed_out(path, state(FACING), toy.navigator.tools)
     assert driven.partial
     assert driven.speed_limits is path.speed_limits
     toy.navigator.close()
@@ -126,7 +126,7 @@ def test_a_robot_backs_out_before_somebody_who_walks_into_it():
     """Slowly, in a corridor of 1 m: it has no room to turn, and leaves it for the room aside."""
     world = ToyWorld(ROOM_ASIDE, robot(reverse_speed=0.3), HERE, [(7.0, 0.5, 0.25)])
     toy = ToyDrive(world, person_patience=60.0)
-    toy.globe = toy.navigator._tools.global_costmap = ToyCostmap(ToyWorld(ROOM_ASIDE, robot()))
+    toy.globe = toy.navigator.tools.global_costmap = ToyCostmap(ToyWorld(ROOM_ASIDE, robot()))
     front, headings = world.robot.footprint.points[:, 0].max(), []
 
     def walk() -> list[TrackedObject]:

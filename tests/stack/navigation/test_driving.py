@@ -5,7 +5,7 @@ import pytest
 
 from stack.control.checkers import PoseProgressChecker, PoseProgressParameters
 from stack.errors import NavigationError, ParameterError
-from stack.navigation.parameters import NavigationParameters
+from stack.navigation.plans.turning_place import TURNING_DISTANCE
 from stack.streams import stream
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_world import ToyPlanner, ToyWorld, heading_error, robot, room
@@ -333,7 +333,7 @@ def test_where_it_cannot_turn_at_the_goal_it_turns_beside_it(make, start):
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     reasons = [fields["reason"] for kind, _, fields in toy.events if kind == "replan"]
     assert "no room to turn at the goal" in reasons
-    assert world.pose.distance_to(goal) < NavigationParameters().turning_distance + 0.03
+    assert world.pose.distance_to(goal) < TURNING_DISTANCE + 0.03
     assert heading_error(world.pose, goal) < 0.0524  # 3 degrees
     assert world.nearest > 0.0
 

@@ -209,7 +209,7 @@ def test_a_passing_place_is_not_the_goal_of_a_drive_that_has_lost_its_path():
     toy.run(3.0)
     assert "plan" in toy.kinds() and toy.commands[-1] == STANDSTILL
     closed = ToyCostmap(ToyWorld(NICHE, robot(), circles=[(4.2, 0.5, 0.6)]))
-    toy.globe = toy.navigator._tools.global_costmap = closed
+    toy.globe = toy.navigator.tools.global_costmap = closed
     world.circles[:] = [(2.5, 0.3, 0.25)]
     toy.tracks = lambda: [person(2.5, 0.3, world.time)] if world.circles else []
     world.pose = Pose2D(2.5, 1.25, pi / 2.0)  # 0.8 m off the path
@@ -219,7 +219,7 @@ def test_a_passing_place_is_not_the_goal_of_a_drive_that_has_lost_its_path():
     world.circles.clear()
     toy.run(4.0)  # until it gives way no longer, and 2 s within the tolerances of the goal checker
     assert task.running and task.feedback != "giving way to a person"
-    toy.globe = toy.navigator._tools.global_costmap = free
+    toy.globe = toy.navigator.tools.global_costmap = free
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert world.pose.distance_to(Pose2D(9.0, 0.5)) < 0.3
 
@@ -270,7 +270,7 @@ def test_a_robot_without_a_plan_gives_way_too():
     toy = facing_somebody(NICHE, person_patience=60.0)
     toy.world.circles[:] = [(2.2, 0.5, 0.25)]
     toy.tracks = lambda: [person(2.2, 0.5, toy.world.time)]
-    toy.globe = toy.navigator._tools.global_costmap = ToyCostmap(
+    toy.globe = toy.navigator.tools.global_costmap = ToyCostmap(
         ToyWorld(NICHE, robot(), circles=[(3.0, 0.5, 0.6)])
     )
     toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
@@ -379,7 +379,7 @@ def test_who_still_moves_may_get_past_before_the_robot_gives_way(speed, seconds)
     def tracks():
         sway = speed * (1.0 if round(world.time / world.period) % 2 else -1.0)
         here = [person(5.0, 0.5, world.time, velocity=(0.0, sway))]
-        if not faced_at and 5.0 - world.pose.x <= 1.5 + 0.25:  # person_distance, to the surface
+        if not faced_at and 5.0 - world.pose.x <= 1.5 + 0.25:  # PERSON_DISTANCE, to the surface
             faced_at.append(world.time)
         return here
 
@@ -414,10 +414,10 @@ def test_the_controller_does_not_see_who_is_evaded():
         world = ToyWorld(room(10.0, 6.0), robot(), Pose2D(1.0, 3.0), [(2.0, 3.0, 0.25)])
         toy = ToyDrive(world)
         toy.navigator.evasion.configure(EvasionParameters(when="never"))
-        toy.local = toy.navigator._tools.local_costmap = ToyCostmap(
+        toy.local = toy.navigator.tools.local_costmap = ToyCostmap(
             ToyWorld(room(10.0, 6.0), robot())
         )
-        toy.globe = toy.navigator._tools.global_costmap = toy.local
+        toy.globe = toy.navigator.tools.global_costmap = toy.local
         toy.tracks = lambda: [person(2.0, 3.0, world.time)]
         toy.evaded = toy.tracks if evaded else list
         toy.navigator.base.navigate_to(Pose2D(5.0, 3.0))

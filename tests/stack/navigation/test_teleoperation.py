@@ -16,15 +16,6 @@ def test_a_velocity_lives_for_half_a_second(make):
     assert toy.commands[-10:] == [Twist(0.3, 0.1)] * 9 + [STANDSTILL]
 
 
-def test_the_time_to_live_is_a_parameter(make):
-    toy = make(teleop_timeout=0.2)
-    toy.navigator.base.assisted_teleop(20.0)
-    toy.run(1.0)
-    toy.navigator.base.teleoperation.steer(Twist(0.3, 0.1))
-    toy.run(0.25)
-    assert toy.commands[-5:] == [Twist(0.3, 0.1)] * 3 + [STANDSTILL] * 2
-
-
 def test_velocities_that_keep_coming_drive_on(make):
     toy = make()
     toy.navigator.base.assisted_teleop(20.0)

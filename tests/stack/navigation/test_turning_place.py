@@ -5,13 +5,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from stack.navigation.parameters import NavigationParameters
 from stack.navigation.people.backing_out import TURNING_ROOM
+from stack.navigation.plans.turning_place import TURNING_DISTANCE as REACH
 from stack.navigation.plans.turning_place import turning_place
 from stack.types import INSCRIBED_COST, CostGrid, Pose2D
 from tests.stack.navigation.toy_world import outline
 
-REACH = NavigationParameters().turning_distance
 ROBOT, AT = outline(0.2, 0.32), Pose2D(0.0, 0.0)
 BESIDE = [[0.0, -0.3]]
 """What keeps a robot at the origin from turning there."""
