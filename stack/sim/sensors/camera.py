@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stack.child_process import Worker
 from stack.drivetrain.description import DepthCameraDescription
@@ -86,15 +91,16 @@ class Camera:
         """Return the oldest picture, once it is rendered; None if its renderer is lost."""
         camera = self._setup.camera
         try:
-            pixels, self.driver = self._renderer.receive()
+            received, self.driver = self._renderer.receive()
         except WorkerError as loss:
             self._note(loss)
             return None
         stamp = self._exposures.popleft()
-        self._losses = 0
+        self._losses, shape = 0, (camera.model.height, camera.model.width)
         if isinstance(camera, DepthCameraDescription):
-            return DepthImage(stamp, pixels, camera.model, camera.range_min, camera.range_max)
-        return Image(stamp, pixels, camera.model)
+            depth = _array(received, np.float32, shape)
+            return DepthImage(stamp, depth, camera.model, camera.range_min, camera.range_max)
+        return Image(stamp, _array(received, np.uint8, (*shape, 3)), camera.model)
 
     def take_problems(self) -> list[str]:
         """Return what happened to the renderer since the last call, as sentences."""
@@ -119,3 +125,10 @@ class Camera:
     def _is_due(self, time: float) -> bool:
         latency = self._setup.camera.latency
         return bool(self._exposures) and time >= self._exposures[0] + latency - _ROUNDING
+
+
+def _array(received: bytes, kind: type, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return the pixels in a shape; a picture of another size as it is, a row of values."""
+    whole = len(received) // np.dtype(kind).itemsize
+    values: NDArray[Any] = np.frombuffer(received, dtype=kind, count=whole)
+    return values.reshape(shape) if values.size == prod(shape) else values

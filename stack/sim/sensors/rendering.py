@@ -23,8 +23,6 @@ from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.streams import stream
 from stack.types import FloatArray
 
-Pixels = NDArray[np.uint8] | NDArray[np.float32]
-
 NOTHING = 0.9999
 """Share of the far clipping plane beyond which a pixel shows nothing."""
 
@@ -47,7 +45,7 @@ class CameraRenderer:
         """See `Renderer.driver`."""
         return self._drawing.driver
 
-    def render(self, request: RenderRequest) -> Pixels:
+    def render(self, request: RenderRequest) -> NDArray[np.uint8] | NDArray[np.float32]:
         """Return the picture with its noise.
 
         (height, width, 3) uint8 RGB, or (height, width) float32 metres along the optical axis.
@@ -90,10 +88,10 @@ class CameraRenderer:
 
 def renderer(
     setup: tuple[RenderSetup, type[PhysicsEngine]],
-) -> Callable[[RenderRequest], tuple[Pixels, str]]:
+) -> Callable[[RenderRequest], tuple[bytes, str]]:
     """Return what the process of a `Camera` calls: pixels of a picture, and what drew it."""
     drawing = CameraRenderer(*setup)
-    return lambda request: (drawing.render(request), drawing.driver)
+    return lambda request: (drawing.render(request).tobytes(), drawing.driver)
 
 
 def measured_depth(
