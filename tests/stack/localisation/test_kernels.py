@@ -134,6 +134,13 @@ def test_alignment_finds_the_pose_a_scan_was_taken_at(dx, dy, turn):
     assert abs(found[2] - true[2]) < 0.01
 
 
+def test_a_system_of_three_equations_is_solved():
+    """H = L L' with L = [[2, 0, 0], [1, 3, 0], [-1, 2, 1]], and g = H (1, -2, 3), by hand."""
+    h = np.array([[4.0, 2.0, -2.0], [nan, 10.0, 5.0], [nan, nan, 6.0]])  # the upper triangle counts
+    solution = kernels.solve(h, np.array([-6.0, -3.0, 6.0]), 1e-9, 0.0)
+    assert solution == pytest.approx([1.0, -2.0, 3.0], abs=1e-6)
+
+
 def test_a_wall_at_45_degrees_draws_the_pose_along_its_normal():
     """Minimise (n p - d)² + λ |p - p0|²: p = p0 - n (n p0 - d) / (1 + λ), here λ = 0.5.
 
