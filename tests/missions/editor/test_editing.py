@@ -191,6 +191,7 @@ def test_words_of_the_language_are_not_renamed(patrol, marked):
         ("${$count + 1}", "${$cuont + 1}", "${$cu|ont"),
         ("world: small_room", "wrld: small_room", "wr|ld"),
         ("world: small_room", "world: smal_room", "sm|al_room"),
+        ("robot: scout", "robot: scuot", "sc|uot"),
         ("type: duration", "type: durtion", "du|rtion"),
     ],
 )
