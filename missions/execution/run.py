@@ -32,7 +32,6 @@ from stack.errors import (
     plugin_line,
     traceback_text,
 )
-from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry, discard, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState
@@ -274,7 +273,7 @@ class Run:
             final = self._report.plain() if self._report is not None else None
             if self._kept is not None:
                 self._kept.save(engine.tree, self._telemetry.lose)
-            self._telemetry.close(final, lambda: compose_snapshot(engine.runtime))
+            self._telemetry.close(final, engine.runtime.snapshot)
             self._write_report()
 
     def _stop_robot(self) -> None:

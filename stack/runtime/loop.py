@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from stack.body import BodyCommand, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
@@ -17,17 +19,21 @@ from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.sensing import Sensing
-from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
 from stack.safety.safety import LimitedTwist
 from stack.schedule import Schedule
-from stack.telemetry.records import Ack, Command, Layer, MissionState
+from stack.telemetry.records import Ack, Command, Debugging, Layer, MissionState, Snapshot
 from stack.types import (
     STANDSTILL,
+    DepthPoints,
+    FloatArray,
     Odometry,
     Perceived,
     PoseEstimate,
 )
+
+SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
+"""In a snapshot."""
 
 LONGEST_NAP = 0.01
 """Wall seconds between two looks for commands while the next step cannot be made yet."""
@@ -78,7 +84,7 @@ class Runtime:
         """Apply commands and publish between two steps, as the next step would."""
         self.parts.telemetry.advance(self.steps, self.parts.body.time)
         self._commands.apply_all()
-        self.parts.telemetry.publish(lambda: compose_snapshot(self))
+        self.parts.telemetry.publish(self.snapshot)
 
     def step(self) -> None:
         """Run one control period; while a simulation is frozen, only serve the operator."""
@@ -123,7 +129,7 @@ class Runtime:
         )
         self._log_pose()
         with measure("publish"):
-            p.telemetry.publish(lambda: compose_snapshot(self))
+            p.telemetry.publish(self.snapshot)
         with measure("body", self._slept):
             p.body.wait(self.period)
         self.stages.end_step()
@@ -181,11 +187,6 @@ class Runtime:
         """Whether the robot stands, by its odometry."""
         return self.perceived.motion.twist.stands
 
-    @property
-    def is_on_detour(self) -> bool:
-        """Whether the robot drives to the operator's goal while the mission is paused."""
-        return self._commands.drives_to_operator_goal
-
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""
         own = {
@@ -206,6 +207,57 @@ class Runtime:
             "local_costmap": Layer(local.version, local.grid),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
+
+    def snapshot(self) -> Snapshot:
+        """Compose the snapshot of the current step. Its arrays are shared; do not modify them."""
+        parts = self.parts
+        state, estimate, body = self.perceived, parts.perceiver.estimator.estimate, parts.body
+        return Snapshot(
+            time=body.time,
+            step=self.steps,
+            state=self.state,
+            reason=self.reason,
+            tree=parts.tree.rows(),
+            pose=estimate.pose,
+            covariance=estimate.covariance,
+            health=estimate.health,
+            health_thresholds=estimate.thresholds,
+            rivals=estimate.rivals,
+            battery=state.battery,
+            odometry=state.motion.pose,
+            particles=_thinned(parts.perceiver.estimator.particles, SHOWN_PARTICLES),
+            scan=parts.robot.perception.scan,
+            path=parts.navigator.path,
+            local_plan=parts.navigator.local_plan,
+            goal=parts.navigator.goal,
+            layers=self.layers(),
+            commanded=self.command.twist,
+            measured=state.motion.twist,
+            stages=self.stages.timings(),
+            speed=self.pace.factor,
+            pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
+            parameters=parts.tuning.current(),
+            public_parameters=parts.tuning.public,
+            image=self.sensing.image,
+            detections=parts.robot.perception.seen_objects,
+            mask=parts.robot.perception.colour_mask,
+            depth_image=self.sensing.depth_image,
+            depth_points=_depth_points(parts, state.depth),
+            cameras=parts.perceiver.cameras.states,
+            truth=parts.scorer.truth if parts.scorer else None,
+            people=parts.scorer.people if parts.scorer else None,
+            tracks=state.at(estimate).world.tracks,
+            blackboard=parts.tree.blackboard(),
+            counters=self.counters(),
+            teleop=parts.navigator.base.teleoperation is not None,
+            detour=self._commands.drives_to_operator_goal,
+            safety="; ".join(
+                filter(None, (self.command.reason, parts.navigator.localisation_monitor.reason))
+            ),
+            events=parts.telemetry.recent(SHOWN_EVENTS),
+            debugging=parts.debugger.view() if parts.debugger else Debugging(),
+            records_lost="; ".join(record.text for record in parts.telemetry.lost),
+        )
 
     def _state_changed(self, before: MissionState, after: MissionState) -> None:
         """Pause and resume the tree and its motion; their time limits do not count meanwhile."""
@@ -231,7 +283,7 @@ class Runtime:
         self._commands.apply_all(held=True)
         perceiver = self.parts.perceiver
         self.parts.now.see(perceiver.at(self.perceived, perceiver.estimator.estimate))
-        self.parts.telemetry.publish(lambda: compose_snapshot(self))
+        self.parts.telemetry.publish(self.snapshot)
 
     @property
     def _navigates(self) -> bool:
@@ -298,3 +350,17 @@ _ENDINGS = {
     MissionState.INTERRUPTED: MissionEvent.INTERRUPT,
     MissionState.ERROR: MissionEvent.ERROR,
 }
+
+
+def _thinned(rows: FloatArray, most: int) -> FloatArray:
+    step = max(1, -(-len(rows) // most))
+    return np.asarray(rows[::step], dtype=np.float32)
+
+
+def _depth_points(parts: Parts, depth: DepthPoints) -> FloatArray | None:
+    """Return the obstacles of the depth cameras in the map frame; None while none is used."""
+    if not parts.perceiver.depth.is_on:
+        return None
+    points = _thinned(depth.spatial, SHOWN_DEPTH_POINTS)
+    points[:, :2] = parts.perceiver.estimator.estimate.map_from_odom.transform(points[:, :2])
+    return points

@@ -10,7 +10,6 @@ from missions.execution.build import build, run_info
 from missions.execution.file_watcher import FileWatch
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.reload import Reloader
-from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Command
 
@@ -113,7 +112,7 @@ class LiveRun:
 
     @property
     def snapshot(self):
-        return compose_snapshot(self.runtime)
+        return self.runtime.snapshot()
 
     def close(self) -> None:
         self.runtime.parts.navigator.close()

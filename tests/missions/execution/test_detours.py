@@ -4,7 +4,6 @@ import pytest
 
 from missions.execution.build import build, run_info
 from missions.execution.prepare import RunOptions, prepare
-from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Command, MissionState
 from stack.types import STANDSTILL, Pose2D, wrap_angle
@@ -84,12 +83,12 @@ def test_a_detour_that_takes_longer_than_progress_time_does_not_fail_the_mission
 
 def test_an_emergency_stop_during_a_detour_ends_it(run):
     run.order("pause")
-    assert not compose_snapshot(run.runtime).detour
+    assert not run.runtime.snapshot().detour
     run.goal(DETOUR)
     run.step(1.0)
-    assert compose_snapshot(run.runtime).detour
+    assert run.runtime.snapshot().detour
     run.order("estop")
-    assert not compose_snapshot(run.runtime).detour
+    assert not run.runtime.snapshot().detour
     run.step(2.0)
     where = run.pose
     run.order("release")
