@@ -150,12 +150,11 @@ def _listed(section: Section, kind: str) -> WheelGeometry | None:
     if any(value is None for value in values):
         return None
     wheels: WheelGeometry = GEOMETRIES[kind](*values)
-    if isinstance(wheels, SteeredWheels):
-        try:
-            wheels.check_turning(wheels.track, "rear wheels")
-        except ValueError as error:
-            section.findings.add(SHAPE, section.node.mark, str(error), TIGHT)
-            return None
+    try:
+        wheels.check()
+    except ValueError as error:
+        section.findings.add(SHAPE, section.node.mark, str(error), TIGHT)
+        return None
     return wheels
 
 

@@ -79,19 +79,18 @@ class SteeredWheels(WheelGeometry):
         """
         left, right = self.steering
         apart = at[left][1] - at[right][1]
-        self.check_turning(apart, "steering joints")
+        self._check_turning(apart, "steering joints")
         return replace(self, steered_track=apart)
 
-    def check_turning(self, track: float, of: str) -> None:
-        """Check that the centre of the tightest circle is not between two wheels or joints.
-
-        Args:
-            track: distance between them, metres.
-            of: what they are.
+    def check(self) -> None:
+        """Check that the centre of the tightest circle is not between the rear wheels.
 
         Raises:
             ValueError: it is.
         """
+        self._check_turning(self.track, "rear wheels")
+
+    def _check_turning(self, track: float, of: str) -> None:
         if self.turning_radius <= track / 2.0:
             raise ValueError(
                 f"wheels: with a steering_angle of {degrees(self.steering_angle):.0f} deg the "

@@ -82,6 +82,13 @@ class WheelGeometry(ABC):
         """Joints of the wheels that stand for one driven wheel, the first; empty: each is one."""
         return ()
 
+    def check(self) -> None:  # noqa: B027 - most kinds have nothing to check
+        """Check the values against each other.
+
+        Raises:
+            ValueError: the robot cannot drive with these wheels; the message says why.
+        """
+
     @abstractmethod
     def lengths(self, at: Mapping[str, tuple[float, float]]) -> Sequence[Length]:
         """Compare the description with the URDF.

@@ -162,7 +162,7 @@ def test_type_checkers_see_the_names_and_templates_are_typed(tmp_path):
     for test in tmp_path.glob("test_*"):
         test.unlink()
     (tmp_path / "typed.py").write_text(TYPED)
-    (tmp_path / "unknown.py").write_text("from treepilot import Pose\n")
+    (tmp_path / "unknown.py").write_text("from treepilot import Nothing\n")
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", *tmp_path.iterdir()],
         cwd=tmp_path, capture_output=True, text=True, check=False, env={"MYPYPATH": str(ROOT)},
@@ -175,6 +175,6 @@ def test_type_checkers_see_the_names_and_templates_are_typed(tmp_path):
         'note: Revealed type is "tuple[int, int]"',
         'error: Argument "goal" to "Wait" has incompatible type "int"; expected "Pose2D"'
         "  [arg-type]",
-        'error: Module "treepilot" has no attribute "Pose"; maybe "Pose2D"?  [attr-defined]',
+        'error: Module "treepilot" has no attribute "Nothing"  [attr-defined]',
     } == {line.partition(": ")[2] for line in lines}
     assert last.startswith("Found 2 errors in 2 files")

@@ -20,6 +20,7 @@ from stack.sim.sensors.lens import Lens
 from stack.sim.sensors.mirror_views import MirrorViews
 from stack.sim.sensors.pinhole import FLIP, distances, far_plane
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
+from stack.sim.worlds.world import World
 from stack.streams import stream
 from stack.types import FloatArray
 
@@ -36,7 +37,8 @@ class CameraRenderer:
 
     def __init__(self, setup: RenderSetup, engine: type[PhysicsEngine] = DEFAULT_ENGINE) -> None:
         self._setup, self._lens = setup, Lens(setup.camera.model)
-        faces = mirror_faces(setup.world)
+        world: World = setup.world
+        self._light, faces = world.light, mirror_faces(world)
         self._mirrors = MirrorViews(setup, engine, self._lens.pinhole, faces) if faces else None
         self._drawing = engine.renderer(setup, self._lens.pinhole)
 
@@ -55,7 +57,7 @@ class CameraRenderer:
         if isinstance(camera, DepthCameraDescription):
             return measured_depth(self._rendered(request)[1], camera, random)
         shots = [self._rendered(moment)[0] for moment in moments(request, camera)]
-        colours, light = mean_picture(shots), self._setup.world.light
+        colours, light = mean_picture(shots), self._light
         gain = automatic_gain(colours, light, camera)
         if camera.noise <= 0.0 and light * gain == 1.0 and len(shots) == 1:
             return np.ascontiguousarray(shots[0])

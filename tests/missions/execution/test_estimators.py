@@ -48,8 +48,8 @@ def test_the_default_depends_on_the_map(mission):
 
 
 def test_a_mission_names_an_estimator_and_sets_its_parameters(mission):
-    choice = chosen(mission("localisation: {use: mcl, max_particles: 900, hit_deviation: 5 cm}\n"))
-    assert (choice.parameters.max_particles, choice.parameters.hit_deviation) == (900, 0.05)
+    choice = chosen(mission("localisation: {use: mcl, max_particles: 900, min_particles: 400}\n"))
+    assert (choice.parameters.max_particles, choice.parameters.min_particles) == (900, 400)
     assert chosen(mission("localisation: dead_reckoning\n")).name == "dead_reckoning"
     path = mission("map: none\nlocalisation: {distance_variance: 0.001}\n")
     assert chosen(path).parameters.distance_variance == 0.001
@@ -79,8 +79,9 @@ def test_the_robot_file_sets_parameters_that_the_mission_overrides(mission, tmp_
         ("localisation: mlc\n", "E111 4:15 there is no estimator 'mlc'; did you mean 'mcl'?"),
         ("localisation: {max_partcles: 9}\n", "E111 4:30 max_partcles: there is no parameter "
          "'max_partcles' here; did you mean 'max_particles'?"),
-        ("localisation: {kld_error: 2}\n", "E111 4:27 kld_error: 2 must be at most 1"),
-        ("localisation: {hit_deviation: 3 s}\n", "E111 4:31 hit_deviation: '3 s' is in s"),
+        ("localisation: {lost_health: 2}\n", "E111 4:29 lost_health: 2 must be at most 1"),
+        ("localisation: {initial_position_deviation: 3 s}\n",
+         "E111 4:44 initial_position_deviation: '3 s' is in s"),
         ("localisation: {max_particles: 100}\n",
          "E111 4:31 max_particles: 100 is less than min_particles 300; use at least 300"),
         ("localisation: 3\n", "E101 4:15 localisation must be a name or {use: name"),

@@ -50,7 +50,7 @@ class Values:
 
     def __init__(self, values, charge):
         self.values, self.robot = values, ScriptedRobot(battery=Battery(charge=charge))
-        self.context = self
+        self.context = self.bindings = self
 
     def reader(self, name):
         return lambda: self.values[name]

@@ -111,7 +111,7 @@ def test_who_walks_is_left_out_where_they_were_when_a_sensor_measured(sensor):
     robot.step(later, {sensor: scan if sensor == "rear_lidar" else reading})
     assert robot.costmap.newest.readings == ()
     if sensor == "rear_lidar":
-        assert not np.isfinite(robot.costmap.newest.scans[sensor].scan.ranges).any()
+        assert not np.isfinite(robot.costmap.newest.scans[sensor].measurement.ranges).any()
 
 
 def test_a_scan_that_takes_its_time_shows_who_walks_where_its_tracks_are():
@@ -121,4 +121,4 @@ def test_a_scan_that_takes_its_time_shows_who_walks_where_its_tracks_are():
     for n in range(1, 20):
         stamp = 0.1 * n - 0.05
         robot.step(0.1 * n, {"lidar": seen(origin, [(6.0 - 2.5 * stamp, 0.0)], stamp)})
-    assert not np.isfinite(robot.costmap.newest.scans["lidar"].scan.ranges).any()
+    assert not np.isfinite(robot.costmap.newest.scans["lidar"].measurement.ranges).any()

@@ -204,7 +204,7 @@ def test_damaged_commands_are_not_obeyed(target):
 
 
 def test_damaged_frames_do_no_harm(target):
-    messages = [Request(), Request(True, 5, 3, {"map": 2}, True), Inquiry(), Goodbye()]
+    messages = [Request(), Request(True, 5, 3, {"map": 2}), Inquiry(), Goodbye()]
 
     def frames(encoded, generator):
         count = generator.choice([1, 1, 1, 2, 3])
