@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, fields, is_dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,32 @@ def conditions(plan: PreparedMission, options: RunOptions) -> dict[str, Any]:
     Files are kept as digests of their contents: results do not depend on where they are.
     """
     chosen = {
-        kind: {"use": choice.name, **asdict(choice.parameters)}
+        kind: {
+            "use": choice.name, "parts": _contents(choice.parts), **_contents(choice.parameters),
+        }
         for kind, choice in plan.choices.items()
-    }
+    }  # fmt: skip
     return {
-        "files": {file.name: digest(file.read_bytes()) for file in plan.files},
+        "files": [digest(file.read_bytes()) for file in plan.files],
         "map": _map_of(plan), "arguments": dict(options.arguments or {}),
         "robot": plan.robot.name, "robot file": _content_of(plan.robot),
         "limits": asdict(plan.robot.limits), "navigation": chosen,
     }  # fmt: skip
+
+
+def _contents(value: Any) -> Any:
+    """Return settings as JSON has them, with the digests of the files that they name."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {item.name: _contents(getattr(value, item.name)) for item in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): _contents(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_contents(item) for item in value]
+    if isinstance(value, str | Path):
+        file = Path(value)
+        named = file.is_absolute() and file.is_file()
+        return digest(file.read_bytes()) if named else str(value)
+    return value if isinstance(value, bool | int | float | None) else str(value)
 
 
 def _content_of(robot: RobotDescription) -> str:

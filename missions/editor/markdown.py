@@ -1,4 +1,4 @@
-"""Markdown about the words of mission files, for schemas, hover and completion."""
+"""Markdown about the words of mission files, for hover and completion."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _REASONS = (
     ("*_timeout", "there are no calls between nodes that could time out"),
     ("*bond_heartbeat*", "there are no nodes to keep alive"),
     ("amcl.*", "not imported; see `localisation` and `treepilot describe mcl`"),
-    ("slam_toolbox.*", "not imported; see `map` in docs/language.md"),
+    ("slam_toolbox.*", "not imported; see `map` in docs/reference.md"),
     ("*.bt_loop_duration", "not imported; see `navigation: {loop: {tree_rate: …}}`"),
     ("bt_navigator*", "a mission is the behaviour tree; see docs/language.md"),
     ("lifecycle_manager*", "there are no lifecycle nodes"),

@@ -171,8 +171,10 @@ class Events(InnerNode, composites.Composite):
         self.feedback_message = f"{event.name} starts when the robot stands"
         if not self.braking.is_over(STANDING_PATIENCE):
             return False
-        fastest = max(hypot(speed.linear, speed.lateral), abs(speed.angular))
-        sentence = f"the robot does not stand after {STANDING_PATIENCE:g} s ({fastest:.2f} m/s)"
+        sentence = (
+            f"the robot does not stand after {STANDING_PATIENCE:g} s "
+            f"({hypot(speed.linear, speed.lateral):.2f} m/s, {abs(speed.angular):.2f} rad/s)"
+        )
         self._emit(event, "event", f"{event.name}: {sentence}; it starts now")
         return True
 

@@ -1,1 +1,1 @@
-"""Navigation: planning, path following, progress checks, recoveries and the robot facade."""
+"""Navigation: planning, path following, recoveries, and what behaviours ask of the robot."""

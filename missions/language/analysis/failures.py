@@ -12,7 +12,7 @@ from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.terms import Binary, Literal, Named, Term, Unary
 from missions.language.step import Codes, Event, Step, Tree
 from stack.documents import Finding, Findings, Mark
-from stack.parameters import nearest
+from stack.parameters import did_you_mean, nearest
 from stack.types import FailureCode
 
 _OF_VALUES = frozenset(
@@ -159,7 +159,8 @@ class FailureCheck:
         codes = place.codes
         if code and codes is not None and code not in codes | _OF_VALUES:
             known = sorted(str(item) for item in codes)
-            hint = f"it can fail with {nearest(code, known) or ', '.join(known)}"
+            close = nearest(code, known)
+            hint = did_you_mean(close) if close else f"it can fail with {', '.join(known)}"
             sentence = f"error is never {code} here: nothing that runs before it fails with {code}"
             finding = Finding(mark, "W131", sentence, hint)
         self.claims.claim(finding, "W131", term)

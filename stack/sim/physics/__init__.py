@@ -1,1 +1,1 @@
-"""The physics engine: its interface, its settings, and the shapes of a world."""
+"""The physics engine: its interface, and the shapes of a world."""
