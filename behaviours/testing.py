@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -19,7 +20,7 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from stack.errors import NavigationError, ParameterError
-from stack.robot import JsonValue, Robot
+from stack.robot import Base, JsonValue, Localisation, Map, Perception, Robot
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -36,6 +37,7 @@ from stack.types import (
     LineColour,
     Marker,
     MarkerSighting,
+    Measurement,
     ObjectColour,
     OccupancyGrid,
     Path,
@@ -84,12 +86,35 @@ def _no_fit(pose: Pose2D) -> float:
     return 0.0
 
 
+M = TypeVar("M", bound=Measurement)
+
+CAPABILITIES = (Base, Localisation, Map, Perception)
+
+
+class _Asked:
+    """A scripted robot, but only what one protocol of stack.robot promises."""
+
+    def __init__(self, robot: ScriptedRobot, protocol: type, words: str) -> None:
+        self._robot, self._words = robot, words
+        self._names = {name for name in vars(protocol) if not name.startswith("_")}
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._names:
+            return getattr(self._robot, name)
+        elsewhere = [
+            f"; it is robot.{protocol.__name__.lower()}.{name}"
+            for protocol in CAPABILITIES if name in vars(protocol)
+        ]  # fmt: skip
+        raise AttributeError(f"{self._words} has no {name!r}{''.join(elsewhere)}")
+
+
 @dataclass
 class ScriptedRobot:
-    """A stack.robot.Robot of plain attributes, which is each of its own capabilities.
+    """A robot of plain attributes.
 
-    `robot.base`, `robot.map` and so on are the robot itself. The test sets what the behaviour
-    reads: `robot.battery = Battery(0.1)`. Every call of the behaviour is recorded in `calls` as
+    A behaviour sees it as a stack.robot.Robot: what the test sets as `robot.pose` is
+    `robot.localisation.pose` there. The test sets what the behaviour reads:
+    `robot.battery = Battery(0.1)`. Every call of the behaviour is recorded in `calls` as
     (name, arguments). Those that begin something return a new task, `task`; the test ends it:
     `robot.task.succeed(path)`. Motions have failed with LOST if the robot is lost.
 
@@ -119,6 +144,7 @@ class ScriptedRobot:
         recording_over: whether a replayed log is over.
         frontier_list: returned by `frontiers()`.
         lanes: returned by `coverage()`.
+        measurements: returned by `newest()`, by the name of the sensor.
     """
 
     time: float = 0.0
@@ -157,17 +183,37 @@ class ScriptedRobot:
     recording_over: bool = False
     frontier_list: list[Frontier] = field(default_factory=list)
     lanes: CoveragePlan = field(default_factory=lambda: CoveragePlan((), np.zeros((0, 2)), 0.1))
+    measurements: dict[str, Measurement] = field(default_factory=dict)
+    _driven: ScriptedTask = field(default_factory=lambda: ScriptedTask(TaskStatus.SUCCEEDED))
+    _driven_until: float = 0.0
 
-    @property
-    def base(self) -> ScriptedRobot:
-        """The robot itself, which is each of its capabilities."""
-        return self
+    @cached_property
+    def interface(self) -> Robot:
+        """The robot as behaviours see it."""
+        return cast("Robot", _Asked(self, Robot, "robot"))
 
-    localisation = map = perception = base
+    @cached_property
+    def base(self) -> Base:
+        """What behaviours may ask of the drive; likewise the next three."""
+        return cast("Base", _Asked(self, Base, "robot.base"))
+
+    @cached_property
+    def localisation(self) -> Localisation:
+        return cast("Localisation", _Asked(self, Localisation, "robot.localisation"))
+
+    @cached_property
+    def map(self) -> Map:
+        return cast("Map", _Asked(self, Map, "robot.map"))
+
+    @cached_property
+    def perception(self) -> Perception:
+        return cast("Perception", _Asked(self, Perception, "robot.perception"))
 
     def advance(self, seconds: float) -> None:
         """Advance the clock. A subclass can override this to move the robot."""
         self.time = round(self.time + seconds, 9)
+        if self.time >= self._driven_until and self._driven.status is TaskStatus.RUNNING:
+            self._driven.succeed()
 
     def calls_of(self, name: str) -> list[dict[str, Any]]:
         """Return the arguments of every call with this name, in order."""
@@ -211,6 +257,10 @@ class ScriptedRobot:
         if self.cloud is None or above is None:
             return self.cloud
         return replace(self.cloud, points=self.cloud.points[self.cloud.points[:, 2] > above])
+
+    def newest(self, name: str, kind: type[M]) -> M | None:
+        measurement = self.measurements.get(name)
+        return measurement if isinstance(measurement, kind) else None
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         return self.sightings
@@ -292,7 +342,10 @@ class ScriptedRobot:
         self.twist, self.contact = twist, contact
         self.gives_way = gives_way
         self._record("drive_for", twist=twist, seconds=seconds)
-        return ScriptedTask()
+        if self._driven.status is not TaskStatus.RUNNING:
+            self._driven = ScriptedTask()
+        self._driven_until = self.time + seconds
+        return self._driven
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
@@ -337,6 +390,7 @@ class ScriptedRobot:
 
     def _move(self, name: str, **arguments: Any) -> ScriptedTask:
         self.motion.cancel()
+        self._driven.cancel()
         self.motion = self._request(name, **arguments)
         return self.motion
 
@@ -360,8 +414,8 @@ def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> St
 
     Sets the behaviour up with the robot if necessary. Returns the status after the last tick.
     """
-    if vars(behaviour).get("robot") is not robot:
-        behaviour.setup(robot=robot)
+    if vars(behaviour).get("robot") is not robot.interface:
+        behaviour.setup(robot=robot.interface)
     behaviour.tick_once()
     for _ in range(round(seconds / TICK_PERIOD)):
         if behaviour.status is not Status.RUNNING:
@@ -383,5 +437,9 @@ def halt(behaviour: Behaviour) -> None:
     behaviour.stop(Status.INVALID)
 
 
-if TYPE_CHECKING:
-    _IS_A_ROBOT: Robot = ScriptedRobot()  # checked by the type checker
+if TYPE_CHECKING:  # checked by the type checker: it has all that they promise
+    _robot: Robot = ScriptedRobot()
+    _base: Base = ScriptedRobot()
+    _localisation: Localisation = ScriptedRobot()
+    _map: Map = ScriptedRobot()
+    _perception: Perception = ScriptedRobot()

@@ -7,7 +7,7 @@ task cancels the previous one. Names follow nav2_simple_commander.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from stack.types import (
     Battery,
@@ -22,6 +22,7 @@ from stack.types import (
     LineColour,
     Marker,
     MarkerSighting,
+    Measurement,
     ObjectColour,
     OccupancyGrid,
     Path,
@@ -35,6 +36,8 @@ from stack.types import (
     TrackedObject,
     Twist,
 )
+
+M = TypeVar("M", bound=Measurement)
 
 JsonValue = str | float | Sequence["JsonValue"] | Mapping[str, "JsonValue"]
 
@@ -391,6 +394,15 @@ class Perception(Protocol):
 
         Raises:
             ParameterError: the robot has no such depth camera.
+        """
+        ...
+
+    def newest(self, name: str, kind: type[M]) -> M | None:
+        """The newest measurement of a sensor, also of a type that a package brings.
+
+        Args:
+            name: of the sensor.
+            kind: of the measurement, for example Imu. None before the first one of this type.
         """
         ...
 

@@ -179,7 +179,8 @@ class Follower:
 
     def python(self, block: Block) -> None:
         if not block.file:
-            exec(compile(block.text, f"{block.page.name}:{block.line}", "exec"), {"__name__": "x"})
+            code = compile(block.text, f"{block.page.name}:{block.line}", "exec", dont_inherit=True)
+            exec(code, {"__name__": "x"})
         elif Path(block.file).name.startswith("test_"):
             self.pytest(block.file)
         else:

@@ -84,7 +84,7 @@ class _Run:
     def __init__(self, mission: Mission, case: Case) -> None:
         self.case, self.robot = case, ScriptedRobot()
         self.tree: MissionTree = compile_mission(mission, stand_in=StandIns(case.mocks))
-        self.tree.setup(self.robot, self._on_event)
+        self.tree.setup(self.robot.interface, self._on_event)
         self.tree.watch(self._on_start)
         self.started: list[Record] = []
         self.since: dict[int, float] = {}

@@ -121,8 +121,8 @@ class CommandHandler:
         self.debugging.forget_steps()
 
     def _emergency_stop(self, arguments: EmergencyStop) -> None:
-        self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)  # never refused
         self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
+        self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
         self._cancel_detour()
 
     def _cancel_detour(self) -> None:

@@ -81,16 +81,20 @@ class Perceiver:
         """Return the pose with new deskewed scans and pictures."""
         before = self.estimator.estimate
         estimate = self.estimator.update(observation, self.frames)
+        self._report_jump(before, estimate, "lidar")
         fix = self.markers.update(observation, self.frames)
         if fix is not None:
-            estimate = self.estimator.update_markers(fix, self.frames)
+            before, estimate = estimate, self.estimator.update_markers(fix, self.frames)
+            self._report_jump(before, estimate, "marker")
         self.frames.correct(estimate)
         self.markers.add_views(observation, self.frames, estimate)
         if self.estimator.maps_markers:
             self.estimator.observe_markers(self.markers.observed(observation), self.frames)
-        if has_jumped(before, estimate):
-            report_pose(self.emit, before.pose, estimate.pose, "lidar")
         return estimate
+
+    def _report_jump(self, before: PoseEstimate, after: PoseEstimate, source: str) -> None:
+        if has_jumped(before, after):
+            report_pose(self.emit, before.pose, after.pose, source)
 
     def perceive(  # noqa: PLR0913 - what a step knows
         self, observation: Observation, motion: Odometry, estimate: PoseEstimate, last: Perceived,

@@ -14,17 +14,12 @@ from stack.types.geometry import STANDSTILL, FloatArray, Pose2D, wrap_angle
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints
 from stack.types.sensors import (
     Battery,
-    DepthImage,
-    Image,
-    Imu,
     Measurement,
     Odometry,
-    RangeReading,
-    Scan,
 )
 from stack.types.world import PoseEstimate, StandingObject, TrackedObject
 
-M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
+M = TypeVar("M", bound=Measurement)
 
 AT_ORIGIN = Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL)
 

@@ -115,9 +115,9 @@ def test_a_place_that_cannot_be_reached_is_said():
             task.fail("NO_VALID_PATH", "no path")
             return task
 
-    behaviour = Dock(dock=FACE)
-    assert tick(behaviour, Blocked(segments=ROOM)) is Status.RUNNING or behaviour.failure
-    tick(behaviour, behaviour.robot, 1.0)
+    behaviour, robot = Dock(dock=FACE), Blocked(segments=ROOM)
+    assert tick(behaviour, robot) is Status.RUNNING or behaviour.failure
+    tick(behaviour, robot, 1.0)
     assert behaviour.failure.code == "NO_VALID_PATH"
     assert behaviour.failure.sentence == "in front of the dock: no path"
 

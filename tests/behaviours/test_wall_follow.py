@@ -56,7 +56,7 @@ def test_goes_round_a_room_and_notices_when_it_is_back(side, heading):
 
     assert true_error_rms(robot, ROOM, 0.5, on_straight) <= 0.05
     assert 0.0 < behaviour.distance_error_rms <= 0.05
-    assert behaviour.robot.twist == STANDSTILL
+    assert robot.twist == STANDSTILL
 
 
 def test_rounds_inner_and_outer_corners():

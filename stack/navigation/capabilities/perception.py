@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
@@ -25,6 +26,7 @@ from stack.types import (
     Image,
     LineColour,
     MarkerSighting,
+    Measurement,
     ObjectColour,
     Perceived,
     PlaceSighting,
@@ -36,6 +38,9 @@ from stack.types import (
 
 SHOWN_FOR = 2.0
 """Seconds for which displays show what a search for a colour has found."""
+
+
+M = TypeVar("M", bound=Measurement)
 
 
 @dataclass(frozen=True)
@@ -112,6 +117,10 @@ class Perception:
         if image is None or not lease.covers(image.stamp):
             return None
         return point_cloud(image, voxel=voxel, above=above)
+
+    def newest(self, name: str, kind: type[M]) -> M | None:
+        """The newest measurement of a sensor; None before the first one of this type."""
+        return self._perceived.newest(name, kind)
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         image = self.image()

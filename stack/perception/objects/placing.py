@@ -12,9 +12,6 @@ from stack.perception.depth.obstacles import projected
 from stack.perception.objects.heads import Box
 from stack.types import CameraModel, DepthImage, Detection, FloatArray, Image, Pose2D
 
-STRIDE = 2
-"""Of the used pixels of a depth picture, every second row and column is enough."""
-
 INSET = 0.2
 """Share of a box at each side in which depth points may belong to things beside the object."""
 
@@ -46,10 +43,10 @@ class Surroundings:
 
 
 def depth_points(image: DepthImage) -> FloatArray:
-    """Return (n, 3) the points of a depth picture, thinned, base frame, metres."""
-    depth = used_pixels(image)[::STRIDE, ::STRIDE]
+    """Return (n, 3) the points of the used pixels of a depth picture, base frame, metres."""
+    depth = used_pixels(image)
     good = np.isfinite(depth) & (depth > 0.0)
-    directions = rays(image.camera)[::STRIDE, ::STRIDE][good]
+    directions = rays(image.camera)[good]
     points: FloatArray = depth[good, None].astype(np.float64) * directions + image.camera.position
     return points
 
