@@ -44,7 +44,7 @@ class SafetyParameters:
         help="delay of scan, step and drive, added to the stopping time",
     )
     creep_speed: float = parameter(
-        0.02, "m/s", at_least=0.0, help="stops at an obstacle instead of driving slower than this"
+        0.02, "m/s", above=0.0, help="stops at an obstacle instead of driving slower than this"
     )
     stale_after: float = parameter(
         0.3,
