@@ -92,10 +92,9 @@ class WorkerThread:
 
     def _computed(self) -> float:
         """Processor time of the thread, seconds; 0 before it begins and after it has ended."""
-        if self._clock is None:
-            return 0.0
+        clock = self._clock
         try:
-            return clock_gettime(self._clock)
+            return 0.0 if clock is None else clock_gettime(clock)
         except OSError:
             return 0.0
 
@@ -112,3 +111,4 @@ class WorkerThread:
             else:
                 future.set_result(result)
             self._done += 1
+        self._clock = None
