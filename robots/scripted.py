@@ -4,7 +4,7 @@
         return {"battery": Battery(0.1 if time > 5.0 else 1.0, stamp=time)}
 
     body = ScriptedBody(description, measure)
-    report = missions.run("my_mission.yaml", body=lambda setup: ScriptedBody(setup.robot, measure))
+    report = treepilot.run("my_mission.yaml", body=lambda setup: ScriptedBody(setup.robot, measure))
 
 There is no physics: no inertia, no contact and no noise. `scans_of` measures the walls, boxes and
 people of a world with the simulated lidars and sonars. `problems` are reported by `health` from

@@ -13,12 +13,11 @@ from pathlib import Path
 
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import find_mission
-from missions.inspection.diagnosis import findings_of
+from missions.inspection.diagnosis import findings_of, text_of
 from missions.language.rendering import render_each
 from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark
-from stack.documents.files import XML_BYTES, read_bytes
 from stack.errors import InputError
 from stack.types.printable import printable
 
@@ -63,7 +62,7 @@ _OURS = re.compile(
 
 def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
     found = list(findings)
-    sources = {file: _text(Path(file)) for file in sorted({item.mark.file for item in found})}
+    sources = {file: text_of(Path(file)) for file in sorted({item.mark.file for item in found})}
     sources = {file: text for file, text in sources.items() if _OURS.search(text)}
     texts = render_each(found, sources)
     return [
@@ -90,13 +89,6 @@ def _plain(line: CheckLine) -> dict[str, str | int]:
         "file": mark.file, "line": mark.line, "column": mark.column, "code": code,
         "severity": severity, "sentence": sentence, "hint": hint,
     }  # fmt: skip
-
-
-def _text(path: Path) -> str:
-    try:
-        return read_bytes(path, XML_BYTES).decode("utf-8", errors="replace")
-    except OSError:
-        return ""
 
 
 def check_install() -> list[CheckLine]:

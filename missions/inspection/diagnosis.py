@@ -55,7 +55,7 @@ def file_kind(path: Path, text: str) -> FileKind:
 
 def kind_of(path: Path) -> FileKind:
     """Return the kind of a saved file; `OTHER` if it cannot be read."""
-    return file_kind(path, _text(path))
+    return file_kind(path, text_of(path))
 
 
 def findings_of(
@@ -85,7 +85,8 @@ def findings_of(
         return tuple(error.findings) or (Finding(Mark(str(path)), "E110", str(error)),)
 
 
-def _text(path: Path) -> str:
+def text_of(path: Path) -> str:
+    """Return the text of a file; empty if it cannot be read."""
     try:
         return read_bytes(path, XML_BYTES).decode("utf-8", errors="replace")
     except OSError:

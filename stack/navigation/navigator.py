@@ -69,7 +69,7 @@ class Navigator:
     def kernels() -> KernelTypes:
         """Return the kernels of the navigator's own parts."""
         from stack.geometry.kernels import PATHS
-        from stack.mapping.exploration.kernels import TRAVEL
+        from stack.geometry.travel.kernels import TRAVEL
         from stack.navigation.escape.kernels import ESCAPE
 
         return (*PATHS, *ESCAPE, *TRAVEL)

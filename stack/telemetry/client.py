@@ -67,7 +67,7 @@ class TelemetryClient:
         self.missed_events = 0
         self._clock = clock
         self._newest: Snapshot | None = None
-        self._moment, self._next_event, self._known_events = -1, 0, 0
+        self._moment, self._next_event = -1, 0
         self._layers: dict[str, Layer] = {}
         self._events: list[Event] = []
         self._acks: list[Ack] = []

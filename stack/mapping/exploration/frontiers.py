@@ -93,6 +93,7 @@ def frontiers_of(
     """
     import cv2
 
+    from stack.geometry.travel.kernels import travel_distances
     from stack.mapping.exploration import kernels
 
     if grid.cells.size == 0:  # a map that is only beginning
@@ -101,7 +102,7 @@ def frontiers_of(
     start = _start(grid, passable, pose, radius)
     if start is None:
         return []
-    tenths = kernels.travel_distances(passable, *start)
+    tenths = travel_distances(passable, *start)
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     unknown = (kinds == UNKNOWN_KIND).astype(np.uint8)
     # Free cells beside occupied ones border on unknown cells where a wall has gaps of one cell.
@@ -200,7 +201,7 @@ def _reachable(
     """Return the cells (rows, columns) that can be reached, without those near avoided views."""
     import cv2
 
-    from stack.mapping.exploration.kernels import UNREACHED
+    from stack.geometry.travel.kernels import UNREACHED
 
     away = np.zeros(tenths.shape, np.uint8)
     for view in avoided:

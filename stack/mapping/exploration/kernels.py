@@ -8,9 +8,7 @@ import numpy as np
 from numba import f8, i1, i8, njit
 from numpy.typing import NDArray
 
-from stack.geometry.travel.kernels import TRAVEL as TRAVEL
-from stack.geometry.travel.kernels import UNREACHED as UNREACHED
-from stack.geometry.travel.kernels import travel_distances as travel_distances
+from stack.geometry.travel.kernels import TRAVEL
 from stack.types import FloatArray
 
 

@@ -64,7 +64,7 @@ def find_passing_place(  # noqa: PLR0913 - of one robot at one place
     """
     import cv2
 
-    from stack.mapping.exploration.kernels import travel_distances
+    from stack.geometry.travel.kernels import travel_distances
 
     step = costs.resolution
     row, column = costs.cell_at(pose.x, pose.y)

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from stack.geometry.travel.kernels import UNREACHED, travel_distances
 from stack.mapping.exploration.coverage import coverage_plan
 from stack.mapping.exploration.frontiers import (
     VIEW_SPACING,
@@ -13,7 +14,6 @@ from stack.mapping.exploration.frontiers import (
     known_area,
     passable_cells,
 )
-from stack.mapping.exploration.kernels import UNREACHED, travel_distances
 from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Pose2D
 
 RESOLUTION = 0.1
