@@ -59,28 +59,28 @@ class Report:
     world: str
     versions: dict[str, str]
     cpu_features: str
-    simulated_seconds: float = 0.0
-    wall_seconds: float = 0.0
-    real_time_factor: float = 0.0
-    time_to_first_tick: float = 0.0
-    ticks: int = 0
-    distance_m: float = 0.0
-    recoveries: int = 0
-    replans: int = 0
-    collisions: int | None = None
-    pushed_into: int | None = None
-    min_clearance_m: float | None = None
-    localisation_error: dict[str, float] | None = None
-    relocalised_by: str = ""
-    relocalisations: list[dict[str, Any]] = field(default_factory=list)
-    battery: float = 1.0
-    stages: dict[str, dict[str, float]] = field(default_factory=dict)
-    final_pose: dict[str, Any] = field(default_factory=dict)
-    blackboard: dict[str, str] = field(default_factory=dict)
-    peak_memory_mb: float = 0.0
-    log_sha256: str = ""
-    folder: str = ""
-    arguments: dict[str, str] = field(default_factory=dict)
+    simulated_seconds: float
+    wall_seconds: float
+    real_time_factor: float
+    time_to_first_tick: float
+    ticks: int
+    distance_m: float
+    recoveries: int
+    replans: int
+    collisions: int | None
+    pushed_into: int | None
+    min_clearance_m: float | None
+    localisation_error: dict[str, float] | None
+    relocalised_by: str
+    relocalisations: list[dict[str, Any]]
+    battery: float
+    stages: dict[str, dict[str, float]]
+    final_pose: dict[str, Any]
+    blackboard: dict[str, str]
+    peak_memory_mb: float
+    log_sha256: str
+    folder: str
+    arguments: dict[str, str]
     records_lost: list[dict[str, Any]] = field(default_factory=list)
     doubt: dict[str, float] = field(default_factory=dict)
     links_lost: list[dict[str, Any]] = field(default_factory=list)

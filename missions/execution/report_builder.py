@@ -46,8 +46,11 @@ def unstarted_report(
     return Report(
         mission=plan.mission.name, status="error", reason="", seed=options.seed,
         robot=plan.robot.name, world=plan.world.name, versions=versions(),
-        cpu_features=cpu_features(), battery=START_CHARGE,
-        folder=str(folder.path) if folder is not None else "",
+        cpu_features=cpu_features(), simulated_seconds=0.0, wall_seconds=0.0, real_time_factor=0.0,
+        time_to_first_tick=0.0, ticks=0, distance_m=0.0, recoveries=0, replans=0, collisions=None,
+        pushed_into=None, min_clearance_m=None, localisation_error=None, relocalised_by="",
+        relocalisations=[], battery=START_CHARGE, stages={}, final_pose={}, blackboard={},
+        peak_memory_mb=0.0, log_sha256="", folder=str(folder.path) if folder is not None else "",
         arguments=dict(options.arguments or {}),
     )  # fmt: skip
 
