@@ -42,7 +42,7 @@ from stack.perception.tracking.parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_zones
-from stack.telemetry.rerun.parameters import RecordingParameters
+from stack.telemetry.recording_parameters import RecordingParameters
 
 SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,

@@ -37,6 +37,7 @@ from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle
 from stack.telemetry.sinks import Sink
+from stack.telemetry.snapshots.log import SnapshotLog
 from stack.types import STANDSTILL
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
@@ -122,7 +123,10 @@ class Run:
         plan, options, folder = self._plan, self._options, self._folder
         self._log = folder.log if folder is not None else discard
         self._milestones = Milestones()
-        own = [self._milestones] if folder is None else [self._milestones, Recorder(folder)]
+        own: list[Sink] = [self._milestones]
+        if folder is not None:
+            recording = plan.choices["recording"].parameters
+            own += [Recorder(folder), SnapshotLog(folder.snapshots, recording)]
         run_id = folder.path.name if folder is not None else default_name(plan.mission.source.stem)
         info = run_info(plan, run_id, options.seed, options.identity)
         self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")

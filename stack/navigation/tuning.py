@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cached_property
 from operator import is_not
 from typing import Any, Protocol, cast
 
@@ -39,7 +40,7 @@ class Tuning:
         self._collected: list[Any] = []
         self._named: dict[str, Any] = {}
 
-    @property
+    @cached_property
     def public(self) -> tuple[str, ...]:
         """Full names of the parameters that users may need."""
         return tuple(

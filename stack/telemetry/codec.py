@@ -42,13 +42,16 @@ MAX_DEPTH = 32
 _DTYPES = {"<f8", "<f4", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "|b1"}
 
 
-class _Malformed(Exception):
-    """A received value does not match the expected type."""
+class MalformedError(Exception):
+    """A value does not match the expected type."""
 
 
 @dataclasses.dataclass(frozen=True)
-class _Codec:
-    """Encoder and decoder of one type; `shape` describes the type for the stamp."""
+class Codec:
+    """Encoder to, and decoder from, what msgpack packs; `shape` describes the type.
+
+    Both raise MalformedError for a value that the type does not allow.
+    """
 
     encode: Callable[[Any], Any]
     decode: Callable[[Any], Any]
@@ -63,8 +66,8 @@ def encode(record: Any) -> bytes:
     """
     kind: Any = type(record)
     try:
-        return _packed([stamp(), kind.__name__, _codec(kind).encode(record)])
-    except (_Malformed, TypeError, ValueError, AttributeError, OverflowError) as error:
+        return _packed([stamp(), kind.__name__, codec_of(kind).encode(record)])
+    except (MalformedError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise TelemetryError(f"a {kind.__name__} cannot be sent: {error}") from None
 
 
@@ -97,8 +100,8 @@ def decode_one_of(encoded: bytes, kinds: Iterable[type]) -> Any:
     if not isinstance(name, str) or name not in by_name:
         raise TelemetryError(f"expected a {' or '.join(by_name)}, got {name!r:.60}")
     try:
-        return _codec(by_name[name]).decode(fields)
-    except (_Malformed, TypeError, ValueError, OverflowError, zlib.error) as error:
+        return codec_of(by_name[name]).decode(fields)
+    except (MalformedError, TypeError, ValueError, OverflowError) as error:
         raise TelemetryError(f"malformed {name}: {error}") from None
 
 
@@ -106,8 +109,16 @@ def decode_one_of(encoded: bytes, kinds: Iterable[type]) -> Any:
 def stamp() -> str:
     """Version of the format: FORMAT and a digest of the fields and types of all records."""
     kinds = (Event, *CLIENT_SENDS, *SERVER_SENDS)
-    shapes = "\n".join(_codec(kind).shape for kind in kinds)
+    shapes = "\n".join(codec_of(kind).shape for kind in kinds)
     return f"{FORMAT}.{zlib.crc32(shapes.encode()):08x}"
+
+
+@lru_cache(maxsize=256)
+def field_codecs(kind: type) -> Mapping[str, Codec]:
+    """The codec of each field of a record that is sent, by name, in order."""
+    hints = typing.get_type_hints(kind)
+    sent = [item for item in dataclasses.fields(kind) if item.metadata.get("sent", True)]
+    return {item.name: codec_of(hints[item.name]) for item in sent}
 
 
 def plain(value: Any) -> Any:
@@ -145,14 +156,18 @@ def _unpacked(encoded: bytes) -> Any:
 
 
 @lru_cache(maxsize=256)
-def _codec(kind: Any) -> _Codec:
-    """The codec of an annotated type."""
+def codec_of(kind: Any) -> Codec:
+    """The codec of an annotated type.
+
+    Raises:
+        TypeError: it has none.
+    """
     kind = _resolved(kind)
     origin, arms = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return _union_codec(arms)
     if origin is np.ndarray or kind is np.ndarray:
-        return _Codec(_encode_array, _decode_array, "array")
+        return Codec(_encode_array, _decode_array, "array")
     if origin is tuple:
         return _tuple_codec(arms)
     if origin is not None and issubclass(origin, Mapping):
@@ -160,9 +175,9 @@ def _codec(kind: Any) -> _Codec:
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         return _record_codec(kind)
     if isinstance(kind, type) and issubclass(kind, Enum):
-        return _Codec(lambda member: member.value, kind, kind.__name__)
+        return Codec(lambda member: member.value, kind, kind.__name__)
     if kind is Any:
-        return _Codec(plain, _decode_plain, "any")
+        return Codec(plain, _decode_plain, "any")
     if kind in (str, int, bool, float, bytes):
         return _scalar_codec(kind)
     raise TypeError(f"{kind} has no encoding")
@@ -183,33 +198,30 @@ def _decode_plain(value: Any, depth: int = MAX_DEPTH) -> Any:
     if value is None or type(value) in (bool, int, float, str):
         return value
     if depth == 0:
-        raise _Malformed(f"values nested deeper than {MAX_DEPTH}")
+        raise MalformedError(f"values nested deeper than {MAX_DEPTH}")
     if type(value) is list:
         return [_decode_plain(item, depth - 1) for item in value]
     if type(value) is dict and all(type(key) is str for key in value):
         return {key: _decode_plain(item, depth - 1) for key, item in value.items()}
-    raise _Malformed(f"expected a number, text, list or mapping, got {value!r:.60}")
+    raise MalformedError(f"expected a number, text, list or mapping, got {value!r:.60}")
 
 
-def _scalar_codec(kind: type) -> _Codec:
+def _scalar_codec(kind: type) -> Codec:
     def decode_scalar(value: Any) -> Any:
         if type(value) is not kind:
-            raise _Malformed(f"expected {kind.__name__}, got {value!r:.60}")
+            raise MalformedError(f"expected {kind.__name__}, got {value!r:.60}")
         return value
 
-    return _Codec(kind, decode_scalar, kind.__name__)
+    return Codec(kind, decode_scalar, kind.__name__)
 
 
-def _record_codec(kind: type) -> _Codec:
-    hints = typing.get_type_hints(kind)
-    sent = [item for item in dataclasses.fields(kind) if item.metadata.get("sent", True)]
-    names = [item.name for item in sent]
-    codecs = [_codec(hints[name]) for name in names]
-    pairs = list(zip(names, codecs, strict=True))
+def _record_codec(kind: type) -> Codec:
+    pairs = list(field_codecs(kind).items())
+    codecs = [codec for _, codec in pairs]
 
     def encode_record(record: Any) -> list[Any]:
         if type(record) is not kind:
-            raise _Malformed(f"expected {kind.__name__}, got {type(record).__name__}")
+            raise MalformedError(f"expected {kind.__name__}, got {type(record).__name__}")
         return [codec.encode(getattr(record, name)) for name, codec in pairs]
 
     def decode_record(values: Any) -> Any:
@@ -217,18 +229,18 @@ def _record_codec(kind: type) -> _Codec:
         return kind(*[codec.decode(item) for codec, item in zip(codecs, items, strict=True)])
 
     shape = ",".join(f"{name}:{codec.shape}" for name, codec in pairs)
-    return _Codec(encode_record, decode_record, f"{kind.__name__}({shape})")
+    return Codec(encode_record, decode_record, f"{kind.__name__}({shape})")
 
 
-def _tuple_codec(arms: tuple[Any, ...]) -> _Codec:
+def _tuple_codec(arms: tuple[Any, ...]) -> Codec:
     if len(arms) == 2 and arms[1] is Ellipsis:
-        item = _codec(arms[0])
-        return _Codec(
+        item = codec_of(arms[0])
+        return Codec(
             lambda values: [item.encode(value) for value in values],
             lambda values: tuple(item.decode(value) for value in _list_of(values, None, "list")),
             f"[{item.shape}]",
         )
-    codecs = [_codec(arm) for arm in arms]
+    codecs = [codec_of(arm) for arm in arms]
 
     def encode_tuple(values: Any) -> list[Any]:
         return [codec.encode(value) for codec, value in zip(codecs, values, strict=True)]
@@ -237,30 +249,30 @@ def _tuple_codec(arms: tuple[Any, ...]) -> _Codec:
         items = _list_of(values, len(codecs), "tuple")
         return tuple(codec.decode(item) for codec, item in zip(codecs, items, strict=True))
 
-    return _Codec(encode_tuple, decode_tuple, f"({','.join(codec.shape for codec in codecs)})")
+    return Codec(encode_tuple, decode_tuple, f"({','.join(codec.shape for codec in codecs)})")
 
 
-def _mapping_codec(arms: tuple[Any, ...]) -> _Codec:
-    item = _codec(arms[1])
+def _mapping_codec(arms: tuple[Any, ...]) -> Codec:
+    item = codec_of(arms[1])
 
     def encode_mapping(mapping: Any) -> dict[str, Any]:
         return {str(key): item.encode(value) for key, value in mapping.items()}
 
     def decode_mapping(mapping: Any) -> dict[str, Any]:
         if not isinstance(mapping, dict) or not all(isinstance(key, str) for key in mapping):
-            raise _Malformed(f"expected a mapping, got {mapping!r:.60}")
+            raise MalformedError(f"expected a mapping, got {mapping!r:.60}")
         return {key: item.decode(value) for key, value in mapping.items()}
 
-    return _Codec(encode_mapping, decode_mapping, f"{{{item.shape}}}")
+    return Codec(encode_mapping, decode_mapping, f"{{{item.shape}}}")
 
 
-def _union_codec(arms: tuple[Any, ...]) -> _Codec:
+def _union_codec(arms: tuple[Any, ...]) -> Codec:
     """X | None is encoded as nil or X; a union of several types as [index, value]."""
     kinds = [_resolved(arm) for arm in arms if arm is not type(None)]
-    codecs = [_codec(kind) for kind in kinds]
+    codecs = [codec_of(kind) for kind in kinds]
     if len(kinds) == 1:
         only = codecs[0]
-        return _Codec(
+        return Codec(
             lambda value: None if value is None else only.encode(value),
             lambda value: None if value is None else only.decode(value),
             f"{only.shape}?",
@@ -271,21 +283,21 @@ def _union_codec(arms: tuple[Any, ...]) -> _Codec:
         which = next((n for n, kind in enumerate(runtime) if isinstance(value, kind)), None)
         if which is None:
             expected = " or ".join(kind.__name__ for kind in runtime)
-            raise _Malformed(f"expected {expected}, got {type(value).__name__}")
+            raise MalformedError(f"expected {expected}, got {type(value).__name__}")
         return [which, codecs[which].encode(value)]
 
     def decode_union(values: Any) -> Any:
         which, value = _list_of(values, 2, "choice")
         if type(which) is not int or not 0 <= which < len(codecs):
-            raise _Malformed(f"expected a choice of 0 to {len(codecs) - 1}, got {which!r:.60}")
+            raise MalformedError(f"expected a choice of 0 to {len(codecs) - 1}, got {which!r:.60}")
         return codecs[which].decode(value)
 
-    return _Codec(encode_union, decode_union, "|".join(codec.shape for codec in codecs))
+    return Codec(encode_union, decode_union, "|".join(codec.shape for codec in codecs))
 
 
 def _list_of(values: Any, length: int | None, what: str) -> list[Any]:
     if not isinstance(values, list) or (length is not None and len(values) != length):
-        raise _Malformed(f"expected a {what}, got {values!r:.60}")
+        raise MalformedError(f"expected a {what}, got {values!r:.60}")
     return values
 
 
@@ -294,7 +306,7 @@ def _encode_array(array: Any) -> list[Any]:
     array = np.asarray(array)
     array = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).reshape(array.shape)
     if array.dtype.str not in _DTYPES:
-        raise _Malformed(f"an array of {array.dtype} has no encoding")
+        raise MalformedError(f"an array of {array.dtype} has no encoding")
     content = array.tobytes()
     if len(content) > COMPRESS_ABOVE and array.dtype.itemsize == 1 and array.ndim == 2:
         return [array.dtype.str, list(array.shape), True, zlib.compress(content, 1)]
@@ -304,17 +316,20 @@ def _encode_array(array: Any) -> list[Any]:
 def _decode_array(values: Any) -> Any:
     kind, shape, compressed, content = _list_of(values, 4, "array")
     if kind not in _DTYPES or not isinstance(content, bytes) or not isinstance(shape, list):
-        raise _Malformed("an array is [type, shape, compressed, bytes]")
+        raise MalformedError("an array is [type, shape, compressed, bytes]")
     if len(shape) > 4 or any(type(side) is not int or side < 0 for side in shape):
-        raise _Malformed(f"an array cannot have the shape {shape!r:.60}")
+        raise MalformedError(f"an array cannot have the shape {shape!r:.60}")
     size = np.dtype(kind).itemsize
     for side in shape:
         size *= side
     if size > MAX_ARRAY_BYTES:
-        raise _Malformed(f"an array of {size} bytes; at most {MAX_ARRAY_BYTES} are accepted")
+        raise MalformedError(f"an array of {size} bytes; at most {MAX_ARRAY_BYTES} are accepted")
     if compressed:
         # One extra byte detects a stream that is longer than the shape says.
-        content = zlib.decompressobj().decompress(content, size + 1)
+        try:
+            content = zlib.decompressobj().decompress(content, size + 1)
+        except zlib.error as error:
+            raise MalformedError(f"an array that is damaged: {error}") from None
     if len(content) != size:
-        raise _Malformed(f"an array of shape {shape} needs {size} bytes, got {len(content)}")
+        raise MalformedError(f"an array of shape {shape} needs {size} bytes, got {len(content)}")
     return np.frombuffer(content, dtype=kind).reshape(shape)

@@ -83,10 +83,15 @@ def read_events(path: Path) -> Iterator[Event]:
                 raise TelemetryError(f"{path}:{number}: not an event: {RECORD_BYTES} bytes or more")
             if not line.endswith(b"\n"):
                 return
-            yield _event(line, f"{path}:{number}")
+            yield event_of(line, f"{path}:{number}")
 
 
-def _event(line: bytes, where: str) -> Event:
+def event_of(line: bytes, where: str) -> Event:
+    """The event of a line.
+
+    Raises:
+        TelemetryError: it is not an event; names the place `where`.
+    """
     try:
         values = json.loads(line)
     except (ValueError, RecursionError) as error:

@@ -16,7 +16,7 @@ LEVELS = ("info", "warning", "error")
 REPLAYED = 1000
 """Number of past events that a sink receives when it is attached late."""
 
-EVENTS, SENSORS = "events.jsonl", "sensors.mcap"
+EVENTS, SENSORS, SNAPSHOTS = "events.jsonl", "sensors.mcap", "snapshots.mcap"
 """Files of the run folder."""
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from stack.errors import InputError
 from stack.telemetry.event_log import event_line, json_value
-from stack.telemetry.hub import EVENTS, SENSORS, reason_of
+from stack.telemetry.hub import EVENTS, SENSORS, SNAPSHOTS, reason_of
 from stack.telemetry.records import Event, RunInfo
 from stack.telemetry.sinks import Sink
 
@@ -25,7 +25,7 @@ class RunFolder:
         report.json    result of the run      events.jsonl   events, one per line
         mission.yaml   copy of the mission    log.txt        lines printed during the run
         mission.rrd    rerun recording        pictures/      pictures saved by behaviours
-        sensors.mcap   sensor log
+        sensors.mcap   sensor log             snapshots.mcap what a dashboard could have shown
 
     Attributes:
         path: the folder, absolute: a plugin may change the working directory.
@@ -72,6 +72,11 @@ class RunFolder:
     def recording(self) -> Path:
         """Path of the rerun recording."""
         return self.path / "mission.rrd"
+
+    @property
+    def snapshots(self) -> Path:
+        """Path of the recorded snapshots."""
+        return self.path / SNAPSHOTS
 
     @property
     def sensors(self) -> Path:

@@ -41,7 +41,18 @@ def new_identity() -> str:
 
 
 class RecordFull(TelemetryError):
-    """A record has reached its size limit. It is complete up to there, and ends."""
+    """A record has reached its size limit. It is complete up to there, and ends.
+
+    Args:
+        record: name of the file.
+        limit: bytes.
+    """
+
+    def __init__(self, record: str, limit: float) -> None:
+        super().__init__(
+            f"{record} reached its limit of {limit / 1e6:g} MB; the recording ends here"
+            " (recording.size_limit sets the limit)"
+        )
 
 
 @dataclass(frozen=True, slots=True)

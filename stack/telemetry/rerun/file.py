@@ -55,10 +55,7 @@ class RecordingFile:
         if self._size == 0:
             wanted = stream[:HEADER_BYTES] + wanted
         if self._size + len(wanted) > self._limit:
-            raise RecordFull(
-                f"{self._path.name} reached its limit of {self._limit / 1e6:g} MB; the recording "
-                "ends here (recording.size_limit sets the limit)"
-            )
+            raise RecordFull(self._path.name, self._limit)
         write_all(self._file, wanted)
         self._size += len(wanted)
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stack.schedule import Schedule
+from stack.telemetry.recording_parameters import RecordingParameters
 from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
-from stack.telemetry.rerun.parameters import RecordingParameters
 
 if TYPE_CHECKING:
     from stack.telemetry.rerun.snapshots import SnapshotDrawing

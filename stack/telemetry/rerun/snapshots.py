@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from stack.schedule import Schedule
+from stack.telemetry.recording_parameters import RecordingParameters
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot, TreeRow
 from stack.telemetry.rerun.drawing import RerunDrawing
 from stack.telemetry.rerun.localisation import draw_particles, draw_rivals, draw_scan
 from stack.telemetry.rerun.objects import draw_detections, draw_mask
-from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.rerun.pictures import (
     draw_colour_picture,
     draw_depth_picture,

@@ -196,13 +196,17 @@ def test_a_record_at_its_limit_ends_and_is_not_lost(info):
     warnings, sink = [], Record("event")
 
     def full(event):
-        raise RecordFull("mission.rrd reached its limit of 5 MB")
+        raise RecordFull("mission.rrd", 5e6)
 
     sink.event = full
     telemetry = Telemetry(info, [sink], warn=warnings.append)
     telemetry.emit("a", "", source="s")
     telemetry.emit("a", "", source="s")
-    assert warnings == ["! at 0.0 s mission.rrd reached its limit of 5 MB"] and telemetry.lost == ()
+    sentence = (
+        "! at 0.0 s mission.rrd reached its limit of 5 MB; the recording ends here"
+        " (recording.size_limit sets the limit)"
+    )
+    assert warnings == [sentence] and telemetry.lost == ()
     assert sink.closed == [None]
 
 

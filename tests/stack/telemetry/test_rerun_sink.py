@@ -12,8 +12,8 @@ import pytest
 from stack.telemetry.grid_colours import OUTSIDE_MAP, coloured, cost_table, map_table
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.outlines import outline, uncertainty_ellipse
+from stack.telemetry.recording_parameters import RecordingParameters
 from stack.telemetry.records import Layer, MissionState, RecordFull, TreeRow
-from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.rerun.sink import RerunSink
 from stack.telemetry.tree_text import NOTHING, activity, tree_markdown
 from stack.types import CostGrid, Pose2D
