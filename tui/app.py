@@ -6,7 +6,8 @@ It uses telemetry only. Closing it does not stop the mission unless the operator
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import ClassVar
 from uuid import uuid4
 
@@ -14,12 +15,13 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
+from textual.widget import Widget
 from textual.widgets import Footer
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import Command, MissionState, Snapshot
 from tui.drawing import palette
-from tui.keys import KEYS
+from tui.keys import KEYS, Key
 from tui.link import STALE_AFTER, Link, StopConfirmation
 from tui.pacing import Pacing
 from tui.panes.banner import Banner, notice
@@ -59,12 +61,15 @@ class Dashboard(TerminalApp):
     does not answer).
     """
 
-    CSS_PATH = "app.tcss"
+    CSS_PATH = Path(__file__).with_name("app.tcss")
     TITLE = "treepilot"
     ENABLE_COMMAND_PALETTE = False
     HORIZONTAL_BREAKPOINTS = WIDTHS
     VERTICAL_BREAKPOINTS = HEIGHTS
+    KEYS: ClassVar[tuple[Key, ...]] = KEYS
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in KEYS]
+    DEBUGS: ClassVar[bool] = True
+    """Whether the tree takes breakpoints and the like."""
 
     def __init__(
         self, source: Source, *, live: bool = True,
@@ -102,13 +107,18 @@ class Dashboard(TerminalApp):
         yield Banner()
         with Horizontal(id="body"):
             with Vertical(id="left"):
-                yield TreePane()
+                yield TreePane(debugs=self.DEBUGS)
                 yield VitalsPane()
             yield MapPane()
             with Charts(id="charts"):
                 yield from self._charts
         yield EventsPane()
+        yield from self.below_panes()
         yield Footer(compact=True, show_command_palette=False)
+
+    def below_panes(self) -> list[Widget]:
+        """Widgets between the panes and the footer."""
+        return []
 
     def on_mount(self) -> None:
         """Focus the map and start the refresh timer."""
@@ -163,10 +173,13 @@ class Dashboard(TerminalApp):
     def _receive(self) -> Snapshot | None:
         try:
             fresh, events, acks = self.source.poll(), self.source.events(), self.source.acks()
+            past = self.past()
         except TelemetryError as error:
             self._trouble = str(error)
             return None
         self.snapshot = fresh or self.snapshot
+        if past is not None:
+            self._restart(past)
         for ack in acks:
             if self._stop.take(ack):
                 self.notify("the engine has accepted it", title="emergency stop", timeout=2.0)
@@ -177,6 +190,20 @@ class Dashboard(TerminalApp):
         if events or acks:
             self._pacing.hurry()
         return fresh
+
+    def past(self) -> Sequence[Snapshot] | None:
+        """Snapshots before the one that was just received, if what is shown is not its past."""
+        return None
+
+    def _restart(self, past: Sequence[Snapshot]) -> None:
+        """Clear what was shown of other times; show the past in charts and as the driven way."""
+        panes = self._panes
+        panes.query_one(EventsPane).restart()
+        panes.query_one(MapPane).restart(past)
+        for chart in self._charts:
+            chart.restart()
+        for snapshot in past:
+            self._chart(snapshot, draw=False)
 
     def _link(self) -> Link:
         source = self.source
@@ -193,6 +220,14 @@ class Dashboard(TerminalApp):
         panes.query_one(MapPane).show(snapshot, self.source.info, draw=pacing.draws_map)
         if draw:
             panes.query_one(VitalsPane).show(snapshot)
+        self._chart(snapshot, draw=draw)
+        if snapshot.teleop and not self._was_teleop:
+            panes.query_one(MapPane).focus()  # in the event log the arrow keys would scroll
+        self._was_teleop = snapshot.teleop
+        panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
+        panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
+
+    def _chart(self, snapshot: Snapshot, *, draw: bool) -> None:
         speed, health, error = self._charts
         now, set_, real = snapshot.time, snapshot.commanded.linear, snapshot.measured.linear
         speed.add(now, draw=draw, set=set_, real=real)
@@ -200,11 +235,10 @@ class Dashboard(TerminalApp):
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
             error.add(now, draw=draw, error=snapshot.pose.distance_to(snapshot.truth))
-        if snapshot.teleop and not self._was_teleop:
-            panes.query_one(MapPane).focus()  # in the event log the arrow keys would scroll
-        self._was_teleop = snapshot.teleop
-        panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
-        panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
+
+    def hurry(self) -> None:
+        """Refresh at the full rate for a while."""
+        self._pacing.hurry()
 
     def _send(self, kind: str, **arguments: object) -> str:
         """Send a command; return its id, or "" if it could not be sent."""
@@ -266,7 +300,7 @@ class Dashboard(TerminalApp):
 
     def action_help(self) -> None:
         """Show all keys."""
-        self.push_screen(Help())
+        self.push_screen(Help(self.KEYS))
 
     def action_zoom(self, factor: float) -> None:
         """Zoom the map."""

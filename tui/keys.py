@@ -40,7 +40,7 @@ class Key:
         )  # fmt: skip
 
 
-KEYS = (
+CONTROL_KEYS = (
     Key("space,shift+space", "estop", "E-STOP", "emergency stop, on any screen", "space", True),
     Key("R", "release", "", "release the emergency stop"),
     Key("p", "pause", "Pause", "pause or resume; the robot stops while paused"),
@@ -50,6 +50,21 @@ KEYS = (
     Key("i", "stands_at"),
     Key("less_than_sign,comma", "speed(0.5)", "", "simulate slower or faster", "< >"),
     Key("greater_than_sign,full_stop", "speed(2.0)"),
+    Key("enter", "teleop_done", "", "end teleoperation; until then ←↑↓→ drive"),
+    Key("shift+left", "sideways(1)"),
+    Key("shift+right", "sideways(-1)"),
+    Key(
+        "ctrl+c",
+        "interrupt",
+        "",
+        "end a run started here, at once; asks in `watch`",
+        "ctrl+c",
+        True,
+    ),
+)
+"""Keys that command the run."""
+
+VIEW_KEYS = (
     Key(
         "plus,equals_sign",
         "zoom(1.4)",
@@ -63,9 +78,6 @@ KEYS = (
     Key("right", "pan(1,0)"),
     Key("up", "pan(0,1)"),
     Key("down", "pan(0,-1)"),
-    Key("enter", "teleop_done", "", "end teleoperation; until then ←↑↓→ drive"),
-    Key("shift+left", "sideways(1)"),
-    Key("shift+right", "sideways(-1)"),
     Key("c", "costs", "Costs", "show or hide the costmap"),
     Key("t", "follow_tree", "", "let the tree follow the running node"),
     Key("l", "level", "Log", "event log: info, warnings, errors, everything"),
@@ -80,15 +92,11 @@ KEYS = (
     Key("question_mark", "help", "Help", "this page", "?"),
     Key("q", "leave", "Quit", "leave; asks while the mission runs"),
     Key("ctrl+q", "leave", everywhere=True),
-    Key(
-        "ctrl+c",
-        "interrupt",
-        "",
-        "end a run started here, at once; asks in `watch`",
-        "ctrl+c",
-        True,
-    ),
 )
+"""Keys that change what is shown."""
+
+KEYS = (*CONTROL_KEYS, *VIEW_KEYS)
+"""Keys of the dashboard of a live run."""
 
 TREE_KEYS = (
     Key("b", "breakpoint", "Break"),

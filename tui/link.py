@@ -29,6 +29,7 @@ class Link:
         has_report: whether its report arrived.
         trouble: why its messages cannot be read; empty if they can.
         stop_unconfirmed: whether an emergency stop was sent and not answered in time.
+        is_replay: whether this is a recorded run, which takes no commands.
     """
 
     silent_for: float
@@ -36,6 +37,7 @@ class Link:
     has_report: bool = False
     trouble: str = ""
     stop_unconfirmed: bool = False
+    is_replay: bool = False
 
     def is_lost(self, snapshot: Snapshot | None) -> bool:
         """Return whether the engine is silent although the run is not over."""

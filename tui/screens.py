@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from rich.text import Text
@@ -15,7 +16,7 @@ from textual.widgets.option_list import Option
 from tui.drawing import palette
 from tui.drawing.palette import BUSY, DIM, TEXT, css
 from tui.drawing.strips import one_line
-from tui.keys import KEYS, TREE_KEYS, TREE_SENTENCE
+from tui.keys import KEYS, TREE_KEYS, TREE_SENTENCE, Key
 
 MEANINGS = (
     ("✔", "success", palette.GOOD), ("✘", "failure", palette.BAD), ("▶", "running", palette.BUSY),
@@ -65,22 +66,27 @@ class Help(ModalScreen[None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "close", "Back")]
 
+    def __init__(self, keys: Sequence[Key]) -> None:
+        super().__init__()
+        self._keys = keys
+
     def compose(self) -> ComposeResult:
         """Compose one line per key, then the glyphs."""
         with VerticalScroll(classes="dialog wide") as dialog:
             dialog.border_title = "Keys"
             dialog.border_subtitle = "esc closes"
-            yield Static(_keys())
+            yield Static(_lines(self._keys))
 
     def action_close(self) -> None:
         """Close the help."""
         self.dismiss(None)
 
 
-def _keys() -> Text:
+def _lines(keys: Sequence[Key]) -> Text:
     text = Text()
-    lines = [(key.shown, key.sentence) for key in KEYS if key.sentence]
-    lines.append((" ".join(key.shown for key in TREE_KEYS), TREE_SENTENCE))
+    lines = [(key.shown, key.sentence) for key in keys if key.sentence]
+    if keys is KEYS:
+        lines.append((" ".join(key.shown for key in TREE_KEYS), TREE_SENTENCE))
     for shown, sentence in lines:
         text.append(f"{shown:>7}  ", style=f"bold {css(BUSY)}")
         text.append(f"{sentence}\n", style=css(TEXT))

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from traceback import format_exc
 
 from tui.app import Dashboard
+from tui.replay.app import ReplayDashboard
+from tui.replay.player import Player
 from tui.source import Source
 from tui.terminal.restore import restore_terminal, terminal_settings
 
@@ -42,9 +44,22 @@ def show(
         interrupted: whether to end.
         owns_run: whether ctrl+c means `interrupt`; otherwise it asks.
     """
+    return _shown(lambda: Dashboard(client, interrupted=interrupted, owns_run=owns_run))
+
+
+def show_recording(player: Player) -> Outcome:
+    """Show a recorded run until the operator leaves. Never raises an Exception.
+
+    Args:
+        player: of the run; closed at the end.
+    """
+    return _shown(lambda: ReplayDashboard(player))
+
+
+def _shown(make: Callable[[], Dashboard]) -> Outcome:
     settings = terminal_settings()
     try:
-        app = Dashboard(client, interrupted=interrupted, owns_run=owns_run)
+        app = make()
         result, traceback = app.run(), app.crash
     except KeyboardInterrupt:
         result, traceback = "interrupt", ""

@@ -27,6 +27,7 @@ from missions.cli.lsp import lsp
 from missions.cli.map import map_app
 from missions.cli.new import new_app
 from missions.cli.running.drive import drive
+from missions.cli.running.replay import replay
 from missions.cli.running.run import run
 from missions.cli.running.runs import runs_app
 from missions.cli.running.tell import tell_app
@@ -60,6 +61,7 @@ app.command()(lsp)
 app.command()(trace)
 app.command()(doctor)
 app.command()(watch)
+app.command()(replay)
 app.command()(drive)
 app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")

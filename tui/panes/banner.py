@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rich.text import Text
 from textual.widgets import Static
@@ -36,6 +36,11 @@ class Notice:
 
 def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
     """Return the notice for the current situation; None in normal operation."""
+    found = _notice(snapshot, link)
+    return replace(found, keys="") if found is not None and link.is_replay else found
+
+
+def _notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
     if link.trouble:
         return Notice("bad", "✘ INCOMPATIBLE ENGINE", link.trouble, "q leaves")
     if snapshot is not None and snapshot.state.is_over:

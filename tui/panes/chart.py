@@ -70,6 +70,12 @@ class Chart(Lines):
             self.border_subtitle = self._subtitle = subtitle
         self._redraw()
 
+    def restart(self) -> None:
+        """Forget all samples."""
+        self._times.clear()
+        for samples in self._values.values():
+            samples.clear()
+
     def on_resize(self) -> None:
         """Redraw at the new size."""
         self._redraw()

@@ -43,6 +43,12 @@ class EventsPane(RichLog):
                 self.write(line_of(event))
         self._label()
 
+    def restart(self) -> None:
+        """Forget all events."""
+        self._events.clear()
+        self._counts = dict.fromkeys(self._counts, 0)
+        self.clear()
+
     def next_filter(self) -> str:
         """Switch to the next filter, cyclically; return its name."""
         names = list(LEVELS)

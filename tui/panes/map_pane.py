@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 
 import numpy as np
 from rich.segment import Segment
@@ -71,6 +72,12 @@ class MapPane(Lines, can_focus=True):
         self._extend_trail(snapshot)
         if draw:
             self._redraw()
+
+    def restart(self, past: Iterable[Snapshot]) -> None:
+        """Begin the driven way again, with that of the past."""
+        self._trail.clear()
+        for snapshot in past:
+            self._extend_trail(snapshot)
 
     def on_resize(self) -> None:
         """Fit the map to the new size unless the operator changed the view."""

@@ -10,6 +10,7 @@ from tui.drawing.palette import (
     BUSY,
     DIM,
     PANEL,
+    PATH,
     TEXT,
     TONES,
     WARN,
@@ -58,6 +59,8 @@ class StatusBar(TextLines):
     def _state(self, title: str, snapshot: Snapshot | None, link: Link) -> Text:
         """Return what happens, the alarms and the time."""
         text, now = Text(title, style=f"bold {css(TEXT)}"), header(snapshot, link)
+        if link.is_replay:
+            text.append(" REPLAY ", style=f"bold {css(PANEL)} on {css(PATH)}").append(" ")
         text.append(f" {now.words} ", style=f"bold {css(PANEL)} on {css(TONES[now.tone])}")
         for alarm in now.alarms:
             text.append(" ").append(f" ▲ {alarm} ", style=f"bold {css(PANEL)} on {css(WARN)}")

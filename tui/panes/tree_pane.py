@@ -39,8 +39,14 @@ class TreePane(Lines, can_focus=True):
             super().__init__()
             self.kind, self.arguments = kind, arguments
 
-    def __init__(self) -> None:
+    def __init__(self, *, debugs: bool = True) -> None:
+        """Create the pane.
+
+        Args:
+            debugs: whether it takes breakpoints, steps and forced outcomes.
+        """
         super().__init__(id="tree")
+        self._debugs = debugs
         self.chosen = 0
         self.top = 0
         self.pinned = False
@@ -79,7 +85,7 @@ class TreePane(Lines, can_focus=True):
 
     def action_breakpoint(self) -> None:
         """Set or remove a breakpoint at the selected node."""
-        row, debugging = self._chosen_row, self._debugging
+        row, debugging = self.chosen_row, self._debugging
         if row is not None and debugging is not None:
             self._request("unbreak" if row.id in debugging.breakpoints else "break", row)
 
@@ -93,7 +99,7 @@ class TreePane(Lines, can_focus=True):
 
     def action_force(self) -> None:
         """Ask for the forced outcome of the selected node."""
-        row, debugging = self._chosen_row, self._debugging
+        row, debugging = self.chosen_row, self._debugging
         if row is None or debugging is None:
             return
         answers = {
@@ -119,8 +125,13 @@ class TreePane(Lines, can_focus=True):
         arguments = {"node": str(row.id), "generation": generation, **more}
         self.post_message(self.CommandRequest(kind, arguments))
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Leave the keys of debugging to others where nothing can be debugged."""
+        return self._debugs or action not in {key.action for key in TREE_KEYS}
+
     @property
-    def _chosen_row(self) -> TreeRow | None:
+    def chosen_row(self) -> TreeRow | None:
+        """The selected node."""
         return self._rows[min(self.chosen, len(self._rows) - 1)] if self._rows else None
 
     def on_resize(self) -> None:

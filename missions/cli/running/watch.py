@@ -1,11 +1,15 @@
 """`treepilot watch`: attaches the dashboard to a running mission, or lists the live runs."""
 
+import shlex
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from missions.cli.arguments import on_a_terminal
-from stack.errors import InputError
+from stack.errors import InputError, TelemetryError
+
+RUNS = Path("runs")
 
 
 def watch(
@@ -28,10 +32,18 @@ def watch(
         _list(run)
         return
     from missions.execution.supervision.watching import watch_run
+    from missions.inspection.runs import is_run_folder
 
+    folder = next((one for one in (Path(run), RUNS / run) if run and is_run_folder(one)), None)
     if not on_a_terminal():
         raise InputError("watch needs a terminal; without one, read events.jsonl in the run folder")
-    raise typer.Exit(watch_run(run))
+    try:
+        raise typer.Exit(watch_run(run))
+    except TelemetryError as error:
+        if folder is None:
+            raise
+        again = shlex.join(["treepilot", "replay", str(folder)])
+        raise TelemetryError(f"{error}; to see the run again: {again}") from None
 
 
 def _list(run: str) -> None:

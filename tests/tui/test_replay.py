@@ -1,0 +1,264 @@
+"""The dashboard on recorded runs: every key of it, and what it shows at which time."""
+
+import inspect
+
+import pytest
+from textual.actions import parse
+from textual.widgets import Input
+
+from stack.errors import TelemetryError
+from stack.telemetry.hub import SNAPSHOTS, Telemetry
+from stack.telemetry.recorder import Recorder, RunFolder
+from stack.telemetry.recording_parameters import RecordingParameters
+from stack.telemetry.records import Command
+from stack.telemetry.snapshots.log import SnapshotLog
+from stack.telemetry.snapshots.recording import SnapshotRecording
+from tests.stack.telemetry.synthetic_run import SyntheticRun
+from tui.panes.banner import Banner
+from tui.panes.events_pane import EventsPane
+from tui.panes.map_pane import MapPane
+from tui.panes.status_bar import StatusBar
+from tui.panes.tree_pane import TreePane
+from tui.replay.app import AskTime, ReplayDashboard, seconds_of
+from tui.replay.player import Player
+from tui.screens import Help
+
+SECONDS = 30
+EVENTS = {4.0: "info", 11.0: "warning", 17.0: "error", 17.05: "info"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Half a minute of a run, with four events and three changes of nodes."""
+    path, run = tmp_path_factory.mktemp("run"), SyntheticRun()
+    parameters = RecordingParameters()
+    sinks = [Recorder(RunFolder(path)), SnapshotLog(path / SNAPSHOTS, parameters)]
+    telemetry, before = Telemetry(run.info(), sinks), {}
+    for step in range(SECONDS * 20):
+        time = step * 0.05
+        telemetry.advance(step, time)
+        level = EVENTS.get(round(time, 2))
+        if level:
+            telemetry.emit("say", f"it is {time:g}", source="mission", level=level)
+        for row in run.tree_at(time):
+            if before.get(row.id, row.status) != row.status:
+                telemetry.emit("node_status", "", source="tree", node=row.id, to=row.status)
+            before[row.id] = row.status
+        telemetry.publish(lambda time=time: run.snapshot_at(time))
+    telemetry.close(None)
+    return path
+
+
+class Wall:
+    now = 50.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def wall():
+    return Wall()
+
+
+@pytest.fixture
+def player(folder, wall):
+    player = Player(SnapshotRecording(folder), wall)
+    yield player
+    player.close()
+
+
+@pytest.fixture
+async def pilot(player):
+    async with ReplayDashboard(player, live=False).run_test(size=(120, 40)) as pilot:
+        await pilot.pause()
+        yield pilot
+
+
+def watch(pilot, wall, seconds):
+    for _ in range(round(seconds * 10)):
+        wall.now += 0.1
+        pilot.app.refresh_now()
+
+
+async def press(pilot, *keys):
+    await pilot.press(*keys)
+    pilot.app.refresh_now()
+    await pilot.pause()
+
+
+def test_every_key_names_an_action_that_takes_its_arguments():
+    for key in ReplayDashboard.KEYS:
+        _, name, arguments = parse(key.action)
+        inspect.signature(getattr(ReplayDashboard, f"action_{name}")).bind(None, *arguments)
+
+
+def test_no_key_has_two_meanings():
+    names = [name for key in ReplayDashboard.KEYS for name in key.keys.split(",")]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("83.5", 83.5), ("1:23.5", 83.5), ("1:02:03", 3723.0), (" 7 s ", 7.0), ("0", 0.0),
+     ("", None), ("-3", None), ("1:2:3:4", None), ("noon", None), ("1e3", None)],
+)  # fmt: skip
+def test_times_are_read_as_people_write_them(text, seconds):
+    assert seconds_of(text) == seconds
+
+
+async def test_it_plays_in_real_time_and_stops_at_the_end(pilot, player, wall):
+    watch(pilot, wall, 5.0)
+    assert pilot.app.snapshot.time == pytest.approx(5.0, abs=0.21)
+    await press(pilot, "greater_than_sign", "greater_than_sign")
+    watch(pilot, wall, 3.0)
+    assert pilot.app.snapshot.time == pytest.approx(17.0, abs=0.21)
+    watch(pilot, wall, 10.0)
+    assert not player.is_playing
+    assert pilot.app.snapshot.time == player.end
+    await press(pilot, "space")  # from the beginning again
+    assert player.is_playing
+    assert pilot.app.snapshot.time < 0.3
+
+
+async def test_it_says_that_it_is_a_replay(pilot, wall):
+    watch(pilot, wall, 1.0)
+    bar = pilot.app.query_one(StatusBar)
+    assert "REPLAY" in "".join(segment.text for segment in bar.render_line(0))
+
+
+async def test_pause_and_steps(pilot, player, wall):
+    watch(pilot, wall, 2.0)
+    await press(pilot, "p")
+    watch(pilot, wall, 2.0)
+    at = pilot.app.snapshot.time
+    assert at == pytest.approx(2.0, abs=0.21)
+    await press(pilot, "full_stop")
+    assert pilot.app.snapshot.time > at
+    await press(pilot, "comma")
+    assert pilot.app.snapshot.time == at
+    for _ in range(30):
+        await press(pilot, "comma")
+    assert pilot.app.snapshot.time == player.begin
+
+
+async def test_skips_stay_within_the_run(pilot, player):
+    for keys, time in (
+        ("right_square_bracket", 5.0), ("right_curly_bracket", player.end),
+        ("left_square_bracket", player.end - 5.0), ("left_curly_bracket", 0.0),
+        ("end", player.end), ("home", 0.0),
+    ):  # fmt: skip
+        await press(pilot, keys)
+        assert pilot.app.snapshot.time == pytest.approx(time, abs=0.21)
+
+
+async def test_events_and_failures(pilot, player):
+    times = []
+    for _ in range(4):
+        await press(pilot, "n")
+        times.append(round(pilot.app.snapshot.time, 2))
+    assert times == list(EVENTS)
+    await press(pilot, "n")  # there is none: it stays
+    assert pilot.app.snapshot.time == pytest.approx(17.05)
+    await press(pilot, "N")
+    assert pilot.app.snapshot.time == pytest.approx(17.0)
+    await press(pilot, "home", "x")
+    assert pilot.app.snapshot.time == pytest.approx(17.0)
+    assert not player.is_playing
+
+
+async def test_changes_of_the_selected_node(pilot):
+    await press(pilot, "1", *["up"] * 20)
+    tree = pilot.app.query_one(TreePane)
+    row = next(row for row in SyntheticRun().tree_at(0.0) if row.name == "Inspect")
+    await press(pilot, *["down"] * row.id)
+    assert tree.chosen_row.name == "Inspect"
+    await press(pilot, "s")  # it starts at 9 s and ends at 12 s: synthetic_run.tree_at
+    assert pilot.app.snapshot.time == pytest.approx(9.0)
+    await press(pilot, "s")
+    assert pilot.app.snapshot.time == pytest.approx(12.0)
+    await press(pilot, "S")
+    assert pilot.app.snapshot.time == pytest.approx(9.0)
+
+
+async def test_go_to_a_time(pilot):
+    await press(pilot, "colon", *"0:21", "enter")
+    assert pilot.app.snapshot.time == pytest.approx(21.0, abs=0.21)
+    await press(pilot, "colon", *"noon", "enter")
+    assert isinstance(pilot.app.screen, AskTime)
+    assert pilot.app.screen.query_one(Input).value == "noon"
+    await press(pilot, "escape")
+    assert pilot.app.snapshot.time == pytest.approx(21.0, abs=0.21)
+
+
+async def test_a_jump_back_forgets_the_future(pilot, wall):
+    watch(pilot, wall, 20.0)
+    events, trail = pilot.app.query_one(EventsPane), pilot.app.query_one(MapPane)
+    assert len(events.lines) == 4
+    driven = len(trail._trail)
+    await press(pilot, "left_square_bracket", "left_square_bracket")
+    assert len(events.lines) == 1  # that of 4 s
+    assert 0 < len(trail._trail) < driven
+    await press(pilot, "right_square_bracket")
+    assert len(events.lines) == 2
+
+
+async def test_clicking_the_line_of_time_goes_there(pilot, player):
+    await press(pilot, "space")
+    line = pilot.app.query_one("#timeline")
+    await pilot.click("#timeline", offset=(line.size.width - 2, 0))
+    pilot.app.refresh_now()
+    assert pilot.app.snapshot.time == pytest.approx(player.end, abs=0.5)
+
+
+@pytest.mark.parametrize("kind", ["estop", "set_goal", "pause", "set_parameter", "something new"])
+def test_commands_are_refused(player, kind):
+    with pytest.raises(TelemetryError, match="this is a replay: there is no robot to"):
+        player.send(Command("1", kind))
+
+
+async def test_keys_that_command_do_nothing_but_help_lists_its_own(pilot, wall):
+    watch(pilot, wall, 1.0)
+    for key in ("a", "e", "g", "i", "R", "b"):
+        await press(pilot, key)
+        assert len(pilot.app.screen_stack) == 1
+    assert not pilot.app.query_one(Banner).display
+    await press(pilot, "question_mark")
+    assert isinstance(pilot.app.screen, Help)
+    await press(pilot, "escape", "q")
+    assert pilot.app.return_value == "leave"
+
+
+def test_a_run_that_is_still_written_is_followed(tmp_path, wall):
+    run = SyntheticRun()
+    sinks = [
+        Recorder(RunFolder(tmp_path)),
+        SnapshotLog(tmp_path / SNAPSHOTS, RecordingParameters()),
+    ]
+    telemetry = Telemetry(run.info(), sinks)
+
+    def write(first, end):
+        for step in range(first, end):
+            telemetry.advance(step, step * 0.05)
+            telemetry.publish(lambda step=step: run.snapshot_at(step * 0.05))
+
+    write(0, 41)
+    player = Player(SnapshotRecording(tmp_path), wall)
+    wall.now += 5.0
+    assert player.poll().time == pytest.approx(2.0)
+    write(41, 61)
+    player.land()
+    wall.now += 1.0
+    player.poll()
+    assert player.is_playing
+    player.land()
+    wall.now += 1.0
+    assert player.poll() is None  # it is at the newest
+    assert player.time == pytest.approx(3.0)
+    telemetry.close(None)
+    wall.now += 1.0
+    player.poll()
+    wall.now += 1.0
+    player.poll()
+    assert not player.is_playing
+    player.close()
