@@ -50,7 +50,7 @@ from robots.logs.recording import Recording
 from stack.components import Choice
 from stack.costmap.choosing import LayerChoice
 from stack.documents import Finding, Findings, Mark, read_text
-from stack.documents.files import decoded, read_input
+from stack.documents.files import decoded, noting_inputs, read_input
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.sim.worlds.world import World
@@ -74,6 +74,7 @@ class PreparedMission:
         warnings: findings about the files that components name.
         recording: what a replayed robot plays; None for a robot that drives.
         markers: those that the robot knows, map frame; in a simulation others may stand there.
+        read: the files that were read for it, absolute.
     """
 
     mission: Mission
@@ -86,6 +87,7 @@ class PreparedMission:
     warnings: tuple[Finding, ...] = ()
     recording: Recording | None = None
     markers: tuple[Marker, ...] = ()
+    read: tuple[Path, ...] = ()
 
     @property
     def is_mapped(self) -> bool:
@@ -134,7 +136,8 @@ def diagnose(
     """
     found = Findings()
     try:
-        plan = _planned(path, options or RunOptions(), draft or Draft(), found)
+        with noting_inputs() as read:
+            plan = _planned(path, options or RunOptions(), draft or Draft(), found)
     except InputError as error:
         errors = tuple(error.findings) or tuple(found.errors)
         if not errors:
@@ -143,7 +146,7 @@ def diagnose(
     warnings = (
         *plan.mission.warnings, *plan.world.warnings, *plan.robot.warnings, *plan.warnings
     )  # fmt: skip
-    return Diagnosis(warnings, plan)
+    return Diagnosis(warnings, replace(plan, read=tuple(read)))
 
 
 def prepare(name: str | Path, options: RunOptions) -> PreparedMission:

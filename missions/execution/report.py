@@ -143,6 +143,16 @@ class Report:
         return printable("\n".join(lines))
 
 
+def read_report(folder: Path) -> Report | None:
+    """Return the report in a run folder; None if there is none that can be read."""
+    from stack.documents.files import JSON_BYTES, read_bytes  # not for every start of the command
+
+    try:
+        return Report(**json.loads(read_bytes(folder / "report.json", JSON_BYTES)))
+    except (OSError, ValueError, TypeError, RecursionError):
+        return None
+
+
 def _shown(path: Path) -> str:
     """A path as short as it can be typed in this folder, and quoted if the shell needs it."""
     here = Path.cwd()

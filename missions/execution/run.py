@@ -16,6 +16,7 @@ from time import perf_counter, sleep  # noqa: TID251 - only before the first ste
 from missions.execution.build import Engine, build, run_info
 from missions.execution.connections import network_sinks_of, open_control
 from missions.execution.prepare import PreparedMission, RunOptions, as_recorded
+from missions.execution.records.inputs import keep_inputs
 from missions.execution.records.kept_values import kept_values_of
 from missions.execution.records.run_folders import default_name
 from missions.execution.report import Report
@@ -23,6 +24,7 @@ from missions.execution.report_builder import Milestones, compose_report, unstar
 from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import BodyCommand, SimulatedWorld
+from stack.documents.files import noting_inputs
 from stack.errors import (
     BodyError,
     InputError,
@@ -141,11 +143,15 @@ class Run:
         self._report: Report | None = None
         self._is_reported = False
         try:
-            self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
+            with noting_inputs() as read:
+                self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
         except BaseException as error:
             self._telemetry.close(None)
             self._refuse_plugin(error)
             raise
+        if folder is not None:
+            kept = None if self._kept is None else self._kept.path
+            keep_inputs(folder, plan, options, (*plan.read, *read), kept)
         if self._kept is not None:
             self._kept.restore(self.engine.tree, self._telemetry)
         self._steps_to_stop = round(STOPPING_TIME / self.engine.runtime.period)

@@ -133,7 +133,11 @@ def find_run(name: str, parent: Path) -> Path:
         InputError: there is no run in the folder, or `name` is neither its name nor a path.
     """
     if name != NEWEST:
-        return Path(name) if Path(name).exists() else parent / name
+        folder = Path(name) if Path(name).exists() else parent / name
+        if not folder.is_dir():
+            known = [run.name for run in find_runs(parent)]
+            raise InputError(f"there is no run {name!r:.200}; {suggestion(name, known)}")
+        return folder
     runs = find_runs(parent)
     if not runs:
         raise InputError(f"there is no run in {parent.absolute()}; give the path of a run folder")

@@ -15,7 +15,7 @@ from robots.declared import LEFT_OUT, URDF
 from robots.urdf.packages import PackageSearch
 from robots.urdf.xacro_file import expand, is_xacro, package_hint
 from stack.documents import Finding, Findings, Mark
-from stack.documents.files import MESH_BYTES, URDF_BYTES, open_regular, read_input
+from stack.documents.files import MESH_BYTES, URDF_BYTES, note_input, open_regular, read_input
 from stack.documents.xml_file import Element, parse_xml
 
 MAX_LINKS = 200
@@ -172,6 +172,7 @@ def _problem_of(part: Element, search: PackageSearch) -> tuple[Mark, str, str] |
     problem = _mesh_problem(file)
     if problem:
         return shape.mark, f"<mesh>: {problem[0]}", problem[1]
+    note_input(file)
     shape.attributes["filename"] = os.path.normpath(file.absolute())
     return None
 

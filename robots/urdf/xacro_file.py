@@ -10,6 +10,7 @@ from typing import Any
 
 from robots.declared import URDF
 from robots.urdf.packages import PackageSearch
+from stack.documents.files import note_input
 from stack.errors import Finding, InputError, Mark
 
 NAMESPACE = b"xmlns:xacro"
@@ -45,6 +46,7 @@ def expand(path: Path, arguments: Mapping[str, str], search: PackageSearch) -> b
             raise _PackageMissingError(name)
         return str(folder)
 
+    xacro.all_includes.clear()
     names: dict[str, Any] = (
         substitution_args._eval_dict
     )  # no public way to set how packages are found
@@ -54,6 +56,8 @@ def expand(path: Path, arguments: Mapping[str, str], search: PackageSearch) -> b
         with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
             document = xacro.process_file(str(path), mappings=dict(arguments))
         text: str = document.toprettyxml(indent="  ")
+        for included in xacro.all_includes:
+            note_input(Path(included))
     except Exception as error:  # xacro evaluates expressions, which raise anything
         raise InputError([_finding(path, xacro.filestack, error, search)]) from None
     finally:

@@ -11,6 +11,9 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO
 
@@ -48,6 +51,31 @@ DOCUMENTS = (
 """Kinds of files that people write or export. Other programs' files are often given for them."""
 
 
+_INPUTS: ContextVar[dict[Path, None] | None] = ContextVar("inputs", default=None)
+
+
+@contextmanager
+def noting_inputs() -> Iterator[dict[Path, None]]:
+    """Collect the files that are read for a run: absolute paths, in order, each once.
+
+    Yields:
+        The files so far. What another library opens is added by `note_input`.
+    """
+    inputs: dict[Path, None] = {}
+    token = _INPUTS.set(inputs)
+    try:
+        yield inputs
+    finally:
+        _INPUTS.reset(token)
+
+
+def note_input(path: Path) -> None:
+    """Say that a file is read for the run, if somebody collects them."""
+    inputs = _INPUTS.get()
+    if inputs is not None:
+        inputs[path.absolute()] = None
+
+
 class TooLargeError(OSError):
     """The file is larger than the limit."""
 
@@ -71,6 +99,7 @@ def open_regular(path: Path) -> BinaryIO:
         if not stat.S_ISREG(mode):
             kind = next((word for check, word in _KINDS if check(mode)), "something else")
             raise OSError(errno.EINVAL, f"not a regular file but {kind}")
+        note_input(path)
         return os.fdopen(number, "rb")
     except BaseException:
         os.close(number)

@@ -20,11 +20,17 @@ time and size. The status `live` means that the run goes on, `incomplete` that i
 report. A folder is a run folder if it contains events.jsonl and mission.yaml; no other folder and
 no live run is ever deleted, and symbolic links are not followed.
 
+A run folder holds all that the run was made of: `runs repeat` runs it again and tells whether it
+became the same, `runs pack` makes one file of it for another machine, and `runs open` unpacks that.
+
 \b
     treepilot runs
     treepilot runs delete 02_office_patrol-20261122-164218
     treepilot runs keep 10
     treepilot runs open 02_office_patrol-20261122-164218
+    treepilot runs pack 02_office_patrol-20261122-164218 -o run.zip
+    treepilot runs open run.zip
+    treepilot runs repeat 02_office_patrol-20261122-164218
 """
 
 runs_app = typer.Typer(help=HELP, invoke_without_command=True)
@@ -81,18 +87,64 @@ def keep(
     _delete(context.obj, older_than_newest(find_runs(context.obj), count), yes)
 
 
+@runs_app.command("pack")
+def pack_(
+    context: typer.Context,
+    name: Name,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FILE", help="default: NAME.zip")
+    ] = None,
+) -> None:
+    """Write a run with all that it was made of into one zip file, for another machine."""
+    from missions.inspection.packing import pack
+    from missions.inspection.runs import find_run, size_text
+
+    folder = find_run(name, context.obj)
+    target = out or Path(f"{folder.name}.zip")
+    size = pack(folder, target)
+    typer.echo(
+        f"{target}: {size_text(size)}; on the other machine: treepilot runs open {target.name}"
+    )
+
+
+@runs_app.command("repeat")
+def repeat(context: typer.Context, name: Name) -> None:
+    """Run a run again from the copies in its folder; tell whether it became the same.
+
+    Exit codes: 0 the event log is the same, bit for bit; 1 it is not: the first difference is
+    printed, and which versions or files are others.
+    """
+    from missions.execution.repeat import repeat_run
+    from missions.inspection.runs import find_run
+
+    done = repeat_run(find_run(name, context.obj))
+    typer.echo(done.report.summary())
+    if done.is_same:
+        typer.echo("the same run: the event log is equal, bit for bit")
+        return
+    typer.echo(f"not the same run; {done.difference}")
+    for reason in done.reasons or ("versions and files are the same; was it commanded?",):
+        typer.echo(f"  {reason}")
+    raise typer.Exit(1)
+
+
 @runs_app.command("open")
 def open_(
     context: typer.Context,
-    name: Name,
+    name: Annotated[
+        str, typer.Argument(metavar="NAME|FILE.zip", help="name of a run, or a packed run")
+    ],
     web: Annotated[
         bool, typer.Option("--web", help="show it in a browser, also over SSH: port 9090")
     ] = False,
 ) -> None:
-    """Open the recording of a run in rerun's viewer."""
+    """Open the recording of a run in rerun's viewer; or unpack a packed run."""
     import os
     import sysconfig
 
+    if name.endswith(".zip"):
+        _unpack(Path(name), context.obj)
+        return
     from missions.inspection.runs import WEB_ADDRESS, find_runs, without_display
     from stack.parameters import suggestion
 
@@ -113,6 +165,18 @@ def open_(
         os.execv(viewer, [viewer, *words])
     except OSError as error:
         raise InputError(f"cannot start {viewer}: {error.strerror}") from None
+
+
+def _unpack(packed: Path, parent: Path) -> None:
+    from missions.inspection.packing import unpack
+
+    folder = unpack(packed, parent)
+    typer.echo(f"{folder}: see it again with")
+    for words in (
+        ("replay", str(folder)), ("trace", str(folder)), ("runs", "repeat", str(folder)),
+        ("runs", "--folder", str(parent), "open", folder.name),
+    ):  # fmt: skip
+        typer.echo(f"  {shlex.join(['treepilot', *words])}")
 
 
 def _delete(parent: Path, runs: "list[RunFolderEntry]", yes: bool) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import signal
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
-from missions.execution.report import Report
+from missions.execution.report import Report, read_report
 from missions.execution.supervision.supervisor import Supervisor
 
 
@@ -40,7 +39,7 @@ def lost_reports(supervisor: Supervisor, reason: str, status: str = "error") -> 
     wall = max(0.0, beat.wall - supervisor.began)
     found = []
     for folder, draft in supervisor.drafts.items():
-        written = _report_in(folder)
+        written = read_report(Path(folder)) if folder else None
         if written is not None:
             found.append(written)
             continue
@@ -72,16 +71,6 @@ def _hash_of_events(folder: str) -> str:
     except OSError:
         return ""
     return digest.hexdigest()
-
-
-def _report_in(folder: str) -> Report | None:
-    """Return the report that the engine has written into a run folder, if any."""
-    if not folder:
-        return None
-    try:
-        return Report(**json.loads((Path(folder) / "report.json").read_text("utf-8")))
-    except (OSError, ValueError, TypeError):
-        return None
 
 
 def _write(folder: str, report: Report) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.documents.files import note_input
 from stack.errors import InputError
 from stack.perception.objects.heads import Box, boxes_of, layout_of, letterboxed
 from stack.perception.objects.network import PictureNetwork
@@ -93,6 +94,7 @@ def _labels(
 
 
 def _read_labels(file: Path) -> tuple[str, ...]:
+    note_input(file)
     try:
         lines = file.read_text("utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from stack.documents.files import note_input
 from stack.errors import InputError
 
 _IR_VERSION, _GRAPH, _METADATA = 1, 7, 14
@@ -62,6 +63,7 @@ def read_header(file: Path) -> OnnxHeader:
     try:
         if file.stat().st_size > LARGEST:
             raise InputError(f"{file} is larger than {LARGEST >> 20} MB")
+        note_input(file)
         content = file.read_bytes()
     except OSError as error:
         raise InputError(f"{file} cannot be read: {error.strerror}") from None

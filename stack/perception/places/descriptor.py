@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.documents.files import note_input
 from stack.errors import InputError
 from stack.perception.objects.trial import answer, tried
 from stack.perception.places.parameters import PlaceParameters
@@ -47,6 +48,7 @@ class GlobalDescriptor:
         from stack.perception.objects.network import PictureNetwork  # imports OpenCV
 
         self._file = Path(parameters.descriptor)
+        note_input(self._file)
         side = parameters.descriptor_size
         self._network = PictureNetwork(self._file, side, "descriptor_size")
         self._normalised = parameters.descriptor_normalised

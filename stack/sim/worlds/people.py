@@ -7,6 +7,7 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from stack.documents import Section
+from stack.documents.files import TooLargeError, read_bytes
 from stack.parameters import Declaration
 from stack.sim.worlds.values import PLACEMENT, SHAPE, Reading, fields_of
 from stack.sim.worlds.world import Person
@@ -134,10 +135,12 @@ def read_tracks(path: FilePath, rate: float, at: Pose2D) -> dict[int, FloatArray
 
 def _table(path: FilePath) -> FloatArray:
     """Return the lines of a file of tracks: (n, 4) frame, number, x and y."""
-    if path.stat().st_size > MAX_BYTES:
-        raise ValueError(f"larger than {MAX_BYTES // 1_000_000} MB")
+    try:
+        text = read_bytes(path, MAX_BYTES).decode("utf-8", "replace")
+    except TooLargeError:
+        raise ValueError(f"larger than {MAX_BYTES // 1_000_000} MB") from None
     rows = []
-    for count, line in enumerate(path.read_text("utf-8", "replace").splitlines(), 1):
+    for count, line in enumerate(text.splitlines(), 1):
         words = line.replace(",", " ").split()
         if not words or words[0].startswith("#"):
             continue
