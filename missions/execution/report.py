@@ -38,6 +38,8 @@ class Report:
         localisation_error: mean and max distance between estimate and truth, metres.
         doubt: lost_seconds, for which the robot was lost and might not drive, and obscured_metres,
             driven by odometry at low speed because unmapped things hid the map.
+        held: seconds for which the robot `stopped` or was `slower`, by cause: obstacle, person,
+            zone, speed limit, old measurement, unseen ground, emergency stop, lost…
         relocalised_by: source of the last relocalisation (marker, lidar, operator), or empty.
         stages: compute time by stage of the loop, wall seconds.
         final_pose: estimate and truth at the end.
@@ -83,6 +85,7 @@ class Report:
     arguments: dict[str, str]
     records_lost: list[dict[str, Any]] = field(default_factory=list)
     doubt: dict[str, float] = field(default_factory=dict)
+    held: dict[str, dict[str, float]] = field(default_factory=dict)
     links_lost: list[dict[str, Any]] = field(default_factory=list)
     people: dict[str, Any] = field(default_factory=dict)
     scans_dropped: dict[str, int] = field(default_factory=dict)
@@ -125,6 +128,9 @@ class Report:
                 f"  lost for {self.doubt['lost_seconds']:.1f} s, "
                 f"{self.doubt['obscured_metres']:.1f} m by odometry past unmapped things"
             )
+        if stopped := self.held.get("stopped"):
+            causes = ", ".join(f"{cause} {seconds:.1f} s" for cause, seconds in stopped.items())
+            lines.append(f"  held by: {causes}")
         if self.scans_dropped:
             counts = ", ".join(f"{count} of {name}" for name, count in self.scans_dropped.items())
             lines.append(f"  scans that could not be used: {counts}")

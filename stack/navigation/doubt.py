@@ -11,12 +11,14 @@ from stack.navigation.tasks import Emit, MotionExecutor
 from stack.types import (
     STANDSTILL,
     FailureCode,
+    Limitation,
     Perceived,
     PoseEstimate,
     RivalPose,
     Twist,
     wrap_angle,
 )
+from stack.types.limitations import LOST, OBSCURED, SLOWER, STOPPED
 
 AMBIGUOUS_DISTANCE = 1.5
 """A drive goes on past another pose that is nearer than this, m, and than half of the way to its
@@ -37,14 +39,15 @@ class LocalisationMonitor:
 
     Attributes:
         speed_limit: m/s; inf without one.
-        reason: why the robot is slowed down or stands, for displays; empty when it is not.
+        limitation: why the robot is slowed down or stands; None when it is not.
         obscured_distance: metres driven with the map hidden, in the whole run.
         lost_seconds: time of standing because the robot was lost, in the whole run.
     """
 
     def __init__(self, emit: Emit, period: float) -> None:
         self._emit, self.period = emit, period
-        self.speed_limit, self.reason = inf, ""
+        self.speed_limit = inf
+        self.limitation: Limitation | None = None
         self.obscured_distance = self.lost_seconds = 0.0
         self._state = _FINE
         self._lost_for = 0.0
@@ -98,19 +101,17 @@ class LocalisationMonitor:
             self.lost_seconds += self.period
 
     def _changed(self, estimate: PoseEstimate, parameters: NavigationParameters) -> None:
-        """Set the reason, and emit an event."""
+        """Set the limitation, and emit an event."""
         health, level = round(estimate.health, 3), "warning"
         if self._state == _OBSCURED:
-            self.reason = (
-                f"slower: {parameters.obscured_speed:.2f} m/s by odometry, unmapped things hide "
-                "the map"
-            )
-            text = f"{self.reason}; for at most {max(0.0, self._left):.1f} m"
+            speed = f"{parameters.obscured_speed:.2f} m/s by odometry"
+            self.limitation = Limitation(SLOWER, OBSCURED, f"{speed}, unmapped things hide the map")
+            text = f"{self.limitation.text}; for at most {max(0.0, self._left):.1f} m"
         elif self._state == _LOST:
-            self.reason = "stopped: lost, the scans do not fit the map"
+            self.limitation = Limitation(STOPPED, LOST, "lost, the scans do not fit the map")
             text = f"lost: {self.why(estimate)}"
         else:
-            self.reason, level = "", "info"
+            self.limitation, level = None, "info"
             text = f"the scans fit the map again, health {estimate.health:.2f}"
         self._emit("doubt", text, level, doubt=self._state, health=health)
 

@@ -8,12 +8,14 @@ in simulation.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from stack.body import BodyCommand, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
+from stack.runtime.holdups import Holdups
 from stack.runtime.interfaces import MissionTree, Parts
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
@@ -27,6 +29,7 @@ from stack.types import (
     STANDSTILL,
     DepthPoints,
     FloatArray,
+    Limitation,
     Odometry,
     Perceived,
     PoseEstimate,
@@ -59,6 +62,7 @@ class Runtime:
         self.stages = Stages(self.period)
         self.distance, self.command = 0.0, LimitedTwist(STANDSTILL)
         self.sensing = Sensing(parts, self.mission)
+        self.holdups = Holdups(partial(parts.telemetry.emit, source="safety"), self.period)
         self.pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
@@ -122,6 +126,7 @@ class Runtime:
                 contact=wanted.contact,
             )  # fmt: skip
         now = p.body.time
+        self.holdups.update(self.limitations, perceived.estimate.pose, now)
         p.body.command(
             BodyCommand(
                 self.command.twist, p.perceiver.captures(now), p.perceiver.measures_depth(now)
@@ -251,13 +256,17 @@ class Runtime:
             counters=self.counters(),
             teleop=parts.navigator.base.teleoperation is not None,
             detour=self._commands.drives_to_operator_goal,
-            safety="; ".join(
-                filter(None, (self.command.reason, parts.navigator.localisation_monitor.reason))
-            ),
+            limitations=self.limitations,
             events=parts.telemetry.recent(SHOWN_EVENTS),
             debugging=parts.debugger.view() if parts.debugger else Debugging(),
             records_lost="; ".join(record.text for record in parts.telemetry.lost),
         )
+
+    @property
+    def limitations(self) -> tuple[Limitation, ...]:
+        """Why safety stage and doubt about the pose limit the velocity now."""
+        both = (self.command.limitation, self.parts.navigator.localisation_monitor.limitation)
+        return tuple(limitation for limitation in both if limitation is not None)
 
     def _state_changed(self, before: MissionState, after: MissionState) -> None:
         """Pause and resume the tree and its motion; their time limits do not count meanwhile."""

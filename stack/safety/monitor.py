@@ -22,11 +22,13 @@ class Contact:
         time: seconds at this twist until the first one is within the padding; inf: none.
         x: its current position, base frame, metres.
         y: likewise.
+        moves: whether it is a moving object.
     """
 
     time: float
     x: float = 0.0
     y: float = 0.0
+    moves: bool = False
 
     @property
     def place(self) -> str:
@@ -81,7 +83,10 @@ class CollisionMonitor:
             moving, self._corners, self._radius, padding, SLACK,
             twist.linear, twist.lateral, twist.angular, horizon, moving_padding,
         )  # fmt: skip
-        return Contact(time, *moving[which, :2]) if time < found.time else found
+        if time >= found.time:
+            return found
+        x, y = moving[which, :2]
+        return Contact(time, x, y, moves=True)
 
 
 def moving_discs(tracks: Sequence[TrackedObject], base: Pose2D) -> FloatArray:

@@ -34,10 +34,24 @@ from stack.types import (
     STANDSTILL,
     ContactZone,
     FloatArray,
+    Limitation,
     ObstaclePoints,
     Perceived,
     SeenGround,
     Twist,
+)
+from stack.types.limitations import (
+    BLIND_SECTOR,
+    BRAKING,
+    EMERGENCY_STOP,
+    NOT_FINITE,
+    OBSTACLE,
+    OLD_MEASUREMENT,
+    PERSON,
+    SLOWER,
+    SPEED_LIMIT,
+    STOPPED,
+    UNSEEN_GROUND,
 )
 
 CONTACT_SPEED = 0.1
@@ -60,14 +74,19 @@ class _Around(NamedTuple):
 
 
 class LimitedTwist(NamedTuple):
-    """A velocity command, and why it is less than what was wanted; empty when it is not."""
+    """A velocity command, and why it is less than what was wanted; None when it is not."""
 
     twist: Twist
-    reason: str = ""
+    limitation: Limitation | None = None
+
+    @property
+    def reason(self) -> str:
+        """The limitation as a sentence; empty without one."""
+        return "" if self.limitation is None else self.limitation.text
 
     def then(self, later: LimitedTwist) -> LimitedTwist:
-        """Return the result of a later stage, with its own reason or else this one."""
-        return LimitedTwist(later.twist, later.reason or self.reason)
+        """Return the result of a later stage, with its own limitation or else this one."""
+        return LimitedTwist(later.twist, later.limitation or self.limitation)
 
 
 class Safety:
@@ -116,7 +135,7 @@ class Safety:
         """
         if emergency_stop:
             self._smoother.continue_from(STANDSTILL)
-            return LimitedTwist(STANDSTILL, f"emergency stop: {emergency_stop}")
+            return LimitedTwist(STANDSTILL, Limitation(STOPPED, EMERGENCY_STOP, emergency_stop))
         motion, obstacles, world = perceived.motion, perceived.obstacles, perceived.world
         points, speed_limit = obstacles.points, world.speed_limit
         if contact is not None:
@@ -138,7 +157,7 @@ class Safety:
         if not around.is_empty:
             found = found.then(self._braked(smooth.twist, wanted, motion.twist, around))
         self._smoother.continue_from(found.twist)
-        return LimitedTwist(self._beyond_dead_band(found.twist, wanted), found.reason)
+        return LimitedTwist(self._beyond_dead_band(found.twist, wanted), found.limitation)
 
     def _beyond_dead_band(self, smooth: Twist, wanted: Twist) -> Twist:
         p = self.parameters
@@ -149,7 +168,9 @@ class Safety:
     def _feasible(self, twist: Twist) -> LimitedTwist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
             return LimitedTwist(self._robot.drivetrain.feasible(twist))
-        return LimitedTwist(STANDSTILL, f"stopped: not a finite velocity: {twist}")
+        return LimitedTwist(
+            STANDSTILL, Limitation(STOPPED, NOT_FINITE, f"not a finite velocity: {twist}")
+        )
 
     def _unless_stale(self, twist: Twist, obstacles: ObstaclePoints) -> LimitedTwist:
         """Return standstill when the measurement of a sensor is missing or too old.
@@ -159,7 +180,7 @@ class Safety:
         """
         if twist == STANDSTILL:
             return LimitedTwist(twist)
-        p, aged = self.parameters, ""
+        p, aged = self.parameters, None
         for name, age in obstacles.ages.items():
             is_picture = self._robot.delivers_pictures(name)
             longest = p.picture_stop_after if is_picture else p.stale_after
@@ -169,10 +190,10 @@ class Safety:
             what = f"{name} {self._robot.word_for_measurement(name)}"
             if age > longest + 1e-9:
                 old = f"no {what} yet" if age == inf else f"the newest {what} is {age:.2f} s old"
-                return LimitedTwist(STANDSTILL, f"stopped: {old}")
-            aged = f"slower: the newest {what} is {age:.2f} s old"
+                return LimitedTwist(STANDSTILL, Limitation(STOPPED, OLD_MEASUREMENT, old))
+            aged = Limitation(SLOWER, OLD_MEASUREMENT, f"the newest {what} is {age:.2f} s old")
         speed = self._rim_speed(twist)
-        if not aged or speed <= p.picture_slow_speed:
+        if aged is None or speed <= p.picture_slow_speed:
             return LimitedTwist(twist)
         return LimitedTwist(scaled(twist, p.picture_slow_speed / speed), aged)
 
@@ -181,7 +202,7 @@ class Safety:
         speed, limit = hypot(twist.linear, twist.lateral), self.parameters.blind_speed
         if speed <= limit or not obstacles.is_blind(atan2(twist.lateral, twist.linear)):
             return LimitedTwist(twist)
-        return LimitedTwist(scaled(twist, limit / speed), "slower: no sensor covers this direction")
+        return LimitedTwist(scaled(twist, limit / speed), _BLIND)
 
     def _limited_where_unseen(self, twist: Twist, obstacles: ObstaclePoints) -> LimitedTwist:
         """Return the same arc, slow enough where the outline enters ground that was never seen.
@@ -194,8 +215,8 @@ class Safety:
         if share == 1.0:
             return LimitedTwist(twist)
         if share * self._rim_speed(twist) < self.parameters.creep_speed:
-            return LimitedTwist(STANDSTILL, "stopped: no sensor has seen this ground")
-        return LimitedTwist(scaled(twist, share), "slower: no sensor has seen this ground")
+            return LimitedTwist(STANDSTILL, _unseen(STOPPED))
+        return LimitedTwist(scaled(twist, share), _unseen(SLOWER))
 
     def _share_where_unseen(self, twist: Twist, ground: SeenGround) -> float:
         """Share of a twist at which the outline enters unseen ground no faster than allowed."""
@@ -211,26 +232,27 @@ class Safety:
         on the arc that it is on where more of that is allowed: between two arcs a robot that brakes
         may still turn too fast for the new one.
         """
-        slow, reason = self._limited_where_unseen(smooth, obstacles)
+        slow, limitation = self._limited_where_unseen(smooth, obstacles)
         if slow == smooth or obstacles.ground is None:
-            return LimitedTwist(smooth, reason)
+            return LimitedTwist(smooth, limitation)
         reached = self._smoother.towards(slow)
         if not are_close(reached, slow):
             braked = self._smoother.braked()
             better = self._share_where_unseen(braked, obstacles.ground)
             if better > self._share_where_unseen(reached, obstacles.ground):
                 reached = braked
-        return LimitedTwist(reached, reason)
+        return LimitedTwist(reached, limitation)
 
     def _speed_limited(self, found: LimitedTwist, speed_limit: float) -> LimitedTwist:
         """Scale a twist to the limits of the robot, the parameters and the position."""
-        twist, reason = found
+        twist, limitation = found
         top = min(self.parameters.top_speed, speed_limit)
         speed = hypot(twist.linear, twist.lateral)
         binding = min(self.parameters.top_speed, self._limits.linear_speed, speed)
-        if speed_limit < binding and not reason:
-            reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
-        return LimitedTwist(within_limits(twist, self._robot, top), reason)
+        if speed_limit < binding and limitation is None:
+            here = f"the speed limit here is {speed_limit:.2f} m/s"
+            limitation = Limitation(SLOWER, SPEED_LIMIT, here)
+        return LimitedTwist(within_limits(twist, self._robot, top), limitation)
 
     def _collision_limited(self, twist: Twist, around: _Around) -> LimitedTwist:
         """Return the same arc at a safe speed, a turn in place, or standstill."""
@@ -242,13 +264,13 @@ class Safety:
         share = min(1.0, contact.time / p.slow_time)
         share = max(share, self._tight_share(twist, around))
         if share * self._rim_speed(twist) >= p.creep_speed:
-            return LimitedTwist(scaled(twist, share), f"slower: obstacle {_where(contact)}")
+            return LimitedTwist(scaled(twist, share), _near(SLOWER, contact))
         turn = self._robot.drivetrain.feasible(Twist(angular=twist.angular))
         if turn in (twist, STANDSTILL) or (
             self._contact(turn, around, p.slow_time, p.padding).time < inf
         ):
             turn = STANDSTILL
-        return LimitedTwist(turn, f"stopped: obstacle {_where(contact)}")
+        return LimitedTwist(turn, _near(STOPPED, contact))
 
     def _contact(self, twist: Twist, around: _Around, horizon: float, padding: float) -> Contact:
         beside = self.parameters.moving_padding if padding else 0.0
@@ -327,7 +349,7 @@ class Safety:
         if contact.time == inf:
             return LimitedTwist(smooth)
         braked = self._smoother.towards(STANDSTILL)
-        return LimitedTwist(braked, f"braking: obstacle {_where(contact)}")
+        return LimitedTwist(braked, _near(BRAKING, contact))
 
     def _stopping_time(self, twist: Twist) -> float:
         """Time in seconds at this twist that covers its stopping distance.
@@ -347,5 +369,14 @@ class Safety:
         return hypot(twist.linear, twist.lateral) + abs(twist.angular) * self._radius
 
 
-def _where(contact: Contact) -> str:
-    return f"{contact.place}, contact in {contact.time:.1f} s"
+_BLIND = Limitation(SLOWER, BLIND_SECTOR, "no sensor covers this direction")
+
+
+def _unseen(effect: str) -> Limitation:
+    return Limitation(effect, UNSEEN_GROUND, "no sensor has seen this ground")
+
+
+def _near(effect: str, contact: Contact) -> Limitation:
+    what = f"obstacle {contact.place}, contact in {contact.time:.1f} s"
+    cause = PERSON if contact.moves else OBSTACLE
+    return Limitation(effect, cause, what, (float(contact.x), float(contact.y)))

@@ -14,7 +14,8 @@ from stack.errors import ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter
 from stack.safety.parameters import SLACK
-from stack.types import STANDSTILL, FloatArray, Footprint, Twist
+from stack.types import STANDSTILL, FloatArray, Footprint, Limitation, Twist
+from stack.types.limitations import SLOWER, STOPPED, ZONE
 
 ACTIONS = ("stop", "slow_down", "limit", "approach")
 _METRES = Declaration("corners", float, unit="m")
@@ -108,7 +109,7 @@ class ZoneMonitor:
         self._radius = footprint.circumscribed_radius
         self._footprint = np.ascontiguousarray(footprint.points, dtype=np.float64)
 
-    def limited(self, twist: Twist, points: FloatArray) -> tuple[Twist, str]:
+    def limited(self, twist: Twist, points: FloatArray) -> tuple[Twist, Limitation | None]:
         """Scale a twist to the speed that every zone allows.
 
         Args:
@@ -116,21 +117,21 @@ class ZoneMonitor:
             points: (m, 2) obstacle points, base frame, metres.
 
         Returns:
-            The twist, and the reason of the limit; empty when no zone applies.
+            The twist, and why it is limited; None when no zone applies.
         """
-        share, reason = 1.0, ""
+        share, limitation = 1.0, None
         speed = copysign(hypot(twist.linear, twist.lateral), twist.linear)
         for zone, outline in self._zones:
             if not zone.speed_from <= speed <= zone.speed_to:
                 continue
             allowed = self._share(zone, outline, twist, points)
             if allowed < share:
-                share, reason = allowed, _reason(zone, allowed)
+                share, limitation = allowed, _limitation(zone, allowed)
         if share == 0.0:
-            return STANDSTILL, reason
+            return STANDSTILL, limitation
         if share == 1.0:
-            return twist, ""
-        return scaled(twist, share), reason
+            return twist, None
+        return scaled(twist, share), limitation
 
     def _share(
         self, zone: SafetyZone, outline: FloatArray, twist: Twist, points: FloatArray
@@ -171,7 +172,8 @@ class ZoneMonitor:
         return bool(gain > 0.0 and gain >= self.GAIN * rim * self.LOOK_AHEAD)
 
 
-def _reason(zone: SafetyZone, share: float) -> str:
+def _limitation(zone: SafetyZone, share: float) -> Limitation:
+    what = f"obstacle in the zone {zone.name!r}"
     if share == 0.0:
-        return f"stopped: obstacle in the zone {zone.name!r}"
-    return f"slower: obstacle in the zone {zone.name!r}, {share:.0%} of the speed"
+        return Limitation(STOPPED, ZONE, what)
+    return Limitation(SLOWER, ZONE, f"{what}, {share:.0%} of the speed")

@@ -21,6 +21,7 @@ from stack.types import (
     Footprint,
     HealthThresholds,
     Image,
+    Limitation,
     Marker,
     OccupancyGrid,
     Path,
@@ -282,7 +283,7 @@ class Snapshot:
         counters: recoveries, replans, collisions, distance (m)…
         teleop: whether the operator may drive with `teleop` commands.
         detour: whether the robot drives to the operator's goal while the mission is paused.
-        safety: why safety stage or doubt about the pose limit the velocity now; empty if nothing.
+        limitations: why safety stage and doubt about the pose limit the velocity now.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
         records_lost: files of the run folder that cannot be written, as text; empty if none.
@@ -326,7 +327,7 @@ class Snapshot:
     counters: Mapping[str, float] = field(default_factory=dict)
     teleop: bool = False
     detour: bool = False
-    safety: str = ""
+    limitations: tuple[Limitation, ...] = ()
     events: tuple[Event, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()
     debugging: Debugging = Debugging()
@@ -337,6 +338,11 @@ class Snapshot:
     cameras: tuple[CameraState, ...] = ()
     depth_points: FloatArray | None = None
     depth_image: DepthImage | None = None
+
+    @property
+    def safety(self) -> str:
+        """Why the velocity is limited now, for people; empty if it is not."""
+        return "; ".join(limitation.text for limitation in self.limitations)
 
 
 @dataclass(frozen=True, slots=True)

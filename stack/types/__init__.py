@@ -43,6 +43,7 @@ from stack.types.grids import (
     CostGrid,
     OccupancyGrid,
 )
+from stack.types.limitations import Limitation
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
 from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, has_jumped
 from stack.types.places import PlaceSighting
@@ -98,6 +99,7 @@ __all__ = [
     "DockShape",
     "LINE_COLOURS",
     "FloorLines",
+    "Limitation",
     "LineColour",
     "Assignments",
     "Battery",

@@ -17,6 +17,7 @@ from pathlib import Path
 from termios import TIOCSCTTY
 
 from stack.telemetry.records import Event, Snapshot
+from stack.types import Limitation
 from tests.tui.sample_source import SampleSource
 from tui.viewer import show
 
@@ -55,7 +56,8 @@ def _spoilt(snapshot: Snapshot) -> Snapshot:
         replace(row, name=f"{HOSTILE}{row.name}", message=f"{HOSTILE}{row.message}")
         for row in snapshot.tree
     )
-    return replace(snapshot, tree=rows, reason=f"reason{HOSTILE}", safety=f"safety{HOSTILE}")
+    limits = (Limitation("slower", "obstacle", f"safety{HOSTILE}"),)
+    return replace(snapshot, tree=rows, reason=f"reason{HOSTILE}", limitations=limits)
 
 
 if __name__ == "__main__":

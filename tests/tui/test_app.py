@@ -10,7 +10,7 @@ from textual.widgets import OptionList
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import Ack, MissionState
-from stack.types import Battery, Detection, Pose2D, TrackedObject
+from stack.types import Battery, Detection, Limitation, Pose2D, TrackedObject
 from tests.tui.sample_source import SampleSource, finished
 from tui.app import PANES, Dashboard
 from tui.drawing import palette
@@ -168,7 +168,10 @@ async def test_p_pauses_and_goes_on(pilot, source):
 async def test_the_arrows_drive_while_the_mission_lets_the_operator(pilot, source):
     await pilot.press("up", "shift+left", "enter")
     assert source.sent == []
-    refresh(pilot, teleop=True, safety="slower: something 0.3 m ahead")
+    refresh(
+        pilot, teleop=True,
+        limitations=(Limitation("slower", "obstacle", "something 0.3 m ahead"),),
+    )  # fmt: skip
     assert "TELEOPERATION" in banner_text(pilot)
     assert "slower: something 0.3 m ahead" in banner_text(pilot)
     await pilot.press("up", "down", "left", "right", "shift+left", "shift+right")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from stack.telemetry.records import Debugging, MissionState
-from stack.types import Twist
+from stack.types import Limitation, Twist
 from tests.tui.sample_source import SampleSource
 from tui.app import Dashboard
 from tui.link import Link
@@ -26,7 +26,7 @@ RECOVERING = tuple(
 CASES = {
     "✘ INCOMPATIBLE ENGINE": ({}, Link(0.1, trouble="version 9")),
     "■ OVER, EMERGENCY STOP ENGAGED": (
-        {"state": S.ABORTED, "safety": "emergency stop: operator"}, CALM,
+        {"state": S.ABORTED, "limitations": (Limitation("stopped", "emergency stop", "operator"),)}, CALM,
     ),
     "✔ SUCCESS": ({"state": S.SUCCESS}, Link(99.0, is_over=True)),
     "✘ FAILURE": ({"state": S.FAILURE}, CALM),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import hypot
 
 from stack.telemetry.records import MissionState, Snapshot
+from stack.types.limitations import EMERGENCY_STOP
 from tui.link import STALE_AFTER, Link
 
 MOVING_SPEED = 0.02
@@ -55,7 +56,9 @@ class Situation:
     @property
     def is_stopped_for_good(self) -> bool:
         """Whether the emergency stop is engaged after the end of the mission."""
-        return self.snapshot.state.is_over and self.snapshot.safety.startswith("emergency stop")
+        return self.snapshot.state.is_over and any(
+            limitation.cause == EMERGENCY_STOP for limitation in self.snapshot.limitations
+        )
 
     @property
     def is_recovering(self) -> bool:

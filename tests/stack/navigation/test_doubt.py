@@ -168,7 +168,7 @@ def test_unmapped_things_let_the_robot_drive_on_slowly_for_a_distance(make):
     monitor = toy.navigator.localisation_monitor
     toy.step()
     assert monitor.speed_limit == 0.2
-    assert monitor.reason == "slower: 0.20 m/s by odometry, unmapped things hide the map"
+    assert monitor.limitation.text == "slower: 0.20 m/s by odometry, unmapped things hide the map"
     toy.run(20.0, lambda: not task.running)
     assert max(hypot(twist.linear, twist.lateral) for twist in toy.commands) <= 0.2 + 1e-9
     assert task.failure.code == FailureCode.LOST

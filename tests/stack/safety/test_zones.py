@@ -27,7 +27,12 @@ def monitor(**values):
 
 
 def limited(twist, things=SOMETHING, **values):
-    return monitor(**values).limited(twist, things)
+    return said(*monitor(**values).limited(twist, things))
+
+
+def said(twist, limitation):
+    """The twist, and the limitation as a sentence; empty without one."""
+    return twist, "" if limitation is None else limitation.text
 
 
 def test_a_slow_down_zone_drives_at_its_share():
@@ -91,7 +96,7 @@ def test_the_strictest_zone_has_its_say():
         {"action": "slow_down", "radius": 2.0, "ratio": 0.5, "name": "wide"},
         {"action": "slow_down", "radius": 1.0, "ratio": 0.2, "name": "near"},
     ])  # fmt: skip
-    twist, reason = ZoneMonitor(zones, ROUND).limited(Twist(1.0), SOMETHING)
+    twist, reason = said(*ZoneMonitor(zones, ROUND).limited(Twist(1.0), SOMETHING))
     assert twist.linear == pytest.approx(0.2) and "'near'" in reason
 
 
@@ -144,7 +149,7 @@ def test_a_zone_never_makes_the_robot_faster(x, y, heading, linear, angular, act
     points = world.scan.points()
     zones = ZoneMonitor([SafetyZone(action=action, radius=1.0)], ROUND)
     wanted = Twist(linear, angular)
-    twist, reason = zones.limited(wanted, points)
+    twist, reason = said(*zones.limited(wanted, points))
     assert abs(twist.linear) <= abs(linear) and abs(twist.angular) <= abs(angular)
     assert twist.linear * angular == pytest.approx(twist.angular * linear, abs=1e-9)  # same arc
     assert bool(reason) == (twist != wanted)

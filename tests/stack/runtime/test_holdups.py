@@ -1,0 +1,81 @@
+"""What held the robot: events, seconds and the sentence that failures quote."""
+
+from math import pi
+
+import pytest
+
+from stack.runtime.holdups import Holdups
+from stack.types import Limitation, Pose2D
+
+PERIOD = 0.05
+AHEAD = Limitation("stopped", "obstacle", "obstacle 0.5 m ahead", (0.5, 0.0))
+SLOW = Limitation("slower", "speed limit", "the speed limit here is 0.20 m/s")
+
+
+class Told:
+    def __init__(self):
+        self.events = []
+        self.holdups = Holdups(lambda kind, text, **fields: self.add(kind, text, fields), PERIOD)
+        self.now = 0.0
+
+    def add(self, kind, text, fields):
+        self.events.append((round(self.now, 2), kind, text, fields))
+
+    def pass_time(self, seconds, *limitations, pose=Pose2D(2.0, 1.0, pi / 2)):
+        for _ in range(round(seconds / PERIOD)):
+            self.holdups.update(limitations, pose, self.now)
+            self.now += PERIOD
+
+
+@pytest.fixture
+def told():
+    return Told()
+
+
+def test_an_event_tells_after_a_second_what_holds_the_robot_and_where(told):
+    told.pass_time(2.0)
+    told.pass_time(3.0, AHEAD)
+    told.pass_time(2.0)
+    (begun, kind, text, fields), (ended, *end) = told.events
+    assert kind == "held"
+    assert begun == pytest.approx(3.0, abs=0.06)
+    assert text == "stopped: obstacle 0.5 m ahead at (2.0, 1.5)"  # 0.5 m to the north of (2, 1)
+    assert fields["cause"] == "obstacle"
+    assert fields["begin"] == pytest.approx(2.0)
+    assert fields["place"] == pytest.approx([2.0, 1.5])
+    assert ended == pytest.approx(5.5, abs=0.1)  # half a second after the last step of it
+    assert end[:2] == ["held_end", "held no longer by obstacle, after 3.0 s"]
+
+
+def test_flicker_is_one_holdup_and_short_ones_are_not_told(told):
+    for _ in range(20):
+        told.pass_time(0.1, AHEAD)
+        told.pass_time(0.1)
+    assert [kind for _, kind, *_ in told.events] == ["held"]
+    assert told.holdups.seconds()["stopped"]["obstacle"] == pytest.approx(2.0)
+    told.pass_time(1.0)
+    told.pass_time(0.8, AHEAD)
+    told.pass_time(1.0)
+    assert [kind for _, kind, *_ in told.events] == ["held", "held_end"]
+
+
+def test_driving_slower_counts_but_is_no_event(told):
+    told.pass_time(5.0, SLOW)
+    assert told.events == []
+    assert told.holdups.seconds() == {"stopped": {}, "slower": {"speed limit": 5.0}}
+
+
+def test_a_failure_quotes_what_held_the_robot_most(told):
+    told.pass_time(10.0)
+    told.pass_time(1.0, Limitation("stopped", "lost", "lost"))
+    told.pass_time(5.0, AHEAD)
+    told.pass_time(2.0)
+    sentence = told.holdups.sentence(told.now - 8.0, told.now)
+    assert sentence == "held 5.0 of 8.0 s: stopped: obstacle 0.5 m ahead at (2.0, 1.5)"
+    assert told.holdups.sentence(told.now - 1.0, told.now) == ""
+    assert told.holdups.sentence(0.0, told.now).startswith("held 5.0 of 18.0 s: ")
+
+
+def test_a_holdup_before_the_time_counts_only_from_then_on(told):
+    told.pass_time(20.0, AHEAD)
+    assert told.holdups.sentence(told.now - 4.0, told.now).startswith("held 4.0 of 4.0 s")
