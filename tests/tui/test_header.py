@@ -17,6 +17,7 @@ S = MissionState
 NO_RECOVERY = tuple(row for row in SampleSource().poll().tree if row.kind != "recover")
 RUNNING = replace(SampleSource().poll(), tree=NO_RECOVERY, health=0.9)
 CALM = Link(0.1)
+STOPPED = Limitation("stopped", "emergency stop", "operator")
 STANDING = {"measured": Twist()}
 RECOVERING = tuple(
     replace(row, status="running" if row.name == "recovery" else row.status)
@@ -26,7 +27,7 @@ RECOVERING = tuple(
 CASES = {
     "✘ INCOMPATIBLE ENGINE": ({}, Link(0.1, trouble="version 9")),
     "■ OVER, EMERGENCY STOP ENGAGED": (
-        {"state": S.ABORTED, "limitations": (Limitation("stopped", "emergency stop", "operator"),)}, CALM,
+        {"state": S.ABORTED, "limitations": (STOPPED,)}, CALM,
     ),
     "✔ SUCCESS": ({"state": S.SUCCESS}, Link(99.0, is_over=True)),
     "✘ FAILURE": ({"state": S.FAILURE}, CALM),
