@@ -21,6 +21,7 @@ from missions.cli.inspection.doctor import doctor
 from missions.cli.inspection.list import describe, list_
 from missions.cli.inspection.nav2 import nav2
 from missions.cli.inspection.parameters import parameters
+from missions.cli.inspection.report import report
 from missions.cli.inspection.show import show
 from missions.cli.inspection.trace import trace
 from missions.cli.lsp import lsp
@@ -59,6 +60,7 @@ app.command()(nav2)
 app.command()(calibrate)
 app.command()(lsp)
 app.command()(trace)
+app.command()(report)
 app.command()(doctor)
 app.command()(watch)
 app.command()(replay)

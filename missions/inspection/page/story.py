@@ -1,0 +1,304 @@
+"""What a report tells of one run, gathered from its folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missions.execution.records.inputs import COPIES, RunInputs, read_inputs
+from missions.execution.report import Report, read_report
+from missions.execution.resources import MISSIONS
+from missions.inspection.parameter_sources import Origin, parameters_of
+from missions.inspection.trace_model import Node, Trace, Tree, read_trace
+from stack.documents.files import YAML_BYTES, read_bytes
+from stack.errors import InputError
+from stack.telemetry.records import Event, Snapshot
+from stack.telemetry.snapshots.recording import SnapshotRecording
+from stack.types import FloatArray, OccupancyGrid
+
+MOST_SAMPLES = 1500
+"""Samples of the whole run that are drawn."""
+
+NEAREST_BEAMS = 3
+"""Beams below a distance that make it the distance to something: one alone may be noise."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Figures of the run over its time, n samples.
+
+    Attributes:
+        time: seconds. x, y: of the estimate, map frame, metres.
+        speed: measured, m/s; commanded: m/s.
+        nearest: distance from the lidar to the nearest thing, metres; NaN without a scan.
+        health: of the localisation. deviation: of the estimate, metres.
+        error: distance of the estimate from the truth, metres; NaN without a simulation.
+        compute: milliseconds of a step, mean since the sample before.
+        held: cause by which the robot was held, or "".
+        stands: whether it stood because of it.
+    """
+
+    time: FloatArray
+    x: FloatArray
+    y: FloatArray
+    speed: FloatArray
+    commanded: FloatArray
+    nearest: FloatArray
+    health: FloatArray
+    deviation: FloatArray
+    error: FloatArray
+    compute: FloatArray
+    held: tuple[str, ...]
+    stands: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Failing:
+    """A leaf of the tree that failed, once or several times for the same reason.
+
+    Attributes:
+        times: of the failures, seconds.
+        name: of the node. message: why.
+        where: file and line of the mission; line: its text.
+        path: names from the root to the node.
+    """
+
+    times: tuple[float, ...]
+    name: str
+    message: str
+    where: str
+    line: str
+    path: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A time in which a node ran, and how it ended: success | failure | idle | running."""
+
+    begin: float
+    end: float
+    outcome: str
+
+
+@dataclass
+class Story:
+    """A run, as a report tells it.
+
+    Attributes:
+        folder: of the run.
+        trace: its events and trees.
+        samples: figures over time.
+        last: the last snapshot.
+        report: None of a run that ended without one.
+        inputs: what it was made of; None if its folder does not say.
+    """
+
+    folder: Path
+    trace: Trace
+    samples: Samples
+    last: Snapshot
+    title: str
+    robot: str
+    world: str
+    places: dict[str, tuple[float, float]]
+    report: Report | None
+    inputs: RunInputs | None
+    _lines: dict[str, list[str]] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Name of the run's folder."""
+        return self.folder.name
+
+    @property
+    def end(self) -> float:
+        """Robot time at the end, seconds."""
+        return float(self.samples.time[-1])
+
+    @property
+    def status(self) -> str:
+        """Outcome in a word."""
+        return self.report.status if self.report is not None else str(self.last.state)
+
+    @property
+    def reason(self) -> str:
+        """Why it ended so; may be empty."""
+        return self.report.reason if self.report is not None else self.last.reason
+
+    @property
+    def grid(self) -> OccupancyGrid | None:
+        """The map at the end."""
+        layer = self.last.layers.get("map")
+        content = layer.content if layer is not None else None
+        return content if isinstance(content, OccupancyGrid) else None
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """All events."""
+        return self.trace.events
+
+    @cached_property
+    def failures(self) -> list[Failing]:
+        """The leaves that failed, in order of their first failures."""
+        found: dict[tuple[int, int, str], list[float]] = {}
+        places: dict[tuple[int, int, str], tuple[Tree, Node]] = {}
+        for event, tree, number in self.trace.with_trees():
+            if event.kind != "node_status" or event.fields.get("to") != "failure":
+                continue
+            node = tree.nodes[int(event.fields["node"])]
+            if tree.children(node):
+                continue
+            key = number, node.id, str(event.fields.get("message") or "")
+            found.setdefault(key, []).append(event.time)
+            places[key] = tree, node
+        return [
+            Failing(
+                tuple(times), places[key][1].name, key[2], places[key][1].where,
+                self.line_of(places[key][1].where), _path(*places[key]),
+            )
+            for key, times in found.items()
+        ]  # fmt: skip
+
+    @cached_property
+    def bars(self) -> list[tuple[int, Node, list[Bar]]]:
+        """Depth, node and times of running of each node that was ever ticked, in drawing order."""
+        rows = []
+        for number, tree in enumerate(self.trace.trees):
+            spans: dict[int, list[Bar]] = {node.id: [] for node in tree.nodes.values()}
+            begun: dict[int, float] = {}
+            for event, _, at in self.trace.with_trees():
+                if at != number or event.kind != "node_status":
+                    continue
+                node, to = int(event.fields["node"]), str(event.fields["to"])
+                begin = begun.pop(node, None)
+                if begin is not None or to in ("success", "failure"):
+                    spans[node].append(Bar(event.time if begin is None else begin, event.time, to))
+                if to == "running":
+                    begun[node] = event.time
+            for identity, begin in begun.items():
+                spans[identity].append(Bar(begin, self.end, "running"))
+            rows += [
+                (tree.depth(node), node, spans[node.id])
+                for node in tree.nodes.values()
+                if spans[node.id]
+            ]
+        return rows
+
+    @cached_property
+    def changed_parameters(self) -> list[Origin]:
+        """Parameters that a file or the command line sets; empty if they cannot be told."""
+        if self.inputs is None:
+            return []
+        try:
+            every = parameters_of(self.inputs.mission, self.inputs.options)
+            return [one for one in every if one.is_set]
+        except InputError:
+            return []
+
+    def line_of(self, where: str) -> str:
+        """Text of a line of the mission, as in: office_patrol.yaml:21."""
+        file, _, number = where.rpartition(":")
+        if not number.isdecimal() or not file:
+            return ""
+        if file not in self._lines:
+            self._lines[file] = self._read_lines(file)
+        lines, at = self._lines[file], int(number) - 1
+        return lines[at].strip() if 0 <= at < len(lines) else ""
+
+    def _read_lines(self, file: str) -> list[str]:
+        copies = sorted((self.folder / COPIES).rglob(Path(file).name))
+        shipped = sorted(MISSIONS.rglob(Path(file).name))
+        for path in (*copies, *shipped, self.folder / "mission.yaml"):
+            try:
+                return read_bytes(path, YAML_BYTES).decode("utf-8", "replace").splitlines()
+            except OSError:
+                continue
+        return []
+
+
+def read_story(folder: Path) -> Story:
+    """Gather what a report tells of a run.
+
+    Raises:
+        InputError: the folder has no snapshots or no events.
+    """
+    trace = read_trace(folder)
+    try:
+        inputs = read_inputs(folder)
+    except InputError:
+        inputs = None
+    with SnapshotRecording(folder) as recording:
+        count = len(recording.times)
+        numbers = sorted({*range(0, count, -(-count // MOST_SAMPLES)), count - 1})
+        samples = _samples([recording.snapshot(number) for number in numbers])
+        last, info = recording.snapshot(count - 1), recording.info
+    return Story(
+        folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
+        {name: (pose.x, pose.y) for name, pose in info.places.items()},
+        read_report(folder), inputs,
+    )  # fmt: skip
+
+
+def _samples(shots: list[Snapshot]) -> Samples:
+    def values(read: Any) -> FloatArray:
+        return np.array([read(shot) for shot in shots], dtype=np.float64)
+
+    worst = [
+        next((one for one in shot.limitations if one.stands), next(iter(shot.limitations), None))
+        for shot in shots
+    ]
+    return Samples(
+        time=values(lambda shot: shot.time),
+        x=values(lambda shot: shot.pose.x),
+        y=values(lambda shot: shot.pose.y),
+        speed=values(lambda shot: np.hypot(shot.measured.linear, shot.measured.lateral)),
+        commanded=values(lambda shot: np.hypot(shot.commanded.linear, shot.commanded.lateral)),
+        nearest=values(_nearest),
+        health=values(lambda shot: shot.health),
+        deviation=values(lambda shot: np.sqrt(max(0.0, np.trace(shot.covariance[:2, :2])))),
+        error=values(
+            lambda shot: np.nan if shot.truth is None else shot.pose.distance_to(shot.truth)
+        ),
+        compute=_compute(shots),
+        held=tuple("" if one is None else one.cause for one in worst),
+        stands=np.array([one is not None and one.stands for one in worst]),
+    )  # fmt: skip
+
+
+def _nearest(shot: Snapshot) -> float:
+    """Distance to the nearest thing that several beams hit, metres."""
+    if shot.scan is None:
+        return float("nan")
+    ranges = np.sort(shot.scan.ranges[np.isfinite(shot.scan.ranges)])
+    return float(ranges[NEAREST_BEAMS - 1]) if len(ranges) >= NEAREST_BEAMS else float("nan")
+
+
+def _compute(shots: list[Snapshot]) -> FloatArray:
+    """Milliseconds of a step, mean since they were recorded last; NaN if they never were."""
+    totals = np.array([_total(shot) for shot in shots])
+    steps = np.diff(totals[:, 1], prepend=0.0)
+    spent = np.diff(totals[:, 0], prepend=0.0)
+    told = np.flatnonzero(steps > 0)  # they are recorded less often than poses
+    if not len(told):
+        return np.full(len(shots), np.nan)
+    found: FloatArray = np.interp(np.arange(len(shots)), told, 1e3 * spent[told] / steps[told])
+    return found
+
+
+def _total(shot: Snapshot) -> tuple[float, float]:
+    timing = shot.stages.get("step")
+    return (0.0, 0.0) if timing is None else (timing.mean * timing.count, float(timing.count))
+
+
+def _path(tree: Tree, node: Node) -> tuple[str, ...]:
+    names: list[str] = []
+    at: Node | None = node
+    while at is not None:
+        names.append(at.name)
+        at = tree.nodes.get(at.parent)
+    return tuple(reversed(names))

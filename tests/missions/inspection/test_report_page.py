@@ -1,0 +1,133 @@
+"""The HTML report tells what happened in a run, and needs nothing else."""
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from missions.execution.prepare import RunOptions
+from missions.execution.running import run_mission
+from missions.inspection.page.page import first_difference, page_of
+from missions.inspection.page.story import read_story
+from stack.errors import InputError
+
+VOID = {"meta", "line", "circle", "rect", "image", "path", "polyline", "br", "link"}
+
+MISSION = """\
+mission: three <b>ways</b> & a wall
+format: 1
+robot: scout
+world: small_room
+blackboard: {spot: {type: Pose, optional: true}}
+navigation: {controller: {cruise_speed: 0.5}}
+run:
+  sequence:
+    - navigate_to_pose: {goal: [2.0, 1.2, 0]}
+      name: first way
+      timeout: 30 s
+    - set: {spot: "pose(3.4, 1.2, 0)"}
+    - navigate_to_pose: {goal: $spot}    # inside the table
+      name: into the table
+"""
+
+
+class Checker(HTMLParser):
+    """Notes tags that do not close, and everything that would be fetched."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.fetched, self.texts = [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name in ("src", "href") and not value.startswith("data:image/png;base64,"):
+                self.fetched.append(value)
+
+    def handle_endtag(self, tag):
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    base = tmp_path_factory.mktemp("report")
+    (base / "walk.yaml").write_text(MISSION)
+    for seed in (1, 2):
+        run_mission(base / "walk.yaml", RunOptions(seed=seed, out=base / f"run {seed}"))
+    return base
+
+
+@pytest.fixture(scope="module")
+def story(runs):
+    return read_story(runs / "run 1")
+
+
+def checked(page):
+    checker = Checker()
+    checker.feed(page)
+    assert checker.open == []
+    assert checker.fetched == []
+    assert "<script" not in page
+    assert "url(" not in page
+    return " ".join(checker.texts)
+
+
+@pytest.mark.slow
+def test_the_page_tells_outcome_cause_and_line(story):
+    text = checked(page_of([story]))
+    assert "three <b>ways</b> & a wall" in text
+    assert "failure" in text
+    assert "into the table" in text
+    assert "walk.yaml:13" in text
+    assert "navigate_to_pose: {goal: $spot}    # inside the table" in text
+    assert "controller.cruise_speed" in text
+    assert story.report.log_sha256[:16] in text
+
+
+@pytest.mark.slow
+def test_the_story_is_that_of_the_run(story):
+    assert story.status == "failure"
+    (failing,) = story.failures
+    assert failing.name == "into the table"
+    assert failing.message
+    samples = story.samples
+    assert (samples.x[-1], samples.y[-1]) == pytest.approx(
+        tuple(story.report.final_pose["estimate"][axis] for axis in "xy")
+    )
+    assert samples.speed.max() <= 0.55  # the mission's cruise speed is 0.5 m/s
+    assert samples.error.max() < 0.2
+    names = {node.name: bars for _, node, bars in story.bars}
+    assert names["first way"][0].outcome == "success"
+    assert names["into the table"][0].outcome == "failure"
+    assert names["first way"][0].end <= names["into the table"][0].begin + 0.2
+
+
+@pytest.mark.slow
+def test_two_runs_stand_side_by_side_with_their_first_difference(runs, story):
+    other = read_story(runs / "run 2")
+    text = checked(page_of([story, other]))
+    assert "run 1" in text
+    assert "run 2" in text
+    assert re.match(r"equal up to \d+\.\d\d s; then", first_difference(story, other))
+    assert first_difference(story, story) == "the two runs are equal, event by event"
+
+
+@pytest.mark.slow
+def test_a_killed_run_has_a_page(runs, tmp_path):
+    content = (runs / "run 1" / "snapshots.mcap").read_bytes()
+    (tmp_path / "snapshots.mcap").write_bytes(content[: len(content) // 2])
+    lines = (runs / "run 1" / "events.jsonl").read_bytes().splitlines(keepends=True)
+    (tmp_path / "events.jsonl").write_bytes(b"".join(lines[: len(lines) // 2]))
+    (tmp_path / "mission.yaml").write_text(MISSION)
+    text = checked(page_of([read_story(tmp_path)]))
+    assert "it ended without a report" in text
+
+
+def test_a_folder_without_records_is_an_error(tmp_path):
+    with pytest.raises(InputError, match=r"no events\.jsonl"):
+        read_story(tmp_path)
