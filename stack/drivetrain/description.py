@@ -312,6 +312,14 @@ class RobotDescription:
             return "picture"
         return "reading" if sensor in self.sonars else "scan"
 
+    def range_noise(self, lidar: str = "") -> float:
+        """Return the standard deviation of a range of a lidar, metres; empty: the main one.
+
+        That of a usual lidar for a robot without any.
+        """
+        described = self.all_lidars.get(lidar or self.main_lidar)
+        return LidarDescription.noise if described is None else described.noise
+
     @property
     def main_lidar(self) -> str:
         """Name of the first lidar, which localisation and tracker use; empty without one."""
@@ -332,7 +340,8 @@ def lidar_of(camera: DepthCameraDescription, scan: DepthScanDescription) -> Lida
     """Return the lidar that a virtual scan stands for.
 
     Its range ends where the picture no longer shows the lower edge of the band, and begins where it
-    shows the upper one; its field of view is that of all rows of the picture.
+    shows the upper one; its field of view is that of all rows of the picture, and its noise that of
+    the camera at half of the range.
 
     Args:
         camera: with its mount.
@@ -346,12 +355,13 @@ def lidar_of(camera: DepthCameraDescription, scan: DepthScanDescription) -> Lida
     ahead = {"top": cosine + up * sine, "bottom": cosine - up * sine}
     farthest = _crossing(height - scan.low, rises["top"], ahead["top"])
     nearest = _crossing(height - scan.high, rises["bottom"], ahead["bottom"])
+    longest = min(camera.range_max, farthest)
     aside = (model.width / 2 - 0.5) / model.focal_length
     return LidarDescription(
         Pose2D(x, y, model.yaw), height=height, beams=max(3, model.width // COLUMNS_OF_A_BEAM),
         field_of_view=2.0 * atan(aside / max(ahead.values())), rate=camera.rate,
         range_min=max(camera.range_min, 0.0 if nearest == inf else nearest),
-        range_max=min(camera.range_max, farthest), noise=camera.noise, dropout=0.0,
+        range_max=longest, noise=camera.noise * (0.5 * longest) ** 2, dropout=0.0,
     )  # fmt: skip
 
 

@@ -100,8 +100,8 @@ class EkfOdometry(OdometryFusion):
         super().__init__(parameters, robot)
         self._kernels, self._measurements = kernels, measurements
         self._new_history = history.History
-        self._main_lidar = robot.main_lidar
-        self._scans = ScanOdometry()
+        self._robot = robot
+        self._scans = ScanOdometry(robot.range_noise(parameters.lidar))
         self._sources = [Source(source) for source in parameters.sources]
         self._gyro, self._standstill = GyroIntegral(), Standstill()
         self._has_gyro = robot.imu is not None
@@ -113,11 +113,14 @@ class EkfOdometry(OdometryFusion):
 
     def configure(self, parameters: EkfParameters) -> None:
         """Apply new parameters; the state stays."""
+        from stack.localisation.fusion.scan_odometry import ScanOdometry
         from stack.localisation.fusion.sources import Source
 
         before, self.parameters = self.parameters, parameters
         if parameters.sources != before.sources:
             self._sources = [Source(source) for source in parameters.sources]
+        if parameters.lidar != before.lidar:
+            self._scans = ScanOdometry(self._robot.range_noise(parameters.lidar))
         if self._history is not None:
             self._history.configure(_noise(parameters), parameters.history)
 
@@ -208,7 +211,7 @@ class EkfOdometry(OdometryFusion):
     def _match(self, history: History, observation: Observation, now: float) -> None:
         """Match a new scan of the lidar; extend the disturbance while the wheels contradict it."""
         p = self.parameters
-        name = p.lidar or self._main_lidar
+        name = p.lidar or self._robot.main_lidar
         scan = observation.named(name, Scan) if p.scan_matching and name else None
         if scan is None:
             return

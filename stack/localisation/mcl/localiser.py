@@ -107,8 +107,10 @@ class Localiser(Estimator):
         self.scatter()
 
     def _read(self, grid: OccupancyGrid) -> None:
-        """Derive what depends on the map."""
-        self.map = KnownMap(grid, self.parameters.health_obstacles, self._calibration)
+        """Derive what depends on the map and the lidar."""
+        self._grid = grid
+        noise = self._robot.range_noise(self.lidar)
+        self.map = KnownMap(grid, noise, self.parameters.health_obstacles, self._calibration)
         self._filter = ParticleFilter(
             self.map, motion_model(self._robot.drivetrain), self.parameters, self._generator
         )  # fmt: skip
@@ -136,10 +138,13 @@ class Localiser(Estimator):
             InputError: the robot has no such lidar.
         """
         self.check(parameters, self._robot)
-        p = parameters
+        p = self.parameters = parameters
         self.map.expect(p.health_obstacles)
-        self.parameters = p
-        self.lidar = p.lidar or self._robot.main_lidar
+        lidar = p.lidar or self._robot.main_lidar
+        if lidar != self.lidar:
+            self.lidar, followed = lidar, list(self._filter.hypotheses)
+            self._read(self._grid)
+            self._filter.hypotheses.replace(followed)
         self._filter.configure(p)
         self._estimate = None
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stack.localisation.distance_field import alignment_variance
 from stack.localisation.known_map import KnownMap
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.beam_model import TRUST, BeamModel
@@ -24,10 +25,6 @@ from stack.localisation.particle_filter.particles import (
 from stack.localisation.particle_filter.uncertainty import LeastCovariance, observable
 from stack.localisation.planar import as_pose, as_row
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
-
-_POINT_VARIANCE = 0.05**2
-"""m²; variance of a return about the map's surface in scan alignment. Larger than the lidar's,
-since beams are not independent."""
 
 _WEIGHT = np.array([0.1])
 """Metres; distance of a point to the surface at which it observes a quarter."""
@@ -70,7 +67,7 @@ class ParticleFilter:
         from stack.localisation.search import kernels
 
         self._kernels, self._map, self._field = kernels, known_map, known_map.field
-        self._generator = generator
+        self._generator, self._variance = generator, alignment_variance(known_map.noise)
         self.hypotheses = Hypotheses()
         self._motion = motion
         self.configure(parameters)
@@ -146,7 +143,7 @@ class ParticleFilter:
             self._field.distances, self._field.placement, as_row(pose)[None],
             np.ascontiguousarray(points), _WEIGHT, 1,
         )  # fmt: skip
-        share = TRUST / _POINT_VARIANCE
+        share = TRUST / self._variance
         information = share * observable(found[0], points.shape[0])
         turn = wrap_angle(pose.heading - predicted.heading)
         by = np.array([pose.x - predicted.x, pose.y - predicted.y, turn])
@@ -159,7 +156,7 @@ class ParticleFilter:
     def _align(self, hypothesis: Hypothesis, points: FloatArray) -> None:
         """Align the scan to the map, with the mean and covariance of the particles as prior."""
         pose, spread_out = hypothesis.pose, hypothesis.covariance + _LEAST_SPREAD
-        information = _POINT_VARIANCE * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
+        information = self._variance * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
         aligned = as_pose(self._kernels.refine_pose(
             self._field.distances, self._field.placement, as_row(pose), information, points, 0.1,
         ))  # fmt: skip

@@ -113,8 +113,9 @@ class SlamEstimator(Estimator):
 
         super().__init__(parameters, robot, grid, seed)
         self.lidar = parameters.lidar or robot.main_lidar
+        self._noise = robot.range_noise(self.lidar)
         self._clearance, self._seed = robot.footprint.inscribed_radius + CLEARANCE, seed
-        self.mapper = Mapper(parameters, immediate=False)
+        self.mapper = Mapper(parameters, noise=self._noise, immediate=False)
         self._wants_mapping = self.starts_mapping
         self._on_map: tuple[OccupancyGrid, GlobalLocalisation] | None = None
         self._is_located, self._search_due = True, 0.0
@@ -149,7 +150,7 @@ class SlamEstimator(Estimator):
         graph = read_graph(folder)
         if not graph.keyframes:
             raise InputError(f"{folder}: the pose graph has no keyframes; map again")
-        self.mapper = Mapper(self.parameters, graph, immediate=False)
+        self.mapper = Mapper(self.parameters, graph, noise=self._noise, immediate=False)
         self._worker.close()
         self._worker = OptimiserWorker(waits=not self._is_real_time)
         self._shows_map, self._taken, self._on_map = True, self.mapper.shown_grid, None
@@ -354,7 +355,7 @@ class SlamEstimator(Estimator):
     def _localisation(self) -> GlobalLocalisation:
         """Return the localisation on the map as it is drawn now."""
         if self._on_map is None or (self._on_map[0] is not self.grid and not self._rivals):
-            localisation = GlobalLocalisation(self.grid, self._seed)
+            localisation = GlobalLocalisation(self.grid, self._noise, self._seed)
             localisation.restart([GlobalMatch(self.estimate.pose, 1.0)], self._odometry)
             self._on_map = self.grid, localisation
         return self._on_map[1]
