@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import atan, cos, inf, pi, sin
+from math import atan, cos, hypot, inf, pi, sin
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -31,7 +31,7 @@ SCAN_SUFFIX = "_scan"
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """Errors of wheel odometry. All random draws are seeded."""
+    """Errors of wheel odometry: those of the simulation, and those that estimators expect."""
 
     scale_error: float = parameter(
         0.01, at_least=0.0, at_most=0.2, help="standard deviation of each wheel's fixed scale error"
@@ -209,6 +209,9 @@ class ImuDescription:
     accelerometer_bias: float = parameter(
         0.05, "m/s²", at_least=0.0, help="standard deviation of the bias"
     )
+    gyro_scale_error: float = parameter(
+        0.0, at_least=0.0, at_most=0.1, help="standard deviation of the relative error of its scale"
+    )
 
 
 @dataclass(frozen=True)
@@ -329,6 +332,13 @@ class RobotDescription:
     def drivetrain(self) -> Drivetrain:
         """Kinematics of the drive and what it can do."""
         return self.wheels.drivetrain(self.limits)
+
+    @property
+    def turn_deviation(self) -> float:
+        """Relative standard deviation of turns by the wheels besides slip: those that slide."""
+        skid = self.skid
+        sliding = skid.slip * hypot(skid.floor_variation, skid.variation)
+        return sliding if self.drivetrain.skids else 0.0
 
     @property
     def turning_radius(self) -> float:

@@ -11,13 +11,15 @@ import numpy as np
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.fusion.wheels_gyro import wheel_slip
 from stack.localisation.marker_mixture import Mixture, carried
 from stack.localisation.parameters import DeadReckoningParameters
 from stack.localisation.planar import lever
 from stack.types import FloatArray, MarkerFix, Observation, OccupancyGrid, Pose2D, PoseEstimate
 
 HEADING_VARIANCE_PER_METRE, HEADING_VARIANCE_PER_RADIAN = 1e-5, 2e-4
-"""Variance of the heading per metre driven, rad²/m, and per radian turned, rad²/rad."""
+"""Variance of the heading per metre driven, rad²/m, and per radian turned, rad²/rad: arcs between
+two measurements. The errors of gyro or wheels come in addition."""
 
 _VOLUME = 2000.0
 """m² rad; poses among which a false measurement of markers is: about 18 m by 18 m."""
@@ -28,7 +30,8 @@ class DeadReckoning(Estimator):
 
     The covariance follows the first-order propagation P' = F P Fᵀ + Q of a step (S. Thrun,
     W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapter 3.3). Q is proportional to distance
-    and rotation, so that the result does not depend on the step size.
+    and rotation, so that the result does not depend on the step size; its factors follow from slip
+    and gyro in the robot file.
     """
 
     Parameters = DeadReckoningParameters
@@ -47,6 +50,9 @@ class DeadReckoning(Estimator):
         self._map_from_odom = Pose2D(0.0, 0.0)
         self._odometry: Pose2D | None = None
         self._covariance: FloatArray = np.zeros((3, 3))
+        self._slip = wheel_slip(robot)
+        self._metre = float(self._slip.covariance(Pose2D(1.0, 0.0))[0, 0])
+        self._gyro = robot.imu
         self._time, self._corrected_at, self._jumps = 0.0, 0.0, 0
 
     def start(self, pose: Pose2D | None) -> None:
@@ -103,10 +109,10 @@ class DeadReckoning(Estimator):
         step = lever(before.heading, moved)
         distance = float(np.hypot(moved.x, moved.y))
         turned = abs(moved.heading)
-        p = self.parameters
-        noise = np.diag([
-            p.distance_variance * distance,
-            p.distance_variance * distance,
-            HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_RADIAN * turned,
-        ])  # fmt: skip
+        heading = HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_RADIAN * turned
+        if self._gyro is None:
+            heading += float(self._slip.covariance(moved)[2, 2])
+        else:
+            heading += self._gyro.gyro_scale_error**2 * turned
+        noise = np.diag([self._metre * distance, self._metre * distance, heading])
         self._covariance = step @ self._covariance @ step.T + noise

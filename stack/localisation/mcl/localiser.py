@@ -30,7 +30,6 @@ from stack.localisation.parameters import LocaliserParameters, check_lidar
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.hypotheses import Hypothesis
 from stack.localisation.particle_filter.marker_update import MarkerUpdate
-from stack.localisation.particle_filter.motion_models import motion_model
 from stack.localisation.particle_filter.odometry_since import OdometrySince
 from stack.localisation.particle_filter.particles import move
 from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
@@ -111,9 +110,7 @@ class Localiser(Estimator):
         self._grid = grid
         noise = self._robot.range_noise(self.lidar)
         self.map = KnownMap(grid, noise, self.parameters.health_obstacles, self._calibration)
-        self._filter = ParticleFilter(
-            self.map, motion_model(self._robot.drivetrain), self.parameters, self._generator
-        )  # fmt: skip
+        self._filter = ParticleFilter(self.map, self._robot, self.parameters, self._generator)
         self._touch = TouchSense(self._robot.footprint, self.map.evaluator)
         self._markers = MarkerUpdate(self.map.field, self._filter)
         self._pose_search = PoseSearch(self.map, self._filter)
