@@ -53,7 +53,7 @@ class DeadReckoning(Estimator):
         self._slip = wheel_slip(robot)
         self._metre = float(self._slip.covariance(Pose2D(1.0, 0.0))[0, 0])
         self._gyro = robot.imu
-        self._time, self._corrected_at, self._jumps = 0.0, 0.0, 0
+        self._time, self._corrected_at = 0.0, 0.0
 
     def start(self, pose: Pose2D | None) -> None:
         """Place the odom frame at the initial pose; at the map's origin if that is unknown."""
@@ -66,7 +66,7 @@ class DeadReckoning(Estimator):
         self._map_from_odom = pose.compose(odometry.inverse())
         deviations = [position_deviation, position_deviation, heading_deviation]
         self._covariance = np.diag(np.square(deviations))
-        self._corrected_at, self._jumps = self._time, self._jumps + 1
+        self._corrected_at = self._time
 
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Update the estimate with odometry; scans have no effect without a map."""
@@ -100,9 +100,7 @@ class DeadReckoning(Estimator):
     def estimate(self) -> PoseEstimate:
         """The dead-reckoned pose in the map frame; its health is 1, since no scan is compared."""
         pose = self._map_from_odom.compose(self._odometry or Pose2D(0.0, 0.0))
-        return PoseEstimate(
-            pose, self._covariance, 1.0, self._map_from_odom, self._corrected_at, self._jumps
-        )
+        return PoseEstimate(pose, self._covariance, 1.0, self._map_from_odom, self._corrected_at)
 
     def _propagate_covariance(self, before: Pose2D, moved: Pose2D) -> None:
         """Propagate the covariance over one step, `moved` in the frame of the previous pose."""

@@ -102,7 +102,6 @@ class Localiser(Estimator):
         self._odometry = OdometrySince()
         self._travelled = 0.0
         self._time = self._corrected_at = 0.0
-        self._jumps = -1
         self.scatter()
 
     def _read(self, grid: OccupancyGrid) -> None:
@@ -274,7 +273,7 @@ class Localiser(Estimator):
             right = health(features)
         return PoseEstimate(
             self._pose, hypotheses.covariance() + self._common_errors, right,
-            self.map_from_odom, self._corrected_at, self._jumps, hypotheses.rivals(self._moved),
+            self.map_from_odom, self._corrected_at, hypotheses.rivals(self._moved),
             HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip
 
@@ -351,7 +350,6 @@ class Localiser(Estimator):
 
     def _jumped(self, *, confirmed: bool) -> None:
         """Note a discontinuity of the pose; scans before say nothing of the new one."""
-        self._jumps += 1
         self._corrected_at = self._time
         self._confidence.restart(confirmed=confirmed)
 
