@@ -28,15 +28,15 @@ class _Stamped:
         return sha256(repr((own, _imported(self._globals))).encode()).digest()
 
 
-class UserProvided(_Stamped, caching.UserProvidedCacheLocator):  # type: ignore[misc]
+class UserProvided(_Stamped, caching.UserProvidedCacheLocator):
     """Cache in NUMBA_CACHE_DIR."""
 
 
-class InTree(_Stamped, caching.InTreeCacheLocator):  # type: ignore[misc]
+class InTree(_Stamped, caching.InTreeCacheLocator):
     """Cache beside the source."""
 
 
-class UserWide(_Stamped, caching.UserWideCacheLocator):  # type: ignore[misc]
+class UserWide(_Stamped, caching.UserWideCacheLocator):
     """Cache in the user's folder, for an installation that cannot be written."""
 
 
@@ -48,12 +48,18 @@ def _imported(names: Mapping[str, Any]) -> list[tuple[str, object]]:
     found: list[tuple[str, object]] = []
     for name, value in sorted(names.items()):
         if isinstance(value, Dispatcher) and value.__module__ != names["__name__"]:
-            has_file = isinstance(value._cache, caching.FunctionCache)
-            code = value.py_func.__code__.co_code
-            found.append((name, value._cache._cache_file._source_stamp if has_file else code))
+            found.append((name, _stamp_of(value)))
         elif _is_number(value):
             found.append((name, value))
     return found
+
+
+def _stamp_of(kernel: Any) -> bytes:
+    if isinstance(kernel._cache, caching.FunctionCache):
+        stamp: bytes = kernel._cache._cache_file._source_stamp
+        return stamp
+    code: bytes = kernel.py_func.__code__.co_code  # without a cache it has no file's stamp
+    return code
 
 
 def _is_number(value: object) -> bool:

@@ -38,7 +38,7 @@ class MotionModel(ABC):
         square = max(slip, LEAST_SLIP) ** 2
         squares = np.array([square, square, square, square, square])
         squares[[0, 3]] += sliding**2
-        self._alphas: list[float] = (ALPHAS * squares).tolist()
+        self._alphas: list[float] = np.multiply(ALPHAS, squares).tolist()
 
     def sample(
         self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
