@@ -43,6 +43,7 @@ MAY_IMPORT = {
     "stack.lifecycle": set(),
     "stack.schedule": set(),
     "stack.compilation": set(),
+    "stack.kernel_cache": set(),
     "stack.patience": set(),
     "stack.child_process": {"stack.errors", "stack.patience"},
     "stack.worker_thread": {"stack.errors", "stack.patience"},

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import atan, cos, inf, pi, sin
+from math import atan, cos, hypot, inf, pi, sin
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -31,7 +31,7 @@ SCAN_SUFFIX = "_scan"
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """Errors of wheel odometry. All random draws are seeded."""
+    """Errors of wheel odometry: those of the simulation, and those that estimators expect."""
 
     scale_error: float = parameter(
         0.01, at_least=0.0, at_most=0.2, help="standard deviation of each wheel's fixed scale error"
@@ -209,6 +209,9 @@ class ImuDescription:
     accelerometer_bias: float = parameter(
         0.05, "m/s²", at_least=0.0, help="standard deviation of the bias"
     )
+    gyro_scale_error: float = parameter(
+        0.0, at_least=0.0, at_most=0.1, help="standard deviation of the relative error of its scale"
+    )
 
 
 @dataclass(frozen=True)
@@ -312,6 +315,14 @@ class RobotDescription:
             return "picture"
         return "reading" if sensor in self.sonars else "scan"
 
+    def range_noise(self, lidar: str = "") -> float:
+        """Return the standard deviation of a range of a lidar, metres; empty: the main one.
+
+        That of a usual lidar for a robot without any.
+        """
+        described = self.all_lidars.get(lidar or self.main_lidar)
+        return LidarDescription.noise if described is None else described.noise
+
     @property
     def main_lidar(self) -> str:
         """Name of the first lidar, which localisation and tracker use; empty without one."""
@@ -323,6 +334,13 @@ class RobotDescription:
         return self.wheels.drivetrain(self.limits)
 
     @property
+    def turn_deviation(self) -> float:
+        """Relative standard deviation of turns by the wheels besides slip: those that slide."""
+        skid = self.skid
+        sliding = skid.slip * hypot(skid.floor_variation, skid.variation)
+        return sliding if self.drivetrain.skids else 0.0
+
+    @property
     def turning_radius(self) -> float:
         """Radius of the tightest circle, metres; 0 if the robot can turn in place."""
         return self.drivetrain.turning_radius
@@ -332,7 +350,8 @@ def lidar_of(camera: DepthCameraDescription, scan: DepthScanDescription) -> Lida
     """Return the lidar that a virtual scan stands for.
 
     Its range ends where the picture no longer shows the lower edge of the band, and begins where it
-    shows the upper one; its field of view is that of all rows of the picture.
+    shows the upper one; its field of view is that of all rows of the picture, and its noise that of
+    the camera at half of the range.
 
     Args:
         camera: with its mount.
@@ -346,12 +365,13 @@ def lidar_of(camera: DepthCameraDescription, scan: DepthScanDescription) -> Lida
     ahead = {"top": cosine + up * sine, "bottom": cosine - up * sine}
     farthest = _crossing(height - scan.low, rises["top"], ahead["top"])
     nearest = _crossing(height - scan.high, rises["bottom"], ahead["bottom"])
+    longest = min(camera.range_max, farthest)
     aside = (model.width / 2 - 0.5) / model.focal_length
     return LidarDescription(
         Pose2D(x, y, model.yaw), height=height, beams=max(3, model.width // COLUMNS_OF_A_BEAM),
         field_of_view=2.0 * atan(aside / max(ahead.values())), rate=camera.rate,
         range_min=max(camera.range_min, 0.0 if nearest == inf else nearest),
-        range_max=min(camera.range_max, farthest), noise=camera.noise, dropout=0.0,
+        range_max=longest, noise=camera.noise * (0.5 * longest) ** 2, dropout=0.0,
     )  # fmt: skip
 
 

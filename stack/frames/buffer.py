@@ -17,7 +17,15 @@ import numpy as np
 
 from stack.errors import FrameError
 from stack.frames.tree import FrameTree, lifted
-from stack.types import NO_COVARIANCE, FloatArray, Odometry, Pose2D, PoseEstimate, wrap_angle
+from stack.types import (
+    NO_COVARIANCE,
+    FloatArray,
+    Odometry,
+    Pose2D,
+    PoseEstimate,
+    has_jumped,
+    wrap_angle,
+)
 
 Frame = Literal["odom", "map"]
 
@@ -76,7 +84,8 @@ class TransformBuffer(FrameTree):
     def __init__(self, span: float = SPAN) -> None:
         super().__init__()
         self._odom_from_base: _Series[Odometry] = _Series(span)
-        self._map_from_odom: _Series[tuple[Pose2D, int]] = _Series(span)
+        self._map_from_odom: _Series[tuple[Pose2D, bool]] = _Series(span)
+        self._estimate: PoseEstimate | None = None
         self.follow("odom", "base", lambda stamp: lifted(self._odom_at(stamp)))
         self.follow("map", "odom", lambda stamp: lifted(self.map_from_odom(stamp)))
 
@@ -102,12 +111,16 @@ class TransformBuffer(FrameTree):
     def correct(self, estimate: PoseEstimate) -> None:
         """Add the transform map -> odom of an estimate, valid from `estimate.corrected_at` on.
 
-        After a jump (`estimate.jumps` has increased) the transform is not interpolated with the
-        one before. A correction by a measurement older than the last correction counts from then.
+        After a jump (`has_jumped`) the transform is not interpolated with the one before. A
+        correction by a measurement older than the last correction counts from then.
         """
         stamps = self._map_from_odom.stamps
         stamp = max(estimate.corrected_at, stamps[-1]) if stamps else estimate.corrected_at
-        self._map_from_odom.add(stamp, (estimate.map_from_odom, estimate.jumps))
+        jumped = self._estimate is not None and has_jumped(self._estimate, estimate)
+        if stamps and stamp == stamps[-1]:  # replaces the last one, which may have been a jump
+            jumped = jumped or self._map_from_odom.values[-1][1]
+        self._estimate = estimate
+        self._map_from_odom.add(stamp, (estimate.map_from_odom, jumped))
 
     def pose_at(self, frame: Frame, stamp: float) -> Pose2D:
         """Return the pose of the base at a stamp.
@@ -153,8 +166,8 @@ class TransformBuffer(FrameTree):
         """
         if not self._map_from_odom.stamps:
             raise FrameError("the transform buffer has no map -> odom yet")
-        (before, jumps), (after, later), share = self._map_from_odom.around(stamp)
-        return before if share == 0.0 or later != jumps else _between(before, after, share)
+        (before, _), (after, jumped), share = self._map_from_odom.around(stamp)
+        return before if share == 0.0 or jumped else _between(before, after, share)
 
     def motion(self, since: float, until: float) -> Pose2D:
         """Return the base's pose at `until` in the base frame at `since`, by odometry.

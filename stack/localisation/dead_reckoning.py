@@ -11,13 +11,15 @@ import numpy as np
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.fusion.wheels_gyro import wheel_slip
 from stack.localisation.marker_mixture import Mixture, carried
 from stack.localisation.parameters import DeadReckoningParameters
 from stack.localisation.planar import lever
 from stack.types import FloatArray, MarkerFix, Observation, OccupancyGrid, Pose2D, PoseEstimate
 
 HEADING_VARIANCE_PER_METRE, HEADING_VARIANCE_PER_RADIAN = 1e-5, 2e-4
-"""Variance of the heading per metre driven, rad²/m, and per radian turned, rad²/rad."""
+"""Variance of the heading per metre driven, rad²/m, and per radian turned, rad²/rad: arcs between
+two measurements. The errors of gyro or wheels come in addition."""
 
 _VOLUME = 2000.0
 """m² rad; poses among which a false measurement of markers is: about 18 m by 18 m."""
@@ -28,7 +30,8 @@ class DeadReckoning(Estimator):
 
     The covariance follows the first-order propagation P' = F P Fᵀ + Q of a step (S. Thrun,
     W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapter 3.3). Q is proportional to distance
-    and rotation, so that the result does not depend on the step size.
+    and rotation, so that the result does not depend on the step size; its factors follow from slip
+    and gyro in the robot file.
     """
 
     Parameters = DeadReckoningParameters
@@ -47,7 +50,10 @@ class DeadReckoning(Estimator):
         self._map_from_odom = Pose2D(0.0, 0.0)
         self._odometry: Pose2D | None = None
         self._covariance: FloatArray = np.zeros((3, 3))
-        self._time, self._corrected_at, self._jumps = 0.0, 0.0, 0
+        self._slip = wheel_slip(robot)
+        self._metre = float(self._slip.covariance(Pose2D(1.0, 0.0))[0, 0])
+        self._gyro = robot.imu
+        self._time, self._corrected_at = 0.0, 0.0
 
     def start(self, pose: Pose2D | None) -> None:
         """Place the odom frame at the initial pose; at the map's origin if that is unknown."""
@@ -60,7 +66,7 @@ class DeadReckoning(Estimator):
         self._map_from_odom = pose.compose(odometry.inverse())
         deviations = [position_deviation, position_deviation, heading_deviation]
         self._covariance = np.diag(np.square(deviations))
-        self._corrected_at, self._jumps = self._time, self._jumps + 1
+        self._corrected_at = self._time
 
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Update the estimate with odometry; scans have no effect without a map."""
@@ -94,19 +100,17 @@ class DeadReckoning(Estimator):
     def estimate(self) -> PoseEstimate:
         """The dead-reckoned pose in the map frame; its health is 1, since no scan is compared."""
         pose = self._map_from_odom.compose(self._odometry or Pose2D(0.0, 0.0))
-        return PoseEstimate(
-            pose, self._covariance, 1.0, self._map_from_odom, self._corrected_at, self._jumps
-        )
+        return PoseEstimate(pose, self._covariance, 1.0, self._map_from_odom, self._corrected_at)
 
     def _propagate_covariance(self, before: Pose2D, moved: Pose2D) -> None:
         """Propagate the covariance over one step, `moved` in the frame of the previous pose."""
         step = lever(before.heading, moved)
         distance = float(np.hypot(moved.x, moved.y))
         turned = abs(moved.heading)
-        p = self.parameters
-        noise = np.diag([
-            p.distance_variance * distance,
-            p.distance_variance * distance,
-            HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_RADIAN * turned,
-        ])  # fmt: skip
+        heading = HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_RADIAN * turned
+        if self._gyro is None:
+            heading += float(self._slip.covariance(moved)[2, 2])
+        else:
+            heading += self._gyro.gyro_scale_error**2 * turned
+        noise = np.diag([self._metre * distance, self._metre * distance, heading])
         self._covariance = step @ self._covariance @ step.T + noise

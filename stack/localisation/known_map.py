@@ -19,20 +19,25 @@ class KnownMap:
 
     Args:
         grid: the map.
+        noise: standard deviation of a range of the lidar, metres.
         obstacles: up to so many unmapped ones around the robot are normal.
         generator: of the simulated scans that tell how well scans fit.
 
     Attributes:
         field: distances to the surfaces.
+        noise: of the lidar.
         evaluator: compares scans with the map.
         search: finds poses that explain scans.
         scale: fits at true poses; None before the first scan, which shows the lidar.
     """
 
-    def __init__(self, grid: OccupancyGrid, obstacles: int, generator: np.random.Generator) -> None:
+    def __init__(
+        self, grid: OccupancyGrid, noise: float, obstacles: int, generator: np.random.Generator
+    ) -> None:
         self.field = surface_field(grid)
-        self.evaluator = ScanEvaluator(self.field)
-        self.search = MapSearch(self.field, self.evaluator)
+        self.noise = noise
+        self.evaluator = ScanEvaluator(self.field, noise)
+        self.search = MapSearch(self.field, self.evaluator, noise)
         self.scale: FitScale | None = None
         self._obstacles, self._generator = obstacles, generator
 
@@ -45,7 +50,7 @@ class KnownMap:
         """Return the fits at true poses, measured with the beams of the first scan."""
         if self.scale is None:
             self.scale = calibrate(
-                self.evaluator, self.field, scan, self._obstacles, self._generator
+                self.evaluator, self.field, scan, self.noise, self._obstacles, self._generator
             )
         return self.scale
 

@@ -67,12 +67,7 @@ class LocaliserParameters:
 
 @dataclass(frozen=True)
 class DeadReckoningParameters:
-    """Growth of the uncertainty with the motion; it does not change the pose."""
-
-    distance_variance: float = parameter(
-        2e-4, at_least=0.0,
-        help="variance of the position per metre driven, m²/m; 2e-4 is 1.4 cm after a metre",
-    )  # fmt: skip
+    """None: the drift follows from the robot's wheels and gyro."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,17 @@ from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask
-from stack.types import STANDSTILL, FailureCode, Perceived, Pose2D, RivalPose, Scan, Twist
+from stack.types import (
+    STANDSTILL,
+    FailureCode,
+    Perceived,
+    Pose2D,
+    PoseEstimate,
+    RivalPose,
+    Scan,
+    Twist,
+    has_jumped,
+)
 
 VIEW_TIME = 0.5
 """How long it stands and looks at each of them, s."""
@@ -55,7 +65,7 @@ class Disambiguation(MotionExecutor):
         self._monitor = monitor
         self._looking = self.timers.new()
         self._seen: list[Pose2D] = []
-        self._jumps = -1
+        self._estimate: PoseEstimate | None = None
         self._views = 0
         self.drive: GoalDrive | None = None
 
@@ -65,12 +75,14 @@ class Disambiguation(MotionExecutor):
     def step(self, state: Perceived) -> Twist:
         if self._then is not None and self.drive is self._then:
             return self._step(self._then, state)
+        before, self._estimate = self._estimate, state.estimate
+        jumped = before is not None and has_jumped(before, state.estimate)
         if not state.estimate.ambiguous:
-            return self._resolved(state)
+            return self._resolved(state, jumped=jumped)
         if self.drive is None:
             return self._look(state)
-        if state.estimate.jumps != self._jumps or not self.drive.task.running:
-            self._end_drive(state)
+        if jumped or not self.drive.task.running:
+            self._end_drive(state, jumped=jumped)
             return STANDSTILL
         twist = self._step(self.drive, state)
         self.task.report(
@@ -93,9 +105,9 @@ class Disambiguation(MotionExecutor):
             self.drive.task.cancel("the search for a view is over")
             self.drive.stop(now)
 
-    def _resolved(self, state: Perceived) -> Twist:
+    def _resolved(self, state: Perceived, *, jumped: bool) -> Twist:
         """End the task, or begin the drive for which one pose was needed."""
-        self._end_drive(state)
+        self._end_drive(state, jumped=jumped)
         pose = state.estimate.pose
         if self._then is None:
             self.task.succeed(f"at ({pose.x:.2f}, {pose.y:.2f}), no other place is left")
@@ -107,11 +119,11 @@ class Disambiguation(MotionExecutor):
     def _step(self, drive: GoalDrive, state: Perceived) -> Twist:
         return step_in_doubt(drive, self._monitor, state, self._parameters)
 
-    def _end_drive(self, state: Perceived) -> None:
+    def _end_drive(self, state: Perceived, *, jumped: bool) -> None:
         """End the drive to a view, if there is one, and look again."""
         if self.drive is None:
             return
-        if state.estimate.jumps == self._jumps:
+        if not jumped:
             # The place was seen, or could not be reached: choose another one next time.
             self._seen.append(self._view_in_odom)
         self.drive.task.cancel("the view is no longer needed")
@@ -148,7 +160,6 @@ class Disambiguation(MotionExecutor):
             )
             return STANDSTILL
         self._views += 1
-        self._jumps = estimate.jumps
         self._view_in_odom = odometry.compose(view.motion)
         self.drive = self._make_drive(estimate.pose.compose(view.motion))
         self.drive.start(state.time)

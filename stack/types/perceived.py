@@ -32,8 +32,7 @@ JUMP_DISTANCE, JUMP_ANGLE = 0.3, 0.2
 def has_jumped(before: PoseEstimate, after: PoseEstimate) -> bool:
     """Whether what was sensed at one estimate has a wrong place on the map at the other.
 
-    The change of map -> odom decides, at the place of the robot, and not `jumps`: an estimator that
-    does not count them jumps all the same.
+    The change of map -> odom decides, at the place of the robot.
     """
     if not _are_apart(before.pose, after.pose):
         return False

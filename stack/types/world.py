@@ -148,7 +148,6 @@ class PoseEstimate:
         health: calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees.
         map_from_odom: the odom frame's pose in the map frame.
         corrected_at: stamp of the newest measurement in `map_from_odom`, seconds.
-        jumps: number of discontinuities of `map_from_odom` so far (relocalisations).
         rivals: other poses that explain the measurements about as well, most probable first.
         thresholds: of the health.
         obscured: whether many beams end at unmapped things and hardly any passes a mapped wall: a
@@ -160,7 +159,6 @@ class PoseEstimate:
     health: float
     map_from_odom: Pose2D = Pose2D(0.0, 0.0)
     corrected_at: float = 0.0
-    jumps: int = 0
     rivals: tuple[RivalPose, ...] = ()
     thresholds: HealthThresholds = HealthThresholds()
     obscured: bool = False
@@ -168,7 +166,7 @@ class PoseEstimate:
     def moved_to(self, pose: Pose2D) -> PoseEstimate:
         """Return the estimate at another pose, with nothing else changed."""
         return PoseEstimate(
-            pose, self.covariance, self.health, self.map_from_odom, self.corrected_at, self.jumps,
+            pose, self.covariance, self.health, self.map_from_odom, self.corrected_at,
             self.rivals, self.thresholds, self.obscured,
         )  # fmt: skip
 

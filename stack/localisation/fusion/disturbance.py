@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from itertools import islice
-from math import hypot
+from math import hypot, sqrt
 
+from stack.drivetrain.description import ImuDescription
 from stack.types import Imu, Twist
 
 DISTURBANCE_WINDOW = 0.2
@@ -17,6 +18,8 @@ SPEED_TOLERANCE = 0.25
 """
 TURN_TOLERANCE = 0.06
 """The robot is disturbed if wheels and gyro disagree on the rotation by more, rad."""
+CERTAIN = 5.0
+"""Deviations of the inertial sensor beyond which a difference is not its noise."""
 TURN_TOLERANCE_SHARE = 0.25
 """Added to TURN_TOLERANCE per radian turned: wheels slide in turns."""
 
@@ -43,17 +46,25 @@ class Compared:
 
 
 class InertialComparison:
-    """Whether wheels and inertial sensor agree over the last DISTURBANCE_WINDOW."""
+    """Whether wheels and inertial sensor agree over the last DISTURBANCE_WINDOW.
 
-    def __init__(self) -> None:
+    Args:
+        imu: its noise and bias raise the tolerances where they are larger.
+    """
+
+    def __init__(self, imu: ImuDescription) -> None:
+        noisy = sqrt(DISTURBANCE_WINDOW / imu.rate)
+        speed = hypot(imu.accelerometer_bias * DISTURBANCE_WINDOW, imu.accelerometer_noise * noisy)
+        self._speed_tolerance = max(SPEED_TOLERANCE, CERTAIN * speed)
+        self._turn_tolerance = max(TURN_TOLERANCE, CERTAIN * imu.gyro_noise * noisy)
         self._steps: deque[Compared] = deque()
 
     def since(self, step: Compared) -> float | None:
         """Return the stamp since when wheels and inertial sensor disagree; None if they agree.
 
         In the base frame, the velocity changes by the specific force and by the rotation of the
-        frame: Δv = ∫ (a - ω x v) dt. The bias of the accelerometer and the floor's inclination are
-        far below the tolerance in this time.
+        frame: Δv = ∫ (a - ω x v) dt. In this time the floor's
+        inclination is far below the tolerance.
 
         Args:
             step: the newest one.
@@ -81,11 +92,11 @@ class InertialComparison:
             x += known.gained[0] + turn * speed_y
             y += known.gained[1] - turn * speed_x
             centripetal += abs(turn) * (abs(speed_x) + abs(speed_y))
-        tolerance = TURN_TOLERANCE + TURN_TOLERANCE_SHARE * max(abs(turned), swept)
+        tolerance = self._turn_tolerance + TURN_TOLERANCE_SHARE * max(abs(turned), swept)
         if abs(turned - rotated) > tolerance:
             return since
         off = hypot(x - step.twist.linear, y - step.twist.lateral)
-        if measured and off > SPEED_TOLERANCE + TURN_TOLERANCE_SHARE * centripetal:
+        if measured and off > self._speed_tolerance + TURN_TOLERANCE_SHARE * centripetal:
             return since
         return None
 

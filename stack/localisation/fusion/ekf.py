@@ -21,12 +21,12 @@ import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.components import OdometryFusion
-from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.description import ImuDescription, RobotDescription
 from stack.errors import BodyError
 from stack.localisation.fusion.disturbance import Compared, InertialComparison, VelocityGain
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
 from stack.localisation.fusion.parameters import EkfParameters
-from stack.localisation.fusion.wheels_gyro import BIAS_TOLERANCE, arc_lengths
+from stack.localisation.fusion.wheels_gyro import BIAS_DEVIATIONS, arc_lengths, wheel_slip
 from stack.types import (
     STANDSTILL,
     FloatArray,
@@ -41,24 +41,18 @@ from stack.types import (
 if TYPE_CHECKING:
     from stack.localisation.fusion.history import History
 
-TURN_VARIANCE = 2e-3
-"""Variance of the wheels' rotation per radian turned, rad²/rad."""
-TURN_VARIANCE_PER_METRE = 5e-3
-"""Variance of the wheels' rotation per metre, rad²/m."""
-LATERAL_VARIANCE = 2e-5
-"""Variance across the motion per metre, m²/m."""
-GYRO_VARIANCE = 2e-7
-"""Variance of the gyro's rotation per second, rad²/s: its noise density squared."""
-GYRO_TURN_VARIANCE = 1e-6
-"""Variance of the gyro's rotation per radian turned, rad²/rad."""
-GYRO_SAMPLE_DEVIATION = 0.004
-"""Standard deviation of one sample of the gyro, rad/s."""
-BIAS_DEVIATION = 0.02
-"""Standard deviation of the gyro's bias at the start, rad/s."""
+LATERAL_SHARE = 0.1
+"""Variance across the motion as a share of that along it: wheels also slide sideways, which no
+encoder shows."""
+TIMING_VARIANCE, TIMING_TURN_VARIANCE = 4e-8, 1e-6
+"""Added to the variance of the gyro's rotation per second and per radian turned: its stamps and
+those of the wheels differ by some milliseconds."""
+BIAS_FACTOR = 2.0
+"""Deviation of the gyro's bias at the start, in that of the robot file: it was measured at another
+temperature."""
 BIAS_VARIANCE = 1e-10
-"""Growth of the variance of the gyro's bias, rad²/s³."""
-SCALE_DEVIATION = 0.01
-"""Standard deviation of the relative error of the wheels' diameter at the start."""
+"""Growth of the variance of the gyro's bias, rad²/s³: after an hour a few percent of a usual bias,
+so that each standstill still counts."""
 DISTURBED_TIME = 0.3
 """Wheels are used again after so long without disagreement, s."""
 DISTURBED_SPEED = 2.0
@@ -100,12 +94,14 @@ class EkfOdometry(OdometryFusion):
         super().__init__(parameters, robot)
         self._kernels, self._measurements = kernels, measurements
         self._new_history = history.History
-        self._main_lidar = robot.main_lidar
-        self._scans = ScanOdometry()
+        self._robot = robot
+        self._scans = ScanOdometry(robot.range_noise(parameters.lidar))
         self._sources = [Source(source) for source in parameters.sources]
         self._gyro, self._standstill = GyroIntegral(), Standstill()
         self._has_gyro = robot.imu is not None
-        self._gain, self._inertial = VelocityGain(), InertialComparison()
+        self._imu = robot.imu or ImuDescription()
+        self._bias_tolerance = BIAS_DEVIATIONS * max(self._imu.gyro_bias, self._imu.gyro_noise)
+        self._gain, self._inertial = VelocityGain(), InertialComparison(self._imu)
         self._history: History | None = None
         self._wheels = Pose2D(0.0, 0.0)
         self._fused: Odometry | None = None
@@ -113,13 +109,16 @@ class EkfOdometry(OdometryFusion):
 
     def configure(self, parameters: EkfParameters) -> None:
         """Apply new parameters; the state stays."""
+        from stack.localisation.fusion.scan_odometry import ScanOdometry
         from stack.localisation.fusion.sources import Source
 
         before, self.parameters = self.parameters, parameters
         if parameters.sources != before.sources:
             self._sources = [Source(source) for source in parameters.sources]
+        if parameters.lidar != before.lidar:
+            self._scans = ScanOdometry(self._robot.range_noise(parameters.lidar))
         if self._history is not None:
-            self._history.configure(_noise(parameters), parameters.history)
+            self._history.configure(parameters.history)
 
     @property
     def gyro_bias(self) -> float:
@@ -158,10 +157,11 @@ class EkfOdometry(OdometryFusion):
         p, k = self.parameters, self._kernels
         state, covariance = np.zeros(k.SIZE), np.zeros((k.SIZE, k.SIZE))
         state[:3] = state[k.KEYFRAME :] = wheels.pose.x, wheels.pose.y, wheels.pose.heading
-        covariance[k.BIAS, k.BIAS] = BIAS_DEVIATION**2
-        covariance[k.SCALE, k.SCALE] = SCALE_DEVIATION**2
+        imu = self._imu
+        covariance[k.BIAS, k.BIAS] = max(BIAS_FACTOR * imu.gyro_bias, imu.gyro_noise) ** 2
+        covariance[k.SCALE, k.SCALE] = self._robot.odometry.scale_error**2
         now = observation.time
-        self._history = self._new_history(now, state, covariance, _noise(p), p.history)
+        self._history = self._new_history(now, state, covariance, _noise(self._robot), p.history)
         self._wheels = wheels.pose
         self._gyro.begin(now)
         self._gyro.rotation(observation.imu, now, p.gyro_timeout)
@@ -182,7 +182,7 @@ class EkfOdometry(OdometryFusion):
         if imu is not None and imu.stamps.size:
             samples = imu.stamps.size
             rate = float(np.add.reduce(imu.angular_velocity[:, 2])) / samples
-        by_hand = samples > 0 and abs(rate - bias) > BIAS_TOLERANCE
+        by_hand = samples > 0 and abs(rate - bias) > self._bias_tolerance
         at_rest = samples > 0 and not by_hand and wheels.twist == STANDSTILL
         rotated = None if raw is None else (0.0 if at_rest else raw - bias * elapsed)
         given = _input(elapsed, moved, raw, gained, at_rest)
@@ -198,7 +198,7 @@ class EkfOdometry(OdometryFusion):
 
     def _learn_bias(self, history: History, now: float, rate: float, samples: int) -> None:
         """Measure the bias by the mean rate of some samples at standstill, rad/s."""
-        variance = GYRO_SAMPLE_DEVIATION**2 / samples * SAMPLES_RELATED
+        variance = self._imu.gyro_noise**2 / samples * SAMPLES_RELATED
         history.add(
             self._measurements.StateMeasurement(
                 now, "standstill", (self._kernels.BIAS,), np.array([rate]), np.array([[variance]])
@@ -208,7 +208,7 @@ class EkfOdometry(OdometryFusion):
     def _match(self, history: History, observation: Observation, now: float) -> None:
         """Match a new scan of the lidar; extend the disturbance while the wheels contradict it."""
         p = self.parameters
-        name = p.lidar or self._main_lidar
+        name = p.lidar or self._robot.main_lidar
         scan = observation.named(name, Scan) if p.scan_matching and name else None
         if scan is None:
             return
@@ -247,11 +247,15 @@ class EkfOdometry(OdometryFusion):
         return total
 
 
-def _noise(p: EkfParameters) -> FloatArray:
+def _noise(robot: RobotDescription) -> FloatArray:
     """Return the noise (11,) of the kernel `predict`."""
+    imu, slip = robot.imu or ImuDescription(), wheel_slip(robot)
+    metre = slip.covariance(Pose2D(1.0, 0.0)).diagonal()
+    radian = slip.covariance(Pose2D(0.0, 0.0, 1.0))[2, 2] + robot.turn_deviation**2
     return np.array([
-        p.distance_variance, LATERAL_VARIANCE, TURN_VARIANCE, TURN_VARIANCE_PER_METRE,
-        GYRO_VARIANCE, GYRO_TURN_VARIANCE, DISTURBED_SPEED**2, DISTURBED_VARIANCE,
+        metre[0], max(metre[1], LATERAL_SHARE * metre[0]), radian, metre[2],
+        imu.gyro_noise**2 / imu.rate + TIMING_VARIANCE,
+        imu.gyro_scale_error**2 + TIMING_TURN_VARIANCE, DISTURBED_SPEED**2, DISTURBED_VARIANCE,
         SLIP_DECAY, BIAS_VARIANCE, DISTURBED_TURN_DEVIATION**2,
     ])  # fmt: skip
 

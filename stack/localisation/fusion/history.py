@@ -98,13 +98,13 @@ class History:
         self, stamp: float, state: FloatArray, covariance: FloatArray, noise: FloatArray,
         span: float,
     ) -> None:  # fmt: skip
-        self.configure(noise, span)
+        self._noise, self._span = noise, span
         self.nodes = [Node((stamp, 0, ""), None, state, covariance)]
         self._early: list[tuple[float, str, Measurement]] = []
 
-    def configure(self, noise: FloatArray, span: float) -> None:
-        """Use other noise (11,) and another span, seconds, from now on."""
-        self._noise, self._span = noise, span
+    def configure(self, span: float) -> None:
+        """Use another span, seconds, from now on."""
+        self._span = span
 
     @property
     def newest(self) -> Node:

@@ -67,15 +67,12 @@ class SourceParameters:
 
 @dataclass(frozen=True)
 class EkfParameters(OdometryFusionParameters):
-    """Errors of wheels, gyro and scan matching, and what counts as a disturbance."""
+    """Sources of the odometry filter, and how long it remembers."""
 
     history: float = parameter(
         1.0, "s", at_least=0.2, at_most=10.0,
         help="delayed measurements are used if they are at most this old",
     )  # fmt: skip
-    distance_variance: float = parameter(
-        2e-4, above=0.0, help="variance of the wheels' translation per metre, m²/m"
-    )
     scan_matching: bool = parameter(True, public=True, help="match the scans of the lidar")
     lidar: str = parameter(
         "", public=True,

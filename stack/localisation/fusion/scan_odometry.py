@@ -43,10 +43,14 @@ REPEATED = 5
 
 
 class ScanOdometry:
-    """Matches each scan to the last keyframe and updates the filter with the result."""
+    """Matches each scan to the last keyframe and updates the filter with the result.
 
-    def __init__(self) -> None:
-        self._matcher = ScanMatcher()
+    Args:
+        noise: standard deviation of a range of the lidar, metres.
+    """
+
+    def __init__(self, noise: float) -> None:
+        self._matcher = ScanMatcher(noise)
         self._last = self._seen = -inf
         self._matched = Pose2D(0.0, 0.0)
         self._missed = 0

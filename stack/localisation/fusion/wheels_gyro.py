@@ -14,15 +14,18 @@ from math import cos, hypot, sin
 import numpy as np
 
 from stack.components import OdometryFusion
-from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.description import ImuDescription, RobotDescription
 from stack.drivetrain.drivetrain import Drivetrain
 from stack.errors import BodyError
 from stack.localisation.fusion.gyro import GyroIntegral, Standstill
 from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import FloatArray, Observation, Odometry, Pose2D, Twist, wrap_angle
 
-BIAS_TOLERANCE = 0.05
-"""At standstill, a rate farther than this from the bias is a rotation by hand, rad/s."""
+BIAS_DEVIATIONS = 5.0
+"""At standstill, a rate farther than this from the bias is a rotation by hand; in deviations of the
+bias, or of a sample if these are larger."""
+LEAST_SLIP = 0.005
+"""Of a wheel on its first metre, metres: no floor is even."""
 BIAS_SAMPLES = 1000
 """Number of samples over which the bias is averaged."""
 
@@ -44,7 +47,9 @@ class WheelGyroOdometry(OdometryFusion):
         self._wheels = Pose2D(0.0, 0.0)
         self._bias, self._gyro, self._standstill = 0.0, GyroIntegral(), Standstill()
         self._samples, self._has_gyro = 0, robot.imu is not None
-        self._slip = WheelSlip(robot.drivetrain, robot.odometry.slip)
+        imu = robot.imu or ImuDescription()
+        self._bias_tolerance = BIAS_DEVIATIONS * max(imu.gyro_bias, imu.gyro_noise)
+        self._slip = wheel_slip(robot)
 
     @property
     def is_ready(self) -> bool:
@@ -99,7 +104,7 @@ class WheelGyroOdometry(OdometryFusion):
         if imu is not None and imu.stamps.size:
             rates = imu.angular_velocity[:, 2]
             mean = float(rates.sum()) / rates.size
-            by_hand = abs(mean - self._bias) > BIAS_TOLERANCE
+            by_hand = abs(mean - self._bias) > self._bias_tolerance
             if standing and not by_hand:
                 self._learn_bias(mean, rates.size)
             if wheels.twist == Twist() and not by_hand:
@@ -139,6 +144,11 @@ class WheelSlip:
         rolled = hypot(moved.x, moved.y) + abs(moved.heading) * self._levers
         total: FloatArray = (self._gains * rolled) @ self._gains.T
         return total
+
+
+def wheel_slip(robot: RobotDescription) -> WheelSlip:
+    """Return the slip of a robot's wheels, as its file states it."""
+    return WheelSlip(robot.drivetrain, max(robot.odometry.slip, LEAST_SLIP))
 
 
 def with_rotation(moved: Pose2D, rotation: float) -> Pose2D:

@@ -30,7 +30,6 @@ from stack.localisation.parameters import LocaliserParameters, check_lidar
 from stack.localisation.particle_filter.filter import ParticleFilter
 from stack.localisation.particle_filter.hypotheses import Hypothesis
 from stack.localisation.particle_filter.marker_update import MarkerUpdate
-from stack.localisation.particle_filter.motion_models import motion_model
 from stack.localisation.particle_filter.odometry_since import OdometrySince
 from stack.localisation.particle_filter.particles import move
 from stack.localisation.search.evaluation import RIVAL_ANGLE, RIVAL_DISTANCE
@@ -103,15 +102,14 @@ class Localiser(Estimator):
         self._odometry = OdometrySince()
         self._travelled = 0.0
         self._time = self._corrected_at = 0.0
-        self._jumps = -1
         self.scatter()
 
     def _read(self, grid: OccupancyGrid) -> None:
-        """Derive what depends on the map."""
-        self.map = KnownMap(grid, self.parameters.health_obstacles, self._calibration)
-        self._filter = ParticleFilter(
-            self.map, motion_model(self._robot.drivetrain), self.parameters, self._generator
-        )  # fmt: skip
+        """Derive what depends on the map and the lidar."""
+        self._grid = grid
+        noise = self._robot.range_noise(self.lidar)
+        self.map = KnownMap(grid, noise, self.parameters.health_obstacles, self._calibration)
+        self._filter = ParticleFilter(self.map, self._robot, self.parameters, self._generator)
         self._touch = TouchSense(self._robot.footprint, self.map.evaluator)
         self._markers = MarkerUpdate(self.map.field, self._filter)
         self._pose_search = PoseSearch(self.map, self._filter)
@@ -136,10 +134,13 @@ class Localiser(Estimator):
             InputError: the robot has no such lidar.
         """
         self.check(parameters, self._robot)
-        p = parameters
+        p = self.parameters = parameters
         self.map.expect(p.health_obstacles)
-        self.parameters = p
-        self.lidar = p.lidar or self._robot.main_lidar
+        lidar = p.lidar or self._robot.main_lidar
+        if lidar != self.lidar:
+            self.lidar, followed = lidar, list(self._filter.hypotheses)
+            self._read(self._grid)
+            self._filter.hypotheses.replace(followed)
         self._filter.configure(p)
         self._estimate = None
 
@@ -272,7 +273,7 @@ class Localiser(Estimator):
             right = health(features)
         return PoseEstimate(
             self._pose, hypotheses.covariance() + self._common_errors, right,
-            self.map_from_odom, self._corrected_at, self._jumps, hypotheses.rivals(self._moved),
+            self.map_from_odom, self._corrected_at, hypotheses.rivals(self._moved),
             HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip
 
@@ -349,7 +350,6 @@ class Localiser(Estimator):
 
     def _jumped(self, *, confirmed: bool) -> None:
         """Note a discontinuity of the pose; scans before say nothing of the new one."""
-        self._jumps += 1
         self._corrected_at = self._time
         self._confidence.restart(confirmed=confirmed)
 

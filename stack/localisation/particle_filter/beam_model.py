@@ -15,8 +15,6 @@ from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.matches import beam_points, returned_beams
 from stack.types import FloatArray, Pose2D, Scan
 
-HIT_DEVIATION = 0.08
-"""Standard deviation of a return from a mapped wall, m."""
 HIT_SHARE = 0.9
 """Share of returns that the map explains; the others are people and moved things."""
 TRUST = 0.3
@@ -45,7 +43,7 @@ class BeamModel:
 
         self._kernels, self._field, self._evaluator = kernels, known_map.field, known_map.evaluator
         self._parameters = parameters
-        logs = self._field.log_likelihoods(HIT_DEVIATION, HIT_SHARE)
+        logs = self._field.log_likelihoods(self._evaluator.deviation, HIT_SHARE)
         self._least = float(logs.min())
         margin = round(self._least * _UNIT)
         table = np.rint(logs * _UNIT).astype(np.int16)

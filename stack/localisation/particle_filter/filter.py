@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from stack.drivetrain.description import RobotDescription
+from stack.localisation.distance_field import alignment_variance
 from stack.localisation.known_map import KnownMap
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter.beam_model import TRUST, BeamModel
 from stack.localisation.particle_filter.hypotheses import SETTLED_DEVIATION, Hypotheses, Hypothesis
-from stack.localisation.particle_filter.motion_models import MotionModel, disturb
+from stack.localisation.particle_filter.motion_models import disturb, motion_model
 from stack.localisation.particle_filter.odometry_since import MotionSince
 from stack.localisation.particle_filter.particles import (
     ParticleSet,
@@ -24,10 +26,6 @@ from stack.localisation.particle_filter.particles import (
 from stack.localisation.particle_filter.uncertainty import LeastCovariance, observable
 from stack.localisation.planar import as_pose, as_row
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
-
-_POINT_VARIANCE = 0.05**2
-"""m²; variance of a return about the map's surface in scan alignment. Larger than the lidar's,
-since beams are not independent."""
 
 _WEIGHT = np.array([0.1])
 """Metres; distance of a point to the surface at which it observes a quarter."""
@@ -42,9 +40,6 @@ KLD_ERROR, KLD_QUANTILE = 0.05, 2.33
 """Error of the distribution that sets the number of particles, as AMCL's pf_err, and the normal
 quantile of the probability that it is kept: 99 %."""
 
-ODOMETRY_SCALE = 0.01
-"""Standard deviation of the scale of odometry's distances (wheel diameters, load)."""
-
 _LEAST_PARTICLES = 50
 """Particles of a rival, at least."""
 
@@ -54,7 +49,7 @@ class ParticleFilter:
 
     Args:
         known_map: the map.
-        motion: motion model of the robot's drive.
+        robot: its drive and the errors of its odometry.
         parameters: of the estimator.
         generator: of all samples.
 
@@ -64,15 +59,15 @@ class ParticleFilter:
     """
 
     def __init__(
-        self, known_map: KnownMap, motion: MotionModel, parameters: LocaliserParameters,
+        self, known_map: KnownMap, robot: RobotDescription, parameters: LocaliserParameters,
         generator: np.random.Generator,
     ) -> None:  # fmt: skip
         from stack.localisation.search import kernels
 
         self._kernels, self._map, self._field = kernels, known_map, known_map.field
-        self._generator = generator
+        self._generator, self._variance = generator, alignment_variance(known_map.noise)
         self.hypotheses = Hypotheses()
-        self._motion = motion
+        self._motion, self._scale_error = motion_model(robot), robot.odometry.scale_error
         self.configure(parameters)
 
     def configure(self, parameters: LocaliserParameters) -> None:
@@ -112,7 +107,7 @@ class ParticleFilter:
         for hypothesis in self.hypotheses:
             before, heading = hypothesis.particle_set.poses, hypothesis.pose.heading
             least = hypothesis.least or LeastCovariance.of(hypothesis.covariance)
-            least = least.moved(heading, motion.moved, noise, ODOMETRY_SCALE)
+            least = least.moved(heading, motion.moved, noise, self._scale_error)
             poses = self._motion.sample(before, motion.moved, self._generator)
             if motion.covariance.any():
                 poses = disturb(poses, before[:, 2], motion.covariance, self._generator)
@@ -146,7 +141,7 @@ class ParticleFilter:
             self._field.distances, self._field.placement, as_row(pose)[None],
             np.ascontiguousarray(points), _WEIGHT, 1,
         )  # fmt: skip
-        share = TRUST / _POINT_VARIANCE
+        share = TRUST / self._variance
         information = share * observable(found[0], points.shape[0])
         turn = wrap_angle(pose.heading - predicted.heading)
         by = np.array([pose.x - predicted.x, pose.y - predicted.y, turn])
@@ -159,7 +154,7 @@ class ParticleFilter:
     def _align(self, hypothesis: Hypothesis, points: FloatArray) -> None:
         """Align the scan to the map, with the mean and covariance of the particles as prior."""
         pose, spread_out = hypothesis.pose, hypothesis.covariance + _LEAST_SPREAD
-        information = _POINT_VARIANCE * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
+        information = self._variance * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
         aligned = as_pose(self._kernels.refine_pose(
             self._field.distances, self._field.placement, as_row(pose), information, points, 0.1,
         ))  # fmt: skip

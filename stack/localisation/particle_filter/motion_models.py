@@ -8,26 +8,37 @@ moves on arcs and never turns in place. Errors that odometry itself states (slip
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 
-from stack.drivetrain.drivetrain import Drivetrain
+from stack.drivetrain.description import RobotDescription
 from stack.localisation.planar import rotation
 from stack.types import FloatArray, Pose2D, wrap_angle
 
-ALPHA_1, ALPHA_2, ALPHA_3, ALPHA_4, ALPHA_5 = 0.01, 0.01, 0.02, 0.001, 0.02
+ALPHAS = (25.0, 25.0, 50.0, 2.5, 50.0)
 """Variance of rotation per rotation and per translation squared, of translation per translation and
 per rotation squared (Probabilistic Robotics, 2005, table 5.6, in AMCL's convention), and across the
-motion of omnidirectional robots (AMCL)."""
+motion of omnidirectional robots (AMCL); all in squares of the wheels' slip. Several times the slip:
+particles must also reach poses that the wheels do not explain."""
 
-SKID_FACTOR = 4.0
-"""Factor of alpha_1 and alpha_4 for skid-steered robots: their wheels slide in turns."""
+LEAST_SLIP = 0.005
+"""Slip below which particles do not spread enough to be told apart by scans."""
 
 
 class MotionModel(ABC):
-    """Errors of an odometry displacement."""
+    """Errors of an odometry displacement.
+
+    Args:
+        slip: standard deviation of a wheel's slip on its first metre, metres.
+        sliding: relative standard deviation of a turn by the wheels besides slip.
+    """
+
+    def __init__(self, slip: float, sliding: float = 0.0) -> None:
+        square = max(slip, LEAST_SLIP) ** 2
+        squares = np.array([square, square, square, square, square])
+        squares[[0, 3]] += sliding**2
+        self._alphas: list[float] = np.multiply(ALPHAS, squares).tolist()
 
     def sample(
         self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
@@ -58,16 +69,8 @@ class MotionModel(ABC):
         """Return the derivative (3, m) of the displacement with respect to the errors."""
 
 
-@dataclass(frozen=True, slots=True)
 class MotionNoise(MotionModel):
-    """Motion model of differential robots: rotation, translation, rotation.
-
-    Attributes:
-        skid: factor of the errors by rotation (alpha_1, alpha_4); above 1 for wheels that slide
-            sideways in turns.
-    """
-
-    skid: float = 1.0
+    """Motion model of differential robots: rotation, translation, rotation."""
 
     def _moved(self, poses: FloatArray, moved: Pose2D, errors: FloatArray) -> FloatArray:
         distance, first, second = self._parts(moved)
@@ -95,11 +98,11 @@ class MotionNoise(MotionModel):
         if distance < 0.01:
             # Below a centimetre the direction of travel is noise.
             turn_1, turn_2 = 0.0, abs(moved.heading)
-        turning, shifting = self.skid * ALPHA_1, self.skid * ALPHA_4
+        a1, a2, a3, a4, _ = self._alphas
         return [
-            sqrt(turning * turn_1**2 + ALPHA_2 * distance**2),
-            sqrt(ALPHA_3 * distance**2 + shifting * (turn_1**2 + turn_2**2)),
-            sqrt(turning * turn_2**2 + ALPHA_2 * distance**2),
+            sqrt(a1 * turn_1**2 + a2 * distance**2),
+            sqrt(a3 * distance**2 + a4 * (turn_1**2 + turn_2**2)),
+            sqrt(a1 * turn_2**2 + a2 * distance**2),
         ]
 
 
@@ -124,10 +127,11 @@ class OmniMotionNoise(MotionModel):
 
     def _deviations(self, moved: Pose2D) -> list[float]:
         distance, turn = moved.x**2 + moved.y**2, moved.heading**2  # both squared
+        a1, a2, a3, a4, a5 = self._alphas
         return [
-            sqrt(ALPHA_3 * distance + ALPHA_4 * turn),
-            sqrt(ALPHA_5 * distance + ALPHA_4 * turn),
-            sqrt(ALPHA_1 * turn + ALPHA_2 * distance),
+            sqrt(a3 * distance + a4 * turn),
+            sqrt(a5 * distance + a4 * turn),
+            sqrt(a1 * turn + a2 * distance),
         ]
 
 
@@ -154,16 +158,18 @@ class CarMotionNoise(MotionModel):
     def _deviations(self, moved: Pose2D) -> list[float]:
         distance = hypot(moved.x, moved.y)
         turn = abs(moved.heading) if distance >= 1e-3 else 0.0
-        return [sqrt(ALPHA_3) * distance, sqrt(ALPHA_1 * turn**2 + ALPHA_2 * distance**2)]
+        a1, a2, a3, _, _ = self._alphas
+        return [sqrt(a3) * distance, sqrt(a1 * turn**2 + a2 * distance**2)]
 
 
-def motion_model(drivetrain: Drivetrain) -> MotionModel:
-    """Return the motion model of a drive."""
-    if drivetrain.can_move_sideways:
-        return OmniMotionNoise()
-    if not drivetrain.turns_in_place:
-        return CarMotionNoise()
-    return MotionNoise(SKID_FACTOR if drivetrain.skids else 1.0)
+def motion_model(robot: RobotDescription) -> MotionModel:
+    """Return the motion model of a robot's drive, with the slip of its wheels."""
+    slip = robot.odometry.slip
+    if robot.drivetrain.can_move_sideways:
+        return OmniMotionNoise(slip)
+    if not robot.drivetrain.turns_in_place:
+        return CarMotionNoise(slip)
+    return MotionNoise(slip, robot.turn_deviation)
 
 
 def disturb(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.distance_field import SignedDistanceField, alignment_variance
 from stack.localisation.health import VIEW_BEAMS, ScanEvaluator, ScanView, spread
 from stack.localisation.planar import as_pose, as_row
 from stack.localisation.search.matches import GlobalMatch, Views, beam_points, distinct
@@ -29,9 +29,6 @@ RIVAL_ANGLE = 2.0
 _EVIDENCE_BEAMS = VIEW_BEAMS
 """Beams of a scan, evenly spread, that count as evidence."""
 
-_POINT_VARIANCE = 0.05**2
-"""m²; of a return about the map's surface. Larger than the lidar's: beams are not independent."""
-
 _ROUGH, _FINE = np.array([0.3, 0.1]), np.array([0.1])
 """Metres; residuals with a quarter of the weight, in successive alignments."""
 
@@ -42,14 +39,16 @@ class MatchEvaluator:
     Args:
         field: the map.
         evaluator: of the same map.
+        noise: standard deviation of a range of the lidar, metres.
     """
 
-    def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator) -> None:
+    def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator, noise: float) -> None:
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search_kernels
 
         self._classes, self._kernels = kernels, search_kernels
         self._field, self._evaluator = field, evaluator
+        self._variance = alignment_variance(noise)
         self._penalties = np.zeros(7)
         self._penalties[[kernels.SHORT, kernels.MISSING, kernels.BEYOND]] = SHORT_PENALTY
         self._penalties[kernels.LONG] = LONG_PENALTY
@@ -118,7 +117,7 @@ class MatchEvaluator:
             fits += seen.fit
         # Along a corridor nothing fixes the pose but that other places are other matches.
         weak = np.diag([1.0 / 0.5**2, 1.0 / 0.5**2, 1.0 / 0.5**2])
-        covariance = np.linalg.inv(information / _POINT_VARIANCE + weak)
+        covariance = np.linalg.inv(information / self._variance + weak)
         return GlobalMatch(
             pose, fits / len(views), np.asarray(covariance, dtype=np.float64), evidence, cost
         )

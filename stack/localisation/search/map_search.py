@@ -36,14 +36,15 @@ class MapSearch:
     Args:
         field: the map.
         evaluator: of the same map.
+        noise: standard deviation of a range of the lidar, metres.
 
     Attributes:
         ranking: aligns and ranks poses on the map.
     """
 
-    def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator) -> None:
+    def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator, noise: float) -> None:
         self._field = field
-        self.ranking = MatchEvaluator(field, evaluator)
+        self.ranking = MatchEvaluator(field, evaluator, noise)
 
     @cached_property
     def _lattice(self) -> LatticeSearch:

@@ -46,9 +46,6 @@ SEARCH_PERIOD = 5.0
 MAP_PERIOD = 1.0
 """Time between two updates of the costmap's map, s."""
 
-SMALL_CORRECTION = 0.02
-"""Metres: corrections by the optimiser below this are no jump."""
-
 LONGEST_LINK = 10.0
 """Seconds over which odometry links an earlier pose to a keyframe."""
 
@@ -113,8 +110,9 @@ class SlamEstimator(Estimator):
 
         super().__init__(parameters, robot, grid, seed)
         self.lidar = parameters.lidar or robot.main_lidar
+        self._noise = robot.range_noise(self.lidar)
         self._clearance, self._seed = robot.footprint.inscribed_radius + CLEARANCE, seed
-        self.mapper = Mapper(parameters, immediate=False)
+        self.mapper = Mapper(parameters, noise=self._noise, immediate=False)
         self._wants_mapping = self.starts_mapping
         self._on_map: tuple[OccupancyGrid, GlobalLocalisation] | None = None
         self._is_located, self._search_due = True, 0.0
@@ -123,7 +121,7 @@ class SlamEstimator(Estimator):
         self._matched = Pose2D(0.0, 0.0)
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
         self._consistency = MapConsistency()
-        self._health, self._jumps = 1.0, 0
+        self._health = 1.0
         self._time = self._corrected_at = self._scanned_at = 0.0
         self._is_started, self._is_real_time = False, False
         self._taken, self._map_due = self.mapper.shown_grid, 0.0
@@ -149,7 +147,7 @@ class SlamEstimator(Estimator):
         graph = read_graph(folder)
         if not graph.keyframes:
             raise InputError(f"{folder}: the pose graph has no keyframes; map again")
-        self.mapper = Mapper(self.parameters, graph, immediate=False)
+        self.mapper = Mapper(self.parameters, graph, noise=self._noise, immediate=False)
         self._worker.close()
         self._worker = OptimiserWorker(waits=not self._is_real_time)
         self._shows_map, self._taken, self._on_map = True, self.mapper.shown_grid, None
@@ -273,7 +271,7 @@ class SlamEstimator(Estimator):
         p = self.parameters
         return PoseEstimate(
             self._map_from_odom.compose(self._odometry), self._covariance, self._health,
-            self._map_from_odom, self._corrected_at, self._jumps, self._rivals,
+            self._map_from_odom, self._corrected_at, self._rivals,
             HealthThresholds(p.lost_health, p.good_health),
         )  # fmt: skip
 
@@ -342,7 +340,7 @@ class SlamEstimator(Estimator):
         if self._is_started:
             self._map_from_odom = pose.compose(self._odometry.inverse())
         self.mapper.set_pose(pose, self._odometry)
-        self._jumps, self._corrected_at = self._jumps + 1, self._time
+        self._corrected_at = self._time
 
     def _apply_mode(self) -> None:
         """Map if that is wanted and possible; follow hypotheses on the map otherwise."""
@@ -354,7 +352,7 @@ class SlamEstimator(Estimator):
     def _localisation(self) -> GlobalLocalisation:
         """Return the localisation on the map as it is drawn now."""
         if self._on_map is None or (self._on_map[0] is not self.grid and not self._rivals):
-            localisation = GlobalLocalisation(self.grid, self._seed)
+            localisation = GlobalLocalisation(self.grid, self._noise, self._seed)
             localisation.restart([GlobalMatch(self.estimate.pose, 1.0)], self._odometry)
             self._on_map = self.grid, localisation
         return self._on_map[1]
@@ -392,5 +390,4 @@ class SlamEstimator(Estimator):
         after = self.mapper.pose
         correction = after.compose(before.inverse())
         self._map_from_odom = correction.compose(self._map_from_odom)
-        if after.distance_to(before) > SMALL_CORRECTION:
-            self._jumps, self._corrected_at = self._jumps + 1, self._time
+        self._corrected_at = self._time

@@ -40,12 +40,13 @@ class GlobalLocalisation:
 
     Args:
         grid: the map.
+        noise: standard deviation of a range of the lidar, metres.
         seed: of the run.
     """
 
-    def __init__(self, grid: OccupancyGrid, seed: int) -> None:
+    def __init__(self, grid: OccupancyGrid, noise: float, seed: int) -> None:
         self._map = KnownMap(
-            grid, LocaliserParameters().health_obstacles, stream(seed, "slam health")
+            grid, noise, LocaliserParameters().health_obstacles, stream(seed, "slam health")
         )
         self._views = RecentViews()
         self._hypotheses = Hypotheses()

@@ -12,7 +12,6 @@ from stack.localisation.planar import are_near
 from stack.mapping.slam.graph import Edge, PoseGraph
 from stack.mapping.slam.matching.local_map import (
     EDGE_OVERLAP,
-    RESIDUAL_DEVIATION,
     LocalMap,
     ScanMatch,
     align_pair,
@@ -216,7 +215,7 @@ class LoopClosure:
         if match.overlap < LOOP_OVERLAP or match.pose.distance_to(found) > 0.3:
             return None
         weakest = float(np.linalg.eigvalsh(match.information[:2, :2])[0])
-        if weakest < LEAST_POINTS / RESIDUAL_DEVIATION**2:
+        if weakest < LEAST_POINTS / scan.deviation**2:
             return None
         return LoopMatch(keyframe, place, match.pose, match)
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stack.drivetrain.description import LidarDescription
 from stack.localisation.planar import are_near
 from stack.mapping.slam.graph import (
     Edge,
@@ -67,6 +68,7 @@ class Mapper:
     Args:
         parameters: of matching, loop closure and rendering.
         graph: to continue, as a new session; empty by default.
+        noise: standard deviation of a range of the lidar, metres.
         keep_trajectory: keep the pose of every scan, for `trajectory`, and all keyframes; memory
             grows with time. Otherwise redundant and outdated keyframes are removed.
         immediate: optimise within `add`, for logs; otherwise the caller watches `needs_optimising`.
@@ -81,6 +83,7 @@ class Mapper:
         parameters: MapperParameters | None = None,
         graph: PoseGraph | None = None,
         *,
+        noise: float = LidarDescription.noise,
         keep_trajectory: bool = False,
         immediate: bool = True,
     ) -> None:
@@ -92,7 +95,7 @@ class Mapper:
         self.needs_optimising = False
         self.loop_closures = 0
         self.match: ScanMatch | None = None
-        self._immediate = immediate
+        self._immediate, self._noise = immediate, noise
         self._scans: dict[int, PreparedScan] = {}
         self._loops = LoopClosure(self.parameters, self.graph, self.neighbourhood, self.prepared)
         self._upkeep = MapUpkeep(self.graph, self.neighbourhood)
@@ -126,7 +129,7 @@ class Mapper:
             odometry_pose: of the base at the stamp, odom frame.
             scan: deskewed.
         """
-        prepared = prepare(scan, self.parameters.match_range)
+        prepared = prepare(scan, self.parameters.match_range, self._noise)
         if self._last is None and not self.is_mapping and self.graph.keyframes:
             self._pose = self._pose.compose(odometry_pose.relative_to(self._odometry))
             self._odometry, self.match = odometry_pose, None
@@ -266,7 +269,7 @@ class Mapper:
         """Return the points and normals of a keyframe."""
         if keyframe not in self._scans:
             scan = self.graph.keyframes[keyframe].scan
-            self._scans[keyframe] = prepare(scan, self.parameters.match_range)
+            self._scans[keyframe] = prepare(scan, self.parameters.match_range, self._noise)
         return self._scans[keyframe]
 
     def _matched(self, odometry: Pose2D, scan: PreparedScan) -> Pose2D:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stack.drivetrain.description import LidarDescription
 from stack.errors import InputError
 from stack.localisation.distance_field import SignedDistanceField, surface_field
 from stack.localisation.health import ScanEvaluator
@@ -169,7 +170,8 @@ Votes = list[tuple[Pose2D, list[Pose2D]]]
 
 def _votes(second: PoseGraph, field: SignedDistanceField) -> Votes:
     """Search the parts of the second map on the first one."""
-    search = MapSearch(field, ScanEvaluator(field))
+    noise = LidarDescription.noise  # a saved graph does not name its lidar
+    search = MapSearch(field, ScanEvaluator(field, noise), noise)
     mapper = Mapper(graph=second, keep_trajectory=True)
     middles: list[int] = []
     for number, keyframe in second.keyframes.items():

@@ -19,9 +19,9 @@ from stack.perception.markers.planar_pose import FloorFit, align_on_floor, proje
 from stack.perception.markers.relative_pose import base_poses
 from stack.perception.markers.square_pose import (
     SAME_POSE,
-    SHARED,
     candidates_of,
     corners_in_map,
+    shared_covariance,
 )
 from stack.types import (
     CameraModel,
@@ -76,7 +76,7 @@ def joint_fix(
     candidates: tuple[PoseCandidate, ...] = ()
     if len(chosen) == 1:
         candidates = _by_one(image.camera, explained[0], pixels[chosen[0]], fits, parameters)
-    return MarkerFix(image.stamp, explained, candidates or candidates_of(fits))
+    return MarkerFix(image.stamp, explained, candidates or candidates_of(fits, parameters))
 
 
 def _by_one(
@@ -90,7 +90,7 @@ def _by_one(
         off = np.subtract(marker.position[:2], (one.pose.x, one.pose.y))
         # An error of the marker's position moves the base; turned, the base goes round the marker.
         lever = np.array([[1.0, 0.0, off[1]], [0.0, 1.0, -off[0]], [0.0, 0.0, 1.0]])
-        covariance = one.covariance + (lever * on_map) @ lever.T + SHARED
+        covariance = one.covariance + (lever * on_map) @ lever.T + shared_covariance(parameters)
         error = min(fits, key=lambda fit: fit.pose.distance_to(one.pose)).error
         found.append(PoseCandidate(one.pose, error, covariance, one.share))
     return tuple(found)

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from stack.parameters import parameter
 from stack.types import MARKER_DICTIONARIES
 
-POSITION_NOISE, HEADING_NOISE = 0.01, 0.005
-"""Standard deviations, metres and radians, of what all pictures share: mount of the camera, map."""
-
 LARGEST_ERROR = 2.0
 """Reprojection error in pixels from which on a marker is elsewhere than the map says."""
 
@@ -43,6 +40,14 @@ class MarkerParameters:
         0.4, "px", above=0.0, at_most=10.0,
         help="standard deviation of a marker's corner in the image; scales the covariance",
     )  # fmt: skip
+    mount_deviation: float = parameter(
+        0.01, "m", at_least=0.0, at_most=0.5,
+        help="standard deviation of the camera's position on the robot: an error that all pictures "
+        "share; set it in the robot file",
+    )  # fmt: skip
+    mount_angle_deviation: float = parameter(
+        0.005, "rad", at_least=0.0, at_most=0.5, help="likewise of its direction"
+    )
     farthest: float = parameter(
         6.0, "m", above=0.0, help="markers farther away do not correct the pose"
     )

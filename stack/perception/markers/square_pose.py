@@ -13,7 +13,7 @@ from math import acos, cos, sin
 import numpy as np
 
 from stack.frames.tree import inverse, on_floor
-from stack.perception.markers.parameters import HEADING_NOISE, POSITION_NOISE, MarkerParameters
+from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.planar_pose import FloorFit, align_on_floor
 from stack.types import CameraModel, FloatArray, Marker, Pose2D, PoseCandidate
 
@@ -28,9 +28,6 @@ LARGEST_CORRECTION = 0.5
 
 SAME_POSE = 0.02
 """Metres; solutions closer than this after the floor constraint are the same."""
-
-SHARED = np.diag(np.square([POSITION_NOISE, POSITION_NOISE, HEADING_NOISE]))
-"""Covariance (3, 3) of x, y and heading that all pictures share."""
 
 _EVIDENCE = 0.2
 """Exponent of the likelihood by which two solutions are compared: the errors of the corners are
@@ -141,16 +138,24 @@ def base_candidates(
     if not fits:
         loose = [PoseCandidate(pose, one.error, share=1.0 / len(kept)) for one, pose in kept]
         return kept[0][0].distance, tuple(loose)
-    return kept[0][0].distance, candidates_of(fits)
+    return kept[0][0].distance, candidates_of(fits, parameters)
 
 
-def candidates_of(fits: list[FloorFit]) -> tuple[PoseCandidate, ...]:
+def shared_covariance(parameters: MarkerParameters) -> FloatArray:
+    """Return the covariance (3, 3) of x, y and heading that all pictures share: the mount."""
+    position, angle = parameters.mount_deviation, parameters.mount_angle_deviation
+    covariance: FloatArray = np.diag(np.square([position, position, angle]))
+    return covariance
+
+
+def candidates_of(fits: list[FloorFit], parameters: MarkerParameters) -> tuple[PoseCandidate, ...]:
     """Return fits of the same corners as candidates, with covariances, the most probable first."""
     costs = np.array([fit.cost for fit in fits])
     shares = np.exp(-_EVIDENCE * (costs - costs.min()))
     shares /= shares.sum()
+    common = shared_covariance(parameters)
     found = [
-        PoseCandidate(fit.pose, fit.error, fit.covariance + SHARED, float(share))
+        PoseCandidate(fit.pose, fit.error, fit.covariance + common, float(share))
         for fit, share in zip(fits, shares, strict=True)
     ]
     return tuple(sorted(found, key=lambda candidate: candidate.error))

@@ -18,7 +18,7 @@ import numpy as np
 
 from stack.frames.tree import inverse, lifted
 from stack.perception.markers.detector import MarkerDetection
-from stack.perception.markers.parameters import HEADING_NOISE, POSITION_NOISE, MarkerParameters
+from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.square_pose import corners_in_map, mean_side, square_solutions
 from stack.types import CameraModel, FloatArray, Image, Marker, Pose2D, wrap_angle
 
@@ -117,7 +117,9 @@ class MarkerSurvey:
             mapped: markers that the estimator has measured. They are returned with the errors that
                 all pictures share, instead of what their views give.
         """
-        found: list[Marker | None] = [_with_shared_errors(marker) for marker in mapped]
+        found: list[Marker | None] = [
+            _with_shared_errors(marker, self.parameters) for marker in mapped
+        ]
         known = {(marker.dictionary, marker.number) for marker in mapped}
         for key, views in sorted(self.views.items()):
             if key not in known and len(views) >= self.parameters.least_views:
@@ -128,10 +130,10 @@ class MarkerSurvey:
         return tuple(sorted(surveyed_ones, key=lambda one: (one.dictionary, one.number)))
 
 
-def _with_shared_errors(marker: Marker) -> Marker:
+def _with_shared_errors(marker: Marker, p: MarkerParameters) -> Marker:
     return replace(
-        marker, position_deviation=hypot(marker.position_deviation, POSITION_NOISE),
-        heading_deviation=hypot(marker.heading_deviation, HEADING_NOISE),
+        marker, position_deviation=hypot(marker.position_deviation, p.mount_deviation),
+        heading_deviation=hypot(marker.heading_deviation, p.mount_angle_deviation),
     )  # fmt: skip
 
 
@@ -151,7 +153,8 @@ def surveyed(
     if not found:
         return None
     _, unknowns, covariance = min(found, key=lambda one: one[0])
-    common = np.square([POSITION_NOISE, POSITION_NOISE, 0.0, HEADING_NOISE])
+    mount, turn = parameters.mount_deviation, parameters.mount_angle_deviation
+    common = np.square([mount, mount, 0.0, turn])
     covariance = covariance * max(1.0, len(views) / _INDEPENDENT)
     total = covariance + _of_poses(unknowns, views) + np.diag(common)
     position = float(np.sqrt(np.linalg.eigvalsh(total[:2, :2])[-1]))

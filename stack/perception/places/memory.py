@@ -29,6 +29,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    has_jumped,
     wrap_angle,
 )
 
@@ -76,7 +77,8 @@ class PlaceMemory:
         self._looked: list[tuple[float, Pose2D]] = []
         self._recogniser: PlaceRecogniser | None = None
         self._last: tuple[Image, tuple[PlaceSighting, ...]] | None = None
-        self._jumps, self._wants = 0, False
+        self._estimate: PoseEstimate | None = None
+        self._wants = False
 
     def configure(self, parameters: PlaceParameters) -> None:
         """Use other parameters from now on.
@@ -122,9 +124,9 @@ class PlaceMemory:
         scan = observation.named(self._lidar, Scan)
         if scan is not None:
             self._scans.append(scan)
-        trusted = estimate.is_good and not estimate.ambiguous and estimate.jumps == self._jumps
-        self._jumps, self._wants = estimate.jumps, False
-        if not trusted:
+        before, self._estimate, self._wants = self._estimate, estimate, False
+        jumped = before is not None and has_jumped(before, estimate)
+        if jumped or estimate.ambiguous or not estimate.is_good:
             self._forget_pending()
             return
         self._settle(observation.time)

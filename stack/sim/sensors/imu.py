@@ -1,4 +1,4 @@
-"""Six-axis IMU with white noise and a constant bias on each axis."""
+"""Six-axis IMU: white noise, a constant bias on each axis, an error of the gyro's scale."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ class Imu:
         accelerometer_bias = self._random.normal(0.0, description.accelerometer_bias, 3)
         self._bias = np.concatenate([gyro_bias, accelerometer_bias])
         self._noise = np.repeat([description.gyro_noise, description.accelerometer_noise], 3)
+        scale = stream(seed, "imu scale").normal(1.0, description.gyro_scale_error)
+        self._scale = np.repeat([scale, 1.0], 3)
         self._velocity: Vector | None = None
         self._samples: list[_Sample] = []
 
@@ -45,7 +47,7 @@ class Imu:
         if not self._samples:
             return None
         rows, self._samples = np.array(self._samples), []
-        measured = rows[:, 1:] + self._bias
+        measured = rows[:, 1:] * self._scale + self._bias
         measured += self._noise * self._random.standard_normal(measured.shape)
         return ImuReading(rows[:, 0].copy(), measured[:, :3].copy(), measured[:, 3:].copy())
 

@@ -51,8 +51,6 @@ def test_a_mission_names_an_estimator_and_sets_its_parameters(mission):
     choice = chosen(mission("localisation: {use: mcl, max_particles: 900, min_particles: 400}\n"))
     assert (choice.parameters.max_particles, choice.parameters.min_particles) == (900, 400)
     assert chosen(mission("localisation: dead_reckoning\n")).name == "dead_reckoning"
-    path = mission("map: none\nlocalisation: {distance_variance: 0.001}\n")
-    assert chosen(path).parameters.distance_variance == 0.001
 
 
 def test_the_command_line_chooses_and_sets_parameters(mission):

@@ -29,8 +29,9 @@ def driven(seconds: float, rate: float = 1.0, span: float = 10.0) -> TransformBu
     return frames
 
 
-def estimate(map_from_odom: Pose2D, corrected_at: float, jumps: int = 0) -> PoseEstimate:
-    return PoseEstimate(Pose2D(0.0, 0.0), np.eye(3), 1.0, map_from_odom, corrected_at, jumps)
+def estimate(map_from_odom: Pose2D, corrected_at: float) -> PoseEstimate:
+    """At the origin of odometry."""
+    return PoseEstimate(map_from_odom, np.eye(3), 1.0, map_from_odom, corrected_at)
 
 
 @given(st.floats(0.0, 9.0), st.floats(-3.0, 3.0))
@@ -58,18 +59,25 @@ def test_headings_are_interpolated_across_half_a_turn():
 def test_a_correction_is_interpolated_and_a_jump_is_not():
     frames = driven(4.0, rate=0.0)
     frames.correct(estimate(Pose2D(1.0, 0.0), 1.0))
-    frames.correct(estimate(Pose2D(2.0, 0.0), 2.0))
-    frames.correct(estimate(Pose2D(9.0, 0.0), 3.0, jumps=1))
+    frames.correct(estimate(Pose2D(1.2, 0.0), 2.0))
+    frames.correct(estimate(Pose2D(9.0, 0.0), 3.0))
     at = {stamp: frames.map_from_odom(stamp).x for stamp in (0.5, 1.0, 1.5, 2.0, 2.9, 3.0, 4.0)}
-    assert at == {0.5: 1.0, 1.0: 1.0, 1.5: 1.5, 2.0: 2.0, 2.9: 2.0, 3.0: 9.0, 4.0: 9.0}
+    assert at == {0.5: 1.0, 1.0: 1.0, 1.5: 1.1, 2.0: 1.2, 2.9: 1.2, 3.0: 9.0, 4.0: 9.0}
     assert frames.pose_at("map", 3.5).x == 9.0
 
 
 def test_a_correction_by_an_older_measurement_counts_from_the_last_one():
     frames = driven(4.0, rate=0.0)
-    frames.correct(estimate(Pose2D(1.0, 0.0), 2.0, jumps=1))
-    frames.correct(estimate(Pose2D(1.1, 0.0), 1.9, jumps=1))
+    frames.correct(estimate(Pose2D(1.0, 0.0), 2.0))
+    frames.correct(estimate(Pose2D(1.1, 0.0), 1.9))
     assert frames.map_from_odom(2.0).x == 1.1
+
+
+def test_a_jump_that_is_corrected_at_its_own_stamp_stays_one():
+    frames = driven(4.0)
+    for x, stamp in ((1.0, 1.0), (5.0, 2.0), (5.1, 2.0)):
+        frames.correct(estimate(Pose2D(x, 0.0), stamp))
+    assert frames.map_from_odom(1.9).x == 1.0 and frames.map_from_odom(2.0).x == 5.1
 
 
 def test_motion_is_expressed_in_the_base_frame_of_the_first_stamp():

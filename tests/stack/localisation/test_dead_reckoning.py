@@ -1,17 +1,20 @@
 """Driving without a map: the pose is odometry placed at the initial pose."""
 
+from dataclasses import replace
 from math import pi, sqrt
 
 import numpy as np
 import pytest
 
+from stack.drivetrain.description import ImuDescription, OdometryNoise
 from stack.errors import NavigationError
 from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.parameters import DeadReckoningParameters
 from stack.types import Pose2D, Scan
 from tests.stack.navigation.toy_world import robot
 
-DISTANCE_VARIANCE = 2e-4
+DISTANCE_VARIANCE = 0.02**2 / 2.0
+"""Of the mean of two wheels with the default slip of 2 %, m²/m."""
 SCAN = Scan(0.0, np.full(4, np.inf, np.float32), 0.0, 0.1, 0.1, 10.0)
 
 
@@ -71,10 +74,18 @@ def test_global_relocalisation_fails_without_a_map():
         estimator.localise_globally(SCAN)
 
 
-def test_a_changed_variance_applies_from_the_next_motion():
-    estimator = started_at(Pose2D(0.0, 0.0))
-    estimator.follow(Pose2D(0.0, 0.0))
-    estimator.follow(Pose2D(1.0, 0.0))
-    estimator.configure(DeadReckoningParameters(distance_variance=0.01))
-    estimator.follow(Pose2D(2.0, 0.0))
-    assert estimator.estimate.covariance[0, 0] == pytest.approx(2e-4 + 0.01)
+@pytest.mark.parametrize("slip", [0.01, 0.02, 0.08])
+def test_the_drift_follows_from_the_slip_in_the_robot_file(slip):
+    """The mean of two wheels has half the variance of one; without a gyro they also turn."""
+    rover = replace(robot(), odometry=OdometryNoise(slip=slip))
+    deviations = []
+    for imu in (None, ImuDescription()):
+        described = replace(rover, imu=imu)
+        estimator = DeadReckoning(DeadReckoningParameters(), described, None, 0)
+        for x in (0.0, 1.0):
+            estimator.follow(Pose2D(x, 0.0))
+        covariance = estimator.estimate.covariance
+        assert covariance[0, 0] == pytest.approx(slip**2 / 2.0)
+        deviations.append(sqrt(covariance[2, 2]))
+    assert deviations[0] == pytest.approx(sqrt(2.0) * slip / 0.35, rel=0.1)  # track 35 cm
+    assert deviations[1] == pytest.approx(sqrt(1e-5))

@@ -186,7 +186,7 @@ def test_calibration_on_a_map_without_free_space_has_a_fallback():
     place.grid.cells[:] = 100
     field = surface_field(place.grid)
     scan = Scan(0.0, np.ones(36, dtype=np.float32), -pi, 2 * pi / 36, 0.1, 12.0)
-    scale = calibrate(ScanEvaluator(field), field, scan, 7, np.random.default_rng(0))
+    scale = calibrate(ScanEvaluator(field, 0.01), field, scan, 0.01, 7, np.random.default_rng(0))
     assert 0.0 < scale.low < scale.middle < 1.0
 
 
@@ -196,7 +196,7 @@ def test_a_scale_for_few_obstacles_expects_a_better_fit():
     scan = place.scan(Pose2D(2.0, 2.5), 0.0, np.random.default_rng(0))
     few, usual = (
         calibrate(
-            ScanEvaluator(field), field, scan, count,
+            ScanEvaluator(field, 0.01), field, scan, 0.01, count,
             np.random.default_rng(0),
         )
         for count in (0, 7)

@@ -23,7 +23,7 @@ def pushes(monkeypatch):
 
 
 def touch_of(place) -> TouchSense:
-    evaluator = ScanEvaluator(surface_field(place.grid))
+    evaluator = ScanEvaluator(surface_field(place.grid), 0.01)
     return TouchSense(robot().footprint, evaluator)
 
 

@@ -83,9 +83,9 @@ def test_particles_are_at_least_as_wide_as_they_must_be(seed, size):
 @pytest.mark.parametrize(
     "model",
     [
-        MotionNoise(4.0),
-        OmniMotionNoise(),
-        CarMotionNoise(),
+        MotionNoise(0.02, 0.035),
+        OmniMotionNoise(0.02),
+        CarMotionNoise(0.02),
     ],
 )
 @pytest.mark.parametrize("moved", [Pose2D(0.2, 0.02, 0.2), Pose2D(-0.1, 0.01, -0.1)])

@@ -23,7 +23,7 @@ class Rig:
         self.rival = rival
         self.world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
         self.views, self.avoided, self.health = list(views), [], 0.9
-        self.resolved_at, self.resolved, self.jumps = resolved_at, False, 0
+        self.resolved_at, self.resolved, self.shift = resolved_at, False, Pose2D(0.0, 0.0)
         self.lidar = "lidar"
         self.toy = ToyDrive(self.world, estimator=self, **settings)
         self.navigator = self.toy.navigator
@@ -33,7 +33,11 @@ class Rig:
         self.resolved |= self.world.pose.x >= self.resolved_at
         rivals = () if self.resolved else (RivalPose(self.rival, 0.4),)
         return PoseEstimate(
-            self.world.pose, np.eye(3) * 1e-4, self.health, jumps=self.jumps, rivals=rivals
+            self.shift.compose(self.world.pose),
+            np.eye(3) * 1e-4,
+            self.health,
+            self.shift,
+            rivals=rivals,
         )
 
     def best_view(self, scan, avoided=()):
@@ -107,7 +111,7 @@ def test_a_jump_of_the_estimate_asks_for_another_view(make):
     task = rig.navigator.base.disambiguate()
     while rig.world.pose.x < 1.5:
         rig.step()
-    rig.jumps += 1
+    rig.shift = Pose2D(0.5, 0.0)
     assert rig.run(task) is TaskStatus.FAILED
     assert rig.world.pose.x < 3.0
     assert [len(avoided) for avoided in rig.avoided] == [0, 0, 1]

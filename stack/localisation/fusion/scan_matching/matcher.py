@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, hypot
+from math import ceil, hypot, sqrt
 
 import numpy as np
 
@@ -21,8 +21,9 @@ MATCHING_RANGE = 12.0
 """Longer ranges are not matched, m."""
 MATCHING_POINTS = 180
 """Points of a scan that are matched."""
-RANGE_DEVIATION = 0.015
-"""Standard deviation of a point from the line of a wall, m."""
+LINE_VARIANCE = 0.015**2 - 0.01**2
+"""m²; of a point about the line of a wall, besides the lidar's noise: walls are not straight.
+1.5 cm with a noise of 1 cm."""
 LINE_RADIUS = 0.2
 """Radius in which the points of a keyframe are joined to a line, m."""
 WEAKEST_DEVIATION = 0.05
@@ -93,11 +94,12 @@ class Keyframe:
 
     Args:
         points: (n, 2) base frame, in the order of the beams.
+        deviation: of a point from the line of a wall, metres.
     """
 
-    def __init__(self, points: FloatArray) -> None:
+    def __init__(self, points: FloatArray, deviation: float) -> None:
         self.points = points
-        self.lines = kernels.fit_lines(points, LINE_RADIUS, RANGE_DEVIATION)
+        self.lines = kernels.fit_lines(points, LINE_RADIUS, deviation)
         cells = 2 * ceil((MATCHING_RANGE + kernels.REACH) / kernels.CELL)
         self.nearest = kernels.nearest_points(points, cells)
 
@@ -105,13 +107,17 @@ class Keyframe:
 class ScanMatcher:
     """Matches scans to a keyframe.
 
+    Args:
+        noise: standard deviation of a range of the lidar, metres.
+
     Attributes:
         keyframe: None before the first scan.
         expected_share: share of the last scan's points that its predicted pose explained.
         last_share: share of the points that the last match explained.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, noise: float) -> None:
+        self._deviation = sqrt(noise**2 + LINE_VARIANCE)
         self.keyframe: Keyframe | None = None
         self.expected_share = self.last_share = 1.0
         self._unconfirmed: tuple[FloatArray, int] | None = None
@@ -133,7 +139,7 @@ class ScanMatcher:
 
     def set_keyframe(self, points: FloatArray) -> None:
         """Make the points (n, 2) of a scan the keyframe."""
-        self.keyframe, self._unconfirmed = Keyframe(points), None
+        self.keyframe, self._unconfirmed = Keyframe(points, self._deviation), None
         self.last_share = 1.0
 
     def match(
@@ -172,14 +178,14 @@ class ScanMatcher:
     def _share(self, points: FloatArray, pose: FloatArray) -> float:
         k = self.keyframe
         assert k is not None
-        tolerance = 3.0 * RANGE_DEVIATION
+        tolerance = 3.0 * self._deviation
         return kernels.share_explained(points, k.points, k.lines, k.nearest, pose, tolerance)
 
     def _aligned(self, points: FloatArray, start: FloatArray, expected: float) -> ScanMatch | None:
         k = self.keyframe
         assert k is not None
         pose, covariance, converged = kernels.align(
-            points, k.lines, k.nearest, start, RANGE_DEVIATION, WEAKEST_DEVIATION, ITERATIONS
+            points, k.lines, k.nearest, start, self._deviation, WEAKEST_DEVIATION, ITERATIONS
         )
         if not converged:
             return None

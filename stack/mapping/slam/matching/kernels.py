@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numba import boolean, f8, i4, i8, njit, u1
 
+from stack.localisation.kernels import solve
 from stack.types import FloatArray
 
 
@@ -116,21 +117,6 @@ def rasterise(
 
 
 @njit(cache=True, nogil=True)
-def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
-    """Solve the symmetric 3 × 3 system h x = g."""
-    a, b, c = h[0, 0], h[0, 1], h[0, 2]
-    d, e, f = h[1, 1], h[1, 2], h[2, 2]
-    m00, m01, m02 = d * f - e * e, c * e - b * f, b * e - c * d
-    m11, m12, m22 = a * f - c * c, b * c - a * e, a * d - b * b
-    det = a * m00 + b * m01 + c * m02
-    x = np.empty(3)
-    x[0] = (m00 * g[0] + m01 * g[1] + m02 * g[2]) / det
-    x[1] = (m01 * g[0] + m11 * g[1] + m12 * g[2]) / det
-    x[2] = (m02 * g[0] + m12 * g[1] + m22 * g[2]) / det
-    return x
-
-
-@njit(cache=True, nogil=True)
 def _add_residual(
     h: FloatArray, g: FloatArray, ux: float, uy: float, rx: float, ry: float, residual: float,
     deviation: float,
@@ -158,7 +144,7 @@ def _add_residual(
 @njit(cache=True, nogil=True)
 def _move(pose: FloatArray, h: FloatArray, g: FloatArray) -> bool:
     """Move a pose by the solution of the normal equations; return whether it hardly moves."""
-    by = _solve(h, g)
+    by = solve(h, g, 1e-9, 0.0)
     for i in range(3):
         pose[i] += by[i]
     return bool(abs(by[0]) + abs(by[1]) < 1e-4 and abs(by[2]) < 1e-4)
@@ -224,7 +210,7 @@ def align_to_surfels(
         eh = (pose[2] - expected[2] + pi) % (2.0 * pi) - pi
         for k in range(3):
             g[k] -= prior[k, 0] * ex + prior[k, 1] * ey + prior[k, 2] * eh
-        if _move(pose, h + prior + 1e-9 * np.eye(3), g) and step > 3:
+        if _move(pose, h + prior, g) and step > 3:
             break
     return pose, _in_base(h, pose[2]) / deviation**2, share
 

@@ -17,8 +17,6 @@ from stack.types import FloatArray, Pose2D
 
 SURFEL_REACH, PAIR_REACH = 0.1, 0.15
 """Metres; largest distances of corresponding points, to the surroundings and of two scans."""
-RESIDUAL_DEVIATION = 0.03
-"""Standard deviation of a point from the surface that it is matched with, m."""
 EDGE_OVERLAP = 0.4
 """Share of a scan's points that an edge explains."""
 
@@ -162,8 +160,8 @@ class LocalMap:
             return ScanMatch(start, np.zeros((3, 3)), 0.0)
         row, information, overlap = kernels.align_to_surfels(
             self.labels, self.surfels, self.placement, scan.points, scan.normals, as_row(start),
-            as_row(expected), np.ascontiguousarray(held * RESIDUAL_DEVIATION**2), SURFEL_REACH,
-            RESIDUAL_DEVIATION, 30,
+            as_row(expected), np.ascontiguousarray(held * scan.deviation**2), SURFEL_REACH,
+            scan.deviation, 30,
         )  # fmt: skip
         return ScanMatch(as_pose(row), information, float(overlap))
 
@@ -174,6 +172,6 @@ def align_pair(fixed: PreparedScan, scan: PreparedScan, start: Pose2D) -> ScanMa
         return ScanMatch(start, np.zeros((3, 3)), 0.0)
     row, information, overlap = kernels.align_pair(
         fixed.points, fixed.normals, fixed.bearings, fixed.sensor, scan.points, scan.normals,
-        as_row(start), PAIR_REACH, RESIDUAL_DEVIATION, 30,
+        as_row(start), PAIR_REACH, scan.deviation, 30,
     )  # fmt: skip
     return ScanMatch(as_pose(row), information, float(overlap))

@@ -149,7 +149,7 @@ def test_the_covariance_stays_symmetric_and_positive(chosen, disturbed_from):
 
 def test_a_measurement_ahead_of_the_motions_waits_and_one_too_old_is_not_used():
     history = started()
-    history.configure(NOISE, 0.5)
+    history.configure(0.5)
     early = StateMeasurement(0.1, "gps", (0,), np.array([1.0]), np.array([[1e-6]]))
     assert history.add(early) is None
     for _ in range(40):

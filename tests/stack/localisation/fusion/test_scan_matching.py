@@ -52,7 +52,7 @@ HERE = np.zeros((1, 4))
 
 
 def matcher_at(pose: Pose2D, corners: list[tuple[float, float]]) -> ScanMatcher:
-    matcher = ScanMatcher()
+    matcher = ScanMatcher(0.01)
     matcher.set_keyframe(matcher.points_of(scan_at(pose, corners, 99), HERE))
     return matcher
 
@@ -141,12 +141,12 @@ def test_a_pose_that_is_not_known_well_enough_is_not_used(monkeypatch):
 def test_a_scan_taken_on_the_move_is_deskewed():
     """The base moves by 6 cm and turns by 0.1 rad during the scan; the walls stay straight."""
     scan = scan_at(Pose2D(0.0, 0.0), ROOM)
-    still = ScanMatcher().points_of(scan, HERE)
+    still = ScanMatcher(0.01).points_of(scan, HERE)
     stamped = Scan(
         1.0, scan.ranges, scan.angle_min, scan.angle_increment, 0.05, 12.0, time_increment=0.1 / 360
     )
     trail = np.array([[0.9, -0.06, 0.0, -0.1], [1.0, 0.0, 0.0, 0.0], [1.1, 0.06, 0.0, 0.1]])
-    moving = ScanMatcher().points_of(stamped, trail)
+    moving = ScanMatcher(0.01).points_of(stamped, trail)
     share = (np.arange(360) - 179.5) / 360
     angle = 0.1 * share
     returned = np.isfinite(scan.ranges)

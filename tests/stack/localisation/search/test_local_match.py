@@ -13,7 +13,7 @@ from tests.stack.localisation.drawn_office import Place, drawn, mapped, office
 
 def matcher(grid):
     field = surface_field(grid)
-    return MapSearch(field, ScanEvaluator(field))
+    return MapSearch(field, ScanEvaluator(field, 0.01), 0.01)
 
 
 def test_a_pose_within_the_window_is_found():

@@ -14,7 +14,7 @@ SMALL = st.tuples(*(st.floats(-limit, limit) for limit in (0.12, 0.12, 0.06)))
 
 
 def prepared(pose, **options):
-    return prepare(scan_at(ROOM, pose, **options), 30.0)
+    return prepare(scan_at(ROOM, pose, **options), 30.0, 0.01)
 
 
 @settings(max_examples=25, deadline=None)
@@ -43,7 +43,7 @@ def test_search_and_alignment_find_a_pose_within_the_window(dx, dy, turn):
 
 def test_nothing_holds_a_scan_along_a_corridor_without_ends():
     corridor = np.array([(-50.0, -1.0, 50.0, -1.0), (-50.0, 1.0, 50.0, 1.0)])
-    scans = [prepare(scan_at(corridor, Pose2D(x, 0.0)), 30.0) for x in (0.0, 0.2)]
+    scans = [prepare(scan_at(corridor, Pose2D(x, 0.0)), 30.0, 0.01) for x in (0.0, 0.2)]
     found = align_pair(scans[0], scans[1], Pose2D(0.2, 0.0))
     along, across = found.information[0, 0], found.information[1, 1]
     assert across > 1e4 and along < 1e-3 * across
@@ -65,7 +65,7 @@ def test_the_information_is_the_inverse_of_the_scatter_of_noisy_matches():
 
 
 def test_a_scan_without_returns_matches_nothing():
-    empty = prepare(scan_at(np.array([(90.0, 0.0, 90.0, 1.0)]), HERE), 30.0)
+    empty = prepare(scan_at(np.array([(90.0, 0.0, 90.0, 1.0)]), HERE), 30.0, 0.01)
     local = LocalMap([(HERE, prepared(HERE))], 0.05)
     assert local.search(empty, HERE, (0.5, 0.1)) is None
     assert local.align(empty, HERE).overlap == 0.0

@@ -45,6 +45,19 @@ def test_the_covariance_of_noisy_corners_contains_95_percent_of_the_errors():
     assert contained / 300 == pytest.approx(0.95, abs=0.038)
 
 
+@pytest.mark.parametrize("markers", [[WALL_MARKER], [WALL_MARKER, BESIDE]])
+def test_the_errors_of_the_mount_are_part_of_every_pose(markers):
+    """Variances add: 4 cm and 0.03 rad in place of the default 1 cm and 0.005 rad."""
+    image = rendered(facing(1.8, 0.4, 0.0), markers, CAMERA, np.random.default_rng(1))
+    loose = MarkerParameters(mount_deviation=0.04, mount_angle_deviation=0.03)
+    usual, wide = (
+        MarkerDetector(markers, parameters).fix(image).candidates[0].covariance
+        for parameters in (MarkerParameters(), loose)
+    )
+    added = [0.04**2 - 0.01**2] * 2 + [0.03**2 - 0.005**2]
+    assert wide - usual == pytest.approx(np.diag(added), abs=1e-9)
+
+
 def test_two_markers_are_one_large_target():
     """0.5 m apart instead of 0.2 m wide: the deviation of the position is less than half."""
     generator = np.random.default_rng(1)
