@@ -49,6 +49,36 @@ def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18)
     return lines + _never_reached(trace, chosen)
 
 
+def tree_at(trace: Trace, time: float) -> list[str]:
+    """Return the tree as it was at a robot time, a line for each node with its status and message.
+
+    Raises:
+        InputError: the time is before the mission began.
+    """
+    states: dict[int, Event] = {}
+    shown: Tree | None = None
+    for event, tree, _ in trace.with_trees():
+        if event.time > time:
+            break
+        if tree is not shown:
+            shown, states = tree, {}
+        if event.kind == "node_status":
+            states[int(event.fields["node"])] = event
+    if shown is None:
+        raise InputError(f"at {time:g} s the mission had not begun")
+    lines = [f"the tree at {time:.2f} s:"]
+    for node in shown.nodes.values():
+        change = states.get(node.id)
+        status = "idle" if change is None else str(change.fields["to"])
+        line = f"{'  ' * shown.depth(node)}{GLYPHS[status]} {node.name}"
+        if change is not None and status != "idle":
+            line += f": {status} since {change.time:.2f} s"
+            message = str(change.fields.get("message") or "")
+            line += f" ({message})" if message else ""
+        lines.append(line)
+    return lines
+
+
 def summary(trace: Trace, only: str = "") -> list[str]:
     """Return one line per node: run time, outcomes, first and last state, or why it never ran.
 

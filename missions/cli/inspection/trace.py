@@ -17,6 +17,10 @@ def trace(
     until: Annotated[
         float, typer.Option(help="last time shown, seconds", show_default="the end")
     ] = inf,
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="TIME", help="print the tree as it was at this time, seconds"),
+    ] = None,
     summary: Annotated[
         bool, typer.Option("--summary", help="print one line per node: times and states")
     ] = False,
@@ -29,6 +33,11 @@ def trace(
     from missions.inspection.runs import find_run
 
     told = tracing.read_trace(find_run(run, Path("runs")))
-    lines = tracing.summary(told, node) if summary else tracing.story(told, node, since, until)
+    if at is not None:
+        lines = tracing.tree_at(told, at)
+    elif summary:
+        lines = tracing.summary(told, node)
+    else:
+        lines = tracing.story(told, node, since, until)
     for line in lines:
         typer.echo(line)

@@ -231,3 +231,16 @@ def test_the_filter_keeps_what_operators_did_to_the_node(reloaded):
     stopped = tracing.story(trace, only="a.yaml:5")
     assert "stopped before the start of 'rest'" in "\n".join(stopped)
     assert "force:" not in "\n".join(stopped)
+
+
+@pytest.mark.parametrize(
+    ("time", "statuses"),
+    [(0.0, "▶▶····"), (12.5, "▶✔✔✔··"), (13.0, "▶✔✔✔·▶"), (99.0, "·✔✔✔··")],
+)
+def test_the_tree_can_be_seen_as_it_was(run, time, statuses):
+    heading, *lines = tracing.tree_at(tracing.read_trace(run), time)
+    assert heading == f"the tree at {time:.2f} s:"
+    assert "".join(line.lstrip()[0] for line in lines) == statuses
+    assert [line.lstrip()[2:].partition(":")[0] for line in lines] == [row[3] for row in ROWS]
+    with pytest.raises(InputError, match="the mission had not begun"):
+        tracing.tree_at(tracing.read_trace(run), -1.0)
