@@ -12,7 +12,7 @@ from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.drivetrain.description import RobotDescription
 from stack.navigation.activities import Activities
-from stack.navigation.capabilities.base import Base
+from stack.navigation.capabilities.base import StackBase
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
@@ -91,7 +91,7 @@ class Navigator:
         self.localisation_monitor = LocalisationMonitor(emit, period)
         self.activities = Activities(emit, self.localisation_monitor, log)
         self._queries = PlanQueries(self.tools)
-        self.base = Base(
+        self.base = StackBase(
             robot, self.tools, self.activities, self._queries, self.localisation_monitor,
             estimator, now, cover,
         )  # fmt: skip

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from stack.body import Body, SimulationEvent
-from stack.navigation.capabilities.robot import RunningRobot
+from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.navigator import Navigator
 from stack.navigation.tuning import Tuning
 from stack.runtime.perceiver import Perceiver
@@ -133,7 +133,7 @@ class Parts:
     perceiver: Perceiver
     now: CurrentStep
     tree: MissionTree
-    robot: RunningRobot
+    robot: StackRobot
     navigator: Navigator
     safety: Safety
     tuning: Tuning

@@ -24,10 +24,10 @@ from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
-from stack.navigation.capabilities.localisation import Localisation
-from stack.navigation.capabilities.map import Map
-from stack.navigation.capabilities.perception import Perception
-from stack.navigation.capabilities.robot import RunningRobot
+from stack.navigation.capabilities.localisation import StackLocalisation
+from stack.navigation.capabilities.map import StackMap
+from stack.navigation.capabilities.perception import StackPerception
+from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.navigator import Navigator
 from stack.navigation.tasks import Emit
 from stack.navigation.tuning import Tunable, Tuning
@@ -129,9 +129,9 @@ def build(
     safety_choice = plan.choices["safety"]
     safety = Safety(plan.robot, safety_choice.parameters, loop.period, safety_choice.parts)
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
-    robot = RunningRobot(
+    robot = StackRobot(
         navigator.base,
-        Localisation(perceiver.estimator, navigator, perceiver.frames, now, emit),
+        StackLocalisation(perceiver.estimator, navigator, perceiver.frames, now, emit),
         _map(plan, grid, perceiver, folder, emit),
         _perception(plan.robot, perceiver, coloured, now),
         body, now, PictureStore(folder), emit,
@@ -202,10 +202,10 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
 def _map(
     plan: PreparedMission, grid: OccupancyGrid, perceiver: Perceiver, folder: RunFolder | None,
     emit: Emit,
-) -> Map:  # fmt: skip
+) -> StackMap:  # fmt: skip
     world = perceiver.world_model
     static = grid if plan.is_mapped else None
-    return Map(
+    return StackMap(
         plan.robot, perceiver.estimator, (world.local_costmap, world.global_costmap), static,
         FolderMapStore(folder, plan.mission.source.parent), emit, perceiver.markers.survey,
         plan.markers, perceiver.places, world.cover, world.draw,
@@ -215,8 +215,8 @@ def _map(
 def _perception(
     robot: RobotDescription, perceiver: Perceiver, coloured: ColouredObjectDetector,
     now: CurrentStep,
-) -> Perception:  # fmt: skip
-    return Perception(
+) -> StackPerception:  # fmt: skip
+    return StackPerception(
         robot, now, perceiver.frames, perceiver.estimator, perceiver.camera,
         perceiver.depth_camera, perceiver.objects, perceiver.places, perceiver.markers.detector,
         FloorLineDetector(), coloured,

@@ -1,4 +1,4 @@
-"""The base of the robot for behaviours: begins motions, each of which is a task."""
+"""The base of a robot that the stack drives: begins motions, each of which is a task."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from stack.navigation.recoveries import (
 )
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.navigation.teleoperation import Teleoperation
+from stack.robot import Base
 from stack.types import (
     STANDSTILL,
     ContactZone,
@@ -42,10 +43,8 @@ VIEW_TOLERANCE = 0.3
 """Goal tolerance at a place from which rival poses look different, m."""
 
 
-class Base:
-    """Implements stack.robot.Base, which documents what behaviours may call.
-
-    A new motion cancels the current one.
+class StackBase(Base):
+    """Begins the motions of the navigator; a new one cancels the current one.
 
     Args:
         robot: outline and limits.
@@ -87,11 +86,6 @@ class Base:
     def navigate_through(
         self, goals: Sequence[Pose2D], *, tolerance: float | None = None
     ) -> MotionTask:
-        """Drive through poses in turn to the last one, without stopping in between.
-
-        Raises:
-            ParameterError: no goals.
-        """
         if not goals:
             raise ParameterError("goals", "expected at least one pose, got an empty list")
         return self._drive_through(goals, tolerance, partial=False)
@@ -135,11 +129,6 @@ class Base:
         )
 
     def follow_path(self, path: Path) -> MotionTask:
-        """Follow a fixed path, without replanning.
-
-        Raises:
-            ParameterError: the path has fewer than two points.
-        """
         if len(path.points) < 2:
             raise ParameterError("path", f"expected at least 2 points, got {len(path.points)}")
         task = self._activities.task(f"follow a path of {path.length:.1f} m")
@@ -178,11 +167,6 @@ class Base:
     def back_up(
         self, distance: float, *, speed: float | None = None, while_lost: bool = False
     ) -> MotionTask:
-        """Drive straight back by a distance.
-
-        Raises:
-            ParameterError: a distance or speed that is not above 0, or a robot that cannot reverse.
-        """
         _positive("distance", distance)
         _positive("reverse_speed", self._robot.limits.reverse_speed)
         task = self._activities.task(f"back up {distance:.2f} m", while_lost=while_lost)
@@ -193,11 +177,6 @@ class Base:
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
         while_lost: bool = False,
     ) -> MotionTask:  # fmt: skip
-        """Drive straight by a distance.
-
-        Raises:
-            ParameterError: a speed that is not above 0.
-        """
         rate = _positive("speed", self._parameters.straight_speed if speed is None else speed)
         line = StraightLine(distance, direction, rate)
         task = self._activities.task(
@@ -213,14 +192,6 @@ class Base:
         self, *, clearance: float | None = None, distance: float = 1.5,
         speed: float | None = None, while_lost: bool = False,
     ) -> MotionTask:  # fmt: skip
-        """Drive out of a tight spot by range sensors and odometry alone.
-
-        Sensors do not see keep-out zones. A robot that knows where it is stays out of them, and
-        drives out of one in which it stands on the map.
-
-        Raises:
-            ParameterError: a value that is not above 0.
-        """
         motions, p = self._tools.motions, self._parameters
         escape_goal = EscapeGoal(
             _positive("clearance", motions.room_to_turn if clearance is None else clearance),

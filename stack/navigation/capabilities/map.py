@@ -1,4 +1,4 @@
-"""The map of the robot for behaviours: what is known, where to explore, saving, clearing."""
+"""The map of a robot that the stack drives: known space, where to explore, saving, clearing."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from stack.navigation.tasks import Emit
 from stack.parameters import suggestion
 from stack.perception.markers.survey import MarkerSurvey
 from stack.perception.places.memory import PlaceMemory
+from stack.robot import Map
 from stack.types import (
     FREE,
     LETHAL_COST,
@@ -60,8 +61,8 @@ class MapStore(Protocol):
         ...
 
 
-class Map:
-    """Implements stack.robot.Map; keeps only what it has computed from the newest map.
+class StackMap(Map):
+    """Answers from estimator and costmaps; keeps only what it has computed from the newest map.
 
     Args:
         robot: description of the robot.
@@ -75,9 +76,6 @@ class Map:
         places: keyframes that are saved with the map.
         cover: without a map, grows the costmaps to contain some poses.
         draw: replaces the map of the costmaps.
-
-    Attributes:
-        markers: the known ones, map frame.
     """
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
@@ -88,7 +86,7 @@ class Map:
         cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
         draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip
-        self._survey, self.markers = survey, tuple(markers)
+        self._survey, self._markers = survey, tuple(markers)
         self._robot, self._estimator = robot, estimator
         self._costmaps = dict(zip(("local", "global"), costmaps, strict=True))
         self._costmap = costmaps[1]
@@ -99,7 +97,6 @@ class Map:
 
     @property
     def grid(self) -> OccupancyGrid:
-        """The map so far: the estimator's, else the mission's, else what the costmap has sensed."""
         drawn = self._estimator.grid
         if drawn is not None:
             return drawn
@@ -109,6 +106,10 @@ class Map:
         if self._sensed is None or self._sensed[0] != version:
             self._sensed = version, _from_costs(self._costmap)
         return self._sensed[1]
+
+    @property
+    def markers(self) -> tuple[Marker, ...]:
+        return self._markers
 
     @property
     def known_area(self) -> float:
@@ -140,11 +141,6 @@ class Map:
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Clear sensed obstacles. The map stays.
-
-        Raises:
-            ParameterError: unknown costmap or layer.
-        """
         known = (*self._costmaps, "both")
         if which not in known:
             raise ParameterError(
@@ -184,11 +180,6 @@ class Map:
         return found
 
     def save(self, name: str) -> str:
-        """Save the map, its keyframes and what the estimator adds, for example its pose graph.
-
-        Raises:
-            NavigationError: FAILED if it cannot be written or its markers cannot be computed.
-        """
         keyframes = {} if self._places is None else self._places.files()
         try:
             surveyed = self._surveyed()
@@ -231,12 +222,6 @@ class Map:
         return {MARKERS_YAML: text.encode()}
 
     def load(self, name: str, pose: Pose2D | None = None) -> None:
-        """Load a saved map into the estimator, and its keyframes, and use it from now on.
-
-        Raises:
-            NavigationError: FAILED if the files are wrong, UNSUPPORTED if the estimator cannot
-                change its map.
-        """
         path, before = self._store.find(name), self._pose
         folder = path if path.is_dir() else path.parent
         try:

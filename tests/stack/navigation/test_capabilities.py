@@ -7,10 +7,10 @@ import pytest
 
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
-from stack.navigation.capabilities.localisation import Localisation
-from stack.navigation.capabilities.map import Map
-from stack.navigation.capabilities.perception import Perception
-from stack.navigation.capabilities.robot import RunningRobot
+from stack.navigation.capabilities.localisation import StackLocalisation
+from stack.navigation.capabilities.map import StackMap
+from stack.navigation.capabilities.perception import StackPerception
+from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.tuning import Tuning
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
@@ -124,16 +124,18 @@ class Rig:
             toy.emit,
         )
         self.base = navigator.base
-        self.localisation = Localisation(self.estimator, navigator, world.frames, toy.now, toy.emit)
-        self.map = Map(
+        self.localisation = StackLocalisation(
+            self.estimator, navigator, world.frames, toy.now, toy.emit
+        )
+        self.map = StackMap(
             world.robot, self.estimator, (toy.local, toy.globe), None, self.maps, toy.emit,
             markers=(MARKER,),
         )  # fmt: skip
-        self.perception = Perception(
+        self.perception = StackPerception(
             world.robot, toy.now, world.frames, self.estimator, self.camera, CameraLease(),
             None, None, self.detector, None, None,
         )  # fmt: skip
-        self.robot = RunningRobot(
+        self.robot = StackRobot(
             self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
             toy.emit,
         )  # fmt: skip
