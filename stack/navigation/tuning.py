@@ -17,11 +17,9 @@ class Tunable(Protocol):
     @property
     def parameters(self) -> Any:
         """The current ones."""
-        ...
 
     def configure(self, parameters: Any) -> None:
         """Apply new ones."""
-        ...
 
 
 class Tuning:

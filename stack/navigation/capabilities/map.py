@@ -54,11 +54,9 @@ class MapStore(Protocol):
         Raises:
             OSError: it cannot be written.
         """
-        ...
 
     def find(self, name: str) -> FilePath:
         """Return the path of a saved map, which may not exist."""
-        ...
 
 
 class StackMap(Map):

@@ -21,7 +21,6 @@ class ImageStore(Protocol):
 
     def save(self, image: Image, name: str, details: Mapping[str, JsonValue] | None = None) -> str:
         """Save an image, and details beside it; return its path relative to the folder."""
-        ...
 
 
 @dataclass(frozen=True)
