@@ -28,7 +28,7 @@ class Activities:
     def __init__(
         self, emit: Emit, monitor: LocalisationMonitor, log: Callable[[str], None] = lambda _: None
     ) -> None:
-        self._emit, self._monitor, self._log = emit, monitor, log
+        self._emit, self.monitor, self._log = emit, monitor, log
         self._mission: MotionExecutor | None = None
         self._detour: MotionExecutor | None = None
         self._started: list[MotionExecutor] = []
@@ -112,7 +112,7 @@ class Activities:
             self._started.append(executor)
             self._guarded(executor, lambda: executor.start(state.time))
         if executor.task.running:
-            call = partial(step_in_doubt, executor, self._monitor, state, parameters)
+            call = partial(step_in_doubt, executor, self.monitor, state, parameters)
             twist = self._guarded(executor, call) or STANDSTILL
         self.stop_ended(state.time)
         return twist if executor.task.running else STANDSTILL

@@ -28,7 +28,9 @@ from stack.navigation.capabilities.localisation import StackLocalisation
 from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.navigator import Navigator
+from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import Emit
 from stack.navigation.tuning import Tunable, Tuning
 from stack.perception.camera_lease import CameraLease
@@ -180,22 +182,22 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
         is_real_time=body.is_real_time,
     )  # fmt: skip
     return Perceiver(
-        choices[ODOMETRY].create(robot),
-        TransformBuffer(choices["loop"].parameters.pose_history),
-        estimator,
-        CameraWatch(robot, choices["cameras"].parameters),
-        DepthScans(robot),
-        MarkerStage(_marker_detector(plan), choices["markers"].parameters),
-        _places(plan),
-        DepthObstacles(robot, choices["depth"].parameters),
-        ObstacleMemory(robot, choices["obstacle_memory"].parameters),
-        objects,
-        world_model,
-        camera,
-        CameraLease(CAMERA_TIME),
-        Layer(1, grid),
-        plan.is_mapped,
-        emitter(telemetry, "navigation"),
+        odometry=choices[ODOMETRY].create(robot),
+        frames=TransformBuffer(choices["loop"].parameters.pose_history),
+        estimator=estimator,
+        cameras=CameraWatch(robot, choices["cameras"].parameters),
+        depth_scans=DepthScans(robot),
+        markers=MarkerStage(_marker_detector(plan), choices["markers"].parameters),
+        places=_places(plan),
+        depth=DepthObstacles(robot, choices["depth"].parameters),
+        obstacle_memory=ObstacleMemory(robot, choices["obstacle_memory"].parameters),
+        objects=objects,
+        world_model=world_model,
+        camera=camera,
+        depth_camera=CameraLease(CAMERA_TIME),
+        map_layer=Layer(1, grid),
+        is_mapped=plan.is_mapped,
+        emit=emitter(telemetry, "navigation"),
     )
 
 
@@ -203,12 +205,10 @@ def _map(
     plan: PreparedMission, grid: OccupancyGrid, perceiver: Perceiver, folder: RunFolder | None,
     emit: Emit,
 ) -> StackMap:  # fmt: skip
-    world = perceiver.world_model
-    static = grid if plan.is_mapped else None
     return StackMap(
-        plan.robot, perceiver.estimator, (world.local_costmap, world.global_costmap), static,
+        plan.robot, perceiver.estimator, perceiver.world_model, grid if plan.is_mapped else None,
         FolderMapStore(folder, plan.mission.source.parent), emit, perceiver.markers.survey,
-        plan.markers, perceiver.places, world.cover, world.draw,
+        plan.markers, perceiver.places,
     )  # fmt: skip
 
 
@@ -284,24 +284,21 @@ def _navigator(  # noqa: PLR0913 - what it needs of the engine
 ) -> Navigator:  # fmt: skip
     choices, robot, world = plan.choices, plan.robot, perceiver.world_model
     controller, period = choices["controller"], choices["loop"].parameters.period
-    return Navigator(
+    planner = outline_checked(choices["planner"], robot)
+    tools = DriveTools(
         robot=robot,
-        planner=outline_checked(choices["planner"], robot),
         path_follower=PathFollower(controller.created_with, controller.parameters, robot, period),
         goal_checker=choices["goal_checker"].create(robot),
         progress_checker=choices["progress_checker"].create(robot),
+        planner_worker=PlannerWorker(planner, log, is_real_time=is_real_time),
         parameters=choices["navigator"].parameters,
-        evasion=Evasion(robot, choices["evasion"].parameters),
-        estimator=perceiver.estimator,
-        now=now,
         local_costmap=world.local_costmap,
         global_costmap=world.global_costmap,
         emit=emit,
         period=period,
-        log=log,
-        is_real_time=is_real_time,
-        cover=world.cover,
     )
+    evasion = Evasion(robot, choices["evasion"].parameters)
+    return Navigator(tools, evasion, perceiver.estimator, now, world.cover, log)
 
 
 def _places(plan: PreparedMission) -> PlaceMemory:

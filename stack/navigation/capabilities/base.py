@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable, Sequence
 from math import degrees
 
 from stack.components import Estimator
-from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.navigation.activities import Activities
 from stack.navigation.disambiguation import Disambiguation
-from stack.navigation.doubt import LocalisationMonitor, other_places
+from stack.navigation.doubt import other_places
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.escape import EscapeGoal
@@ -47,23 +46,20 @@ class StackBase(Base):
     """Begins the motions of the navigator; a new one cancels the current one.
 
     Args:
-        robot: outline and limits.
         tools: of drives.
-        activities: runs the motions.
+        activities: runs the motions, and decides what moves while the robot is lost.
         queries: runs plans without motion.
-        monitor: decides what moves while the robot is lost.
         estimator: knows rival poses, and where they look different.
         now: what the step has perceived.
         cover: without a map, grows the costmaps to contain some poses.
     """
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
-        self, robot: RobotDescription, tools: DriveTools, activities: Activities,
-        queries: PlanQueries, monitor: LocalisationMonitor, estimator: Estimator,
-        now: CurrentStep, cover: Callable[[Iterable[Pose2D]], None],
+        self, tools: DriveTools, activities: Activities, queries: PlanQueries,
+        estimator: Estimator, now: CurrentStep, cover: Callable[[Iterable[Pose2D]], None],
     ) -> None:  # fmt: skip
-        self._robot, self._tools, self._activities = robot, tools, activities
-        self._queries, self._monitor, self._estimator = queries, monitor, estimator
+        self._robot, self._tools, self._activities = tools.robot, tools, activities
+        self._queries, self._monitor, self._estimator = queries, activities.monitor, estimator
         self._now, self._cover = now, cover
 
     @property

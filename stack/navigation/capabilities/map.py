@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from math import degrees
 from pathlib import Path as FilePath
 from typing import Protocol
@@ -23,6 +23,7 @@ from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.relocalisation import report_pose
 from stack.navigation.tasks import Emit
+from stack.navigation.world_model import WorldModel
 from stack.parameters import suggestion
 from stack.perception.markers.survey import MarkerSurvey
 from stack.perception.places.memory import PlaceMemory
@@ -65,31 +66,24 @@ class StackMap(Map):
     Args:
         robot: description of the robot.
         estimator: its map is used if it has one.
-        costmaps: the local and the global one: the map of a mission that has none.
+        world: with the costmaps, the map of a mission that has none.
         static: the mission's map; None without one.
         store: of saved maps.
         emit: called with (kind, text, level="info", **fields) for each event.
         survey: of markers; None without a camera.
         markers: the known ones, which are saved with the surveyed ones.
         places: keyframes that are saved with the map.
-        cover: without a map, grows the costmaps to contain some poses.
-        draw: replaces the map of the costmaps.
     """
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
-        self, robot: RobotDescription, estimator: Estimator,
-        costmaps: tuple[Costmap, Costmap], static: OccupancyGrid | None, store: MapStore,
-        emit: Emit, survey: MarkerSurvey | None = None, markers: Sequence[Marker] = (),
+        self, robot: RobotDescription, estimator: Estimator, world: WorldModel,
+        static: OccupancyGrid | None, store: MapStore, emit: Emit,
+        survey: MarkerSurvey | None = None, markers: Sequence[Marker] = (),
         places: PlaceMemory | None = None,
-        cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
-        draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._survey, self._markers = survey, tuple(markers)
-        self._robot, self._estimator = robot, estimator
-        self._costmaps = dict(zip(("local", "global"), costmaps, strict=True))
-        self._costmap = costmaps[1]
+        self._robot, self._estimator, self._world = robot, estimator, world
         self._static, self._store, self._emit, self._places = static, store, emit, places
-        self._cover, self._draw = cover, draw
         self._sensed: tuple[int, OccupancyGrid] | None = None
         self._area: tuple[OccupancyGrid, float] | None = None
 
@@ -100,9 +94,9 @@ class StackMap(Map):
             return drawn
         if self._static is not None:
             return self._static
-        version = self._costmap.version
-        if self._sensed is None or self._sensed[0] != version:
-            self._sensed = version, _from_costs(self._costmap)
+        costmap = self._world.global_costmap
+        if self._sensed is None or self._sensed[0] != costmap.version:
+            self._sensed = costmap.version, _from_costs(costmap)
         return self._sensed[1]
 
     @property
@@ -139,12 +133,13 @@ class StackMap(Map):
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        known = (*self._costmaps, "both")
+        named = {"local": self._world.local_costmap, "global": self._world.global_costmap}
+        known = (*named, "both")
         if which not in known:
             raise ParameterError(
                 "which", f"{which!r} is not one of {', '.join(known)}", suggestion(which, known)
             )
-        costmaps = [item for name, item in self._costmaps.items() if which in (name, "both")]
+        costmaps = [item for name, item in named.items() if which in (name, "both")]
         layers = [name for costmap in costmaps for name in costmap.layers]
         if layer is not None and layer not in layers:
             raise ParameterError("layer", f"unknown layer {layer!r}", suggestion(layer, layers))
@@ -169,10 +164,11 @@ class StackMap(Map):
 
     def _zones(self) -> dict[str, NDArray[np.bool_]]:
         """Return the cells (rows, columns) of the map in each keep-out zone, by name."""
-        grid, view = self.grid, self._costmap.view
+        grid, costmap = self.grid, self._world.global_costmap
+        view = costmap.view
         frame = Frame(grid.cells.shape, grid.resolution, grid.origin)
         found = {}
-        for name, cells in self._costmap.forbidden.items():
+        for name, cells in costmap.forbidden.items():
             zone = OccupancyGrid(cells.astype(np.int8), view.resolution, view.origin)
             found[name] = sampled(zone, frame, frame.everywhere, 0) > 0
         return found
@@ -233,8 +229,8 @@ class StackMap(Map):
         rows, columns = grid.cells.shape
         x, y = grid.origin
         end = Pose2D(x + columns * grid.resolution, y + rows * grid.resolution)
-        self._cover([Pose2D(x, y), end])
-        self._draw(grid)
+        self._world.cover([Pose2D(x, y), end])
+        self._world.draw(grid)
         report_pose(self._emit, before, self._pose, "map")
 
 

@@ -1,6 +1,7 @@
 from dataclasses import replace
 from math import pi
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -127,8 +128,9 @@ class Rig:
         self.localisation = StackLocalisation(
             self.estimator, navigator, world.frames, toy.now, toy.emit
         )
+        seen = SimpleNamespace(local_costmap=toy.local, global_costmap=toy.globe)
         self.map = StackMap(
-            world.robot, self.estimator, (toy.local, toy.globe), None, self.maps, toy.emit,
+            world.robot, self.estimator, seen, None, self.maps, toy.emit,
             markers=(MARKER,),
         )  # fmt: skip
         self.perception = StackPerception(

@@ -43,7 +43,7 @@ def service(mapped, store):
     robot = read_robot(find_robot("scout", Path()))
     survey = MarkerSurvey(MarkerParameters(survey=True))
     return StackMap(
-        robot, estimator, (None, None), None, store, lambda *_, **__: None, survey, (EXACT, EARLIER)
+        robot, estimator, None, None, store, lambda *_, **__: None, survey, (EXACT, EARLIER)
     )
 
 
