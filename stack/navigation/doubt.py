@@ -117,7 +117,7 @@ class LocalisationMonitor:
 
 _FINE, _OBSCURED, _LOST = "none", "obscured", "lost"
 
-_TURNED = 0.5
+_OTHER_HEADING = 0.5
 """Radians; a rival that is turned by more is another place, however near."""
 
 _ROUNDING = 1e-9
@@ -162,7 +162,7 @@ def other_places(executor: MotionExecutor, estimate: PoseEstimate) -> list[Rival
     return [
         rival for rival in estimate.rivals
         if rival.pose.distance_to(pose) >= near
-        or abs(wrap_angle(rival.pose.heading - pose.heading)) > _TURNED
+        or abs(wrap_angle(rival.pose.heading - pose.heading)) > _OTHER_HEADING
     ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from stack.navigation.escape.making_room import MakingRoom
 from stack.navigation.following import Drive, drive_feedback
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
-from stack.navigation.people.narrow_meeting import REACH
+from stack.navigation.people.narrow_meeting import LOOKAHEAD
 from stack.navigation.people.possible_people import PossiblePeople
 from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.navigation.plans.choice import PlanChoice
@@ -40,18 +40,18 @@ PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_
 MOST_CORRECTIONS = 3
 """Maximum number of new plans to correct the heading of a car at the goal."""
 
-BESIDE = 0.15
+REPLANS_BESIDE = 0.15
 """Distance to the path, metres, above which a robot that has evaded a person replans from its pose.
 Otherwise it would turn back to the old path, or turn to the goal's heading beside the goal.
 """
 
-HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
+HELD_FAILURES = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
 """Failures of a robot that stands in front of an obstacle."""
 
 OTHER_ROUTES = "the routes have changed"
 """Replanning reason: the planner was replaced because an edge was closed or opened."""
 
-ROUTINE = ""
+ROUTINE_REPLAN = ""
 """Replanning reason: a periodic search for a better path."""
 
 
@@ -120,7 +120,7 @@ class GoalDrive(Drive):
                 return STANDSTILL
             return self._follower.step(state)
         except NavigationError as error:
-            if near_partial_end(self.path, self._follower) and error.failure.code in HELD:
+            if near_partial_end(self.path, self._follower) and error.failure.code in HELD_FAILURES:
                 self._arrive(state.estimate.pose)
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
@@ -150,7 +150,7 @@ class GoalDrive(Drive):
             return None
         left_way = self._give_way.leaves_way
         progress, alone = self._follower.progress, not state.world.tracks
-        ahead = np.empty((0, 2)) if progress is None or alone else progress.ahead(REACH)
+        ahead = np.empty((0, 2)) if progress is None or alone else progress.ahead(LOOKAHEAD)
         twist = self._give_way.step(state, self._follower.standoff, ahead)
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
@@ -237,7 +237,7 @@ class GoalDrive(Drive):
         pose = state.estimate.pose
         copy = self._tools.global_costmap.copied()
         progress = self._follower.progress
-        current = progress.rest if progress is not None and reason == ROUTINE else None
+        current = progress.rest if progress is not None and reason == ROUTINE_REPLAN else None
         request = PlanRequest(copy.grid, pose, self._goals.left, self.partial, direction, current)
         due = p.plan_due(state.time)
         self.task.future = self._tools.planner_worker.ask(request, due, over=copy.release)
@@ -252,7 +252,7 @@ class GoalDrive(Drive):
         return REPLAN_INTERVAL if person is None else p.replan_period
 
     def _replan_reason(self, state: Perceived) -> str | None:
-        """Reason to plan now; ROUTINE to search for a better path, None for no plan."""
+        """Reason to plan now; ROUTINE_REPLAN to search for a better path, None for no plan."""
         follower, progress = self._follower, self._follower.progress
         if self.path is None or progress is None:
             return "first plan"
@@ -276,7 +276,7 @@ class GoalDrive(Drive):
         """Reason for a plan from where the robot is and as it faces; None if it needs none."""
         if progress.offset > OFF_PATH:
             return f"{progress.offset:.1f} m off the path"
-        if self._has_evaded and progress.offset > BESIDE:
+        if self._has_evaded and progress.offset > REPLANS_BESIDE:
             return f"{progress.offset:.1f} m beside the path after an evasion"
         if self._backs_out and should_turn(progress.remaining, state, self._tools):
             return "there is room to turn"
@@ -284,7 +284,7 @@ class GoalDrive(Drive):
 
     def _routine(self, time: float) -> str | None:
         due = time >= self._requested_at + self._tools.parameters.replan_period - 1e-9
-        return ROUTINE if due else None
+        return ROUTINE_REPLAN if due else None
 
     def _correction(self, state: Perceived) -> str | None:
         """Reason for another plan of a car at the goal's position; None if it needs none."""
@@ -338,7 +338,7 @@ class GoalDrive(Drive):
             self._requested_at = -inf  # a goal was passed meanwhile: the plan leads back to it
             return
         self._planner = self._requested_from
-        if self._reason != ROUTINE or self._choice.is_clearly_better(
+        if self._reason != ROUTINE_REPLAN or self._choice.is_clearly_better(
             answer, self.path, self._follower.progress, state.time
         ):
             self._adopt(answer, state)
@@ -347,7 +347,7 @@ class GoalDrive(Drive):
         """Handle a failed plan: continue on the current path, or retry until patience ends."""
         if failure.code in PERMANENT_FAILURES:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
-        if self._reason == ROUTINE:
+        if self._reason == ROUTINE_REPLAN:
             return
         progress = self._follower.progress
         left = progress is not None and progress.offset > OFF_PATH

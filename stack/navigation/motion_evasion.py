@@ -15,7 +15,7 @@ from stack.navigation.recoveries import DriveFor
 from stack.navigation.tasks import Emit, MotionExecutor
 from stack.types import STANDSTILL, FloatArray, Perceived, Twist
 
-FORESEEN = 8.0
+PATH_FORESEEN = 8.0
 """Metres of path along which evasion expects the robot."""
 
 NO_POINTS: FloatArray = np.empty((0, 2))
@@ -67,7 +67,7 @@ class MotionEvasion:
             return wanted
         way = NO_POINTS
         if along_path:
-            way = self._path_follower.way_ahead(FORESEEN, backward=wanted.linear < 0.0)
+            way = self._path_follower.way_ahead(PATH_FORESEEN, backward=wanted.linear < 0.0)
         makes_way = isinstance(motion, Drive) and motion.makes_way and wanted != STANDSTILL
         situation = Situation(
             state.time, state.estimate.pose, state.motion.twist, state.world.tracks,

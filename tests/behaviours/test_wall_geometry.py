@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviours._sensing.wall_geometry import (
-    SPACING,
-    STEP,
+    CONTOUR_SPACING,
+    CURVE_STEP,
     Course,
     bridges,
     chains_of,
@@ -53,7 +53,7 @@ def test_smoothing_takes_most_of_the_noise_away():
 def test_filled_points_are_close_together_and_on_the_chain():
     chain = np.array([[0.0, 0.0], [0.25, 0.0], [0.25, 0.1]])
     points = filled(chain)
-    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() <= SPACING + 1e-12
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() <= CONTOUR_SPACING + 1e-12
     assert points[0] == pytest.approx(chain[0]) and points[-1] == pytest.approx(chain[-1])
     assert np.all((points[:, 1] == 0.0) | (points[:, 0] == 0.25))
 
@@ -75,7 +75,7 @@ def test_the_curve_runs_along_a_straight_wall():
     assert curve.wall_distance == pytest.approx(0.8, abs=1e-3)
     assert curve.tangent == pytest.approx(AHEAD, abs=0.05)
     assert curve.points[:, 1] == pytest.approx(0.3, abs=2e-3)
-    assert np.diff(curve.points[:, 0]) == pytest.approx(STEP, abs=5e-3)
+    assert np.diff(curve.points[:, 0]) == pytest.approx(CURVE_STEP, abs=5e-3)
 
 
 def test_the_curve_rounds_an_outer_corner_on_an_arc():

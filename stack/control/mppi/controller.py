@@ -22,7 +22,7 @@ from stack.types import FloatArray, Twist
 PATH_SPACING = 0.05
 """Spacing of the path points used by critics, m."""
 
-SLOWER = (1.0, 0.5, 0.25)
+SLOWER_PLANS = (1.0, 0.5, 0.25)
 """Factors on the plan's speeds, tried in turn while its motion is not clear."""
 
 STALLED, STALLED_TURN = 0.04, 0.1
@@ -31,7 +31,7 @@ STALLED, STALLED_TURN = 0.04, 0.1
 AT_REST = 0.2
 """Speed in m/s below which a tracked object counts as standing; it may wait for the robot."""
 
-ROOM = 0.1
+CLEARANCE_TO_MOVING = 0.1
 """Metres of clearance to predicted positions of a plan that keeps clear."""
 
 NEAR_PERSON = 3.0
@@ -112,7 +112,7 @@ class Mppi(PathController[MppiParameters]):
         """
         chosen: Twist | None = None
         self._keeps_clear = False
-        for share in SLOWER:
+        for share in SLOWER_PLANS:
             for controls in (self._optimiser.plan, self._optimiser.best()):
                 poses, first = self._optimiser.trajectory(
                     share * controls, state.pose, self._alignment.last
@@ -120,7 +120,7 @@ class Mppi(PathController[MppiParameters]):
                 rooms = self._rooms(poses, state)
                 if not self._is_safe(poses[: self._soon], rooms[:, : self._soon], state):
                     continue
-                self._keeps_clear = bool((rooms >= ROOM).all())
+                self._keeps_clear = bool((rooms >= CLEARANCE_TO_MOVING).all())
                 if chosen is None or self._keeps_clear:
                     chosen, self._local_plan = first, poses
                 if self._keeps_clear:

@@ -35,7 +35,7 @@ from stack.geometry.path_segment import PathSegment
 from stack.types import STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
 
-SHORTER = (1.0, 0.6, 0.35)
+LOOKAHEAD_FACTORS = (1.0, 0.6, 0.35)
 """Factors on the lookahead distance, tried in turn while the arc ahead is not clear."""
 
 
@@ -159,7 +159,7 @@ class PurePursuit(Controller):
                 turn = self._turns.free_twist(self._last, arc.bearing)
             return turn
         wanted = self._speed(arc, segment.remaining)
-        for share in SHORTER[1:]:
+        for share in LOOKAHEAD_FACTORS[1:]:
             clear = arc.free >= wanted * self.parameters.time_to_collision
             if clear or self._at_end(arc, segment):
                 break
@@ -189,7 +189,7 @@ class PurePursuit(Controller):
         speed = hypot(state.twist.linear, state.twist.lateral)
         lookahead = self._lookahead_distance(speed, segment.remaining)
         best: LookaheadArc | None = None
-        for share in SHORTER:
+        for share in LOOKAHEAD_FACTORS:
             point = segment.nearer_point(state.pose, share * lookahead)
             for turning in (True, False):
                 arc = self._line(segment, state, point, turning=turning)

@@ -23,7 +23,7 @@ from stack.costmap.layer import (
     sampled,
 )
 from stack.costmap.way_out import Lane, WayOut
-from stack.costmap.zones import MARGIN, Zone, ZoneCells, read_mask, read_zones
+from stack.costmap.zones import ZONE_MARGIN, Zone, ZoneCells, read_mask, read_zones
 from stack.parameters import parameter
 from stack.types import FREE, LETHAL_COST, Footprint, OccupancyGrid, Pose2D
 
@@ -71,7 +71,7 @@ class KeepoutLayer(_ZoneLayer):
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
         self._mask = read_mask(parameters.mask)
-        self._cells = ZoneCells(parameters.zones, self._mask, MARGIN)
+        self._cells = ZoneCells(parameters.zones, self._mask, ZONE_MARGIN)
         self._leaving: WayOut | None = None
         self._lane: Lane | None = None
 

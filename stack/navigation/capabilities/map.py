@@ -42,7 +42,7 @@ from stack.types import (
     Pose2D,
 )
 
-SPARE = 0.03
+SPARE_CLEARANCE = 0.03
 """Metres that the robot's centre stays farther from obstacles than its inscribed radius."""
 
 
@@ -114,7 +114,7 @@ class StackMap(Map):
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
         avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
-        radius = self._robot.footprint.inscribed_radius + SPARE
+        radius = self._robot.footprint.inscribed_radius + SPARE_CLEARANCE
         grid = self.grid
         if seen_from is not None:
             grid = only_in_view(grid, seen_from, sensor_range)
@@ -124,7 +124,7 @@ class StackMap(Map):
     def coverage(
         self, corners: Sequence[Pose2D], spacing: float, *, clearance: float | None = None
     ) -> CoveragePlan:
-        radius = self._robot.footprint.half_width + SPARE
+        radius = self._robot.footprint.half_width + SPARE_CLEARANCE
         polygon = np.array([(corner.x, corner.y) for corner in corners]) if corners else None
         return coverage_plan(
             self.grid, self._pose, clearance or radius, spacing, polygon, self._zones()

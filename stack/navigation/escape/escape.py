@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
-from stack.navigation.escape.search import GAIN, NO_FENCE, ChosenMotion, MotionId, Search
+from stack.navigation.escape.search import LEAST_GAIN, NO_FENCE, ChosenMotion, MotionId, Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.recoveries import (
     DONE,
@@ -181,7 +181,7 @@ class Escape(MotionExecutor):
             return STANDSTILL
         wanted = self._goal.clearance
         result = f"clearance {self._clearance:.2f} m after {self._driven:.2f} m"
-        if self._clearance >= wanted or self._clearance >= self._first + GAIN:
+        if self._clearance >= wanted or self._clearance >= self._first + LEAST_GAIN:
             self.task.succeed(result)
         else:
             self.task.fail(

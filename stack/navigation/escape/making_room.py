@@ -12,7 +12,7 @@ from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.navigation.tasks import MotionExecutor
 from stack.types import Perceived, Pose2D, Twist
 
-PATIENCE = 0.4
+PATIENCE_SHARE = 0.4
 """Share of `collision_patience` after which a robot that cannot turn where it is makes room."""
 
 AHEAD, LEAST_TURN = 0.5, 0.3
@@ -87,7 +87,7 @@ class MakingRoom(Lifecycle):
             self._held.reset()
             return False
         self._held.start_once(state.time)
-        if self._held.elapsed(state.time) < PATIENCE * p.collision_patience:
+        if self._held.elapsed(state.time) < PATIENCE_SHARE * p.collision_patience:
             return False
         before = self._made_at
         away = inf if before is None else before.distance_to(state.motion.pose)

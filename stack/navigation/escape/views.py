@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stack.types import FloatArray, Pose2D, RangeReading, RangeView, Scan, wrap_angle
 
-OCCLUDED = 0.1
+HIDDEN_BEHIND = 0.1
 """Metres behind the end of a beam beyond which the space is hidden."""
 
 SONAR_SPACING = 0.05
@@ -67,7 +67,7 @@ class View:
         full_turn, count = round(2.0 * np.pi / self.angle_increment), self.ranges.size
         beam %= max(full_turn, count)
         reach = np.where(beam < count, self.ranges[np.minimum(beam, count - 1)], np.nan)
-        shown: NDArray[np.bool_] = np.hypot(away[:, 0], away[:, 1]) <= reach + OCCLUDED
+        shown: NDArray[np.bool_] = np.hypot(away[:, 0], away[:, 1]) <= reach + HIDDEN_BEHIND
         return shown
 
 

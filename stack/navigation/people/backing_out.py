@@ -9,13 +9,13 @@ import numpy as np
 
 from stack.geometry.path_progress import turned
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.people.passing_place import BODY, ROOM
+from stack.navigation.people.passing_place import LEAST_BODY, PASSING_ROOM
 from stack.types import FloatArray, Footprint, Path, Perceived, Pose2D
 
-AHEAD = 0.5
+LOOKAHEAD = 0.5
 """Metres along a path to the point whose direction decides whether it leads backward."""
 
-BEHIND = 0.6 * pi
+BACKWARD_ANGLE = 0.6 * pi
 """Angle in radians to that point from which a path leads backward."""
 
 FACED = 1.2
@@ -88,13 +88,13 @@ def _is_narrow(points: FloatArray, circumscribed: float) -> bool:
     left, right = beside[beside > 0.0], -beside[beside < 0.0]
     if not (len(left) and len(right)):
         return False
-    return float(left.min() + right.min()) < 2.0 * (circumscribed + BODY) + ROOM
+    return float(left.min() + right.min()) < 2.0 * (circumscribed + LEAST_BODY) + PASSING_ROOM
 
 
 def _leads_backward(path: Path, pose: Pose2D) -> bool:
     away = np.hypot(path.points[:, 0] - pose.x, path.points[:, 1] - pose.y)
-    x, y, _ = path.points[int(np.argmax(away >= AHEAD)) if away.max() >= AHEAD else -1]
-    return _angle(pose, (float(x), float(y))) >= BEHIND
+    x, y, _ = path.points[int(np.argmax(away >= LOOKAHEAD)) if away.max() >= LOOKAHEAD else -1]
+    return _angle(pose, (float(x), float(y))) >= BACKWARD_ANGLE
 
 
 def _faces(pose: Pose2D, at: tuple[float, float]) -> bool:

@@ -13,20 +13,20 @@ from stack.navigation.following import Drive
 from stack.navigation.people.backing_out import can_turn
 from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
 from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
-from stack.navigation.people.standoff import STANDS, Standoff, nearest
+from stack.navigation.people.standoff import STANDING_SPEED, Standoff, nearest
 from stack.navigation.tasks import MotionExecutor
 from stack.types import STANDSTILL, FloatArray, Perceived, Pose2D, TrackedObject, Twist
 
 TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
 """Metres between the positions of a trail, and its length."""
 
-ARRIVED = 0.15
+ARRIVED_WITHIN = 0.15
 """Metres to the passing place at which the robot is there."""
 
-BACK = 0.5
+BACKED_UP_AT_MOST = 0.5
 """Metres that a robot without room to turn backs up at most."""
 
-STOOD = 2.0
+WAITING_PERSON_TIME = 2.0
 """Seconds for which a person in the way has stood who waits for the robot to go first."""
 
 PATIENCE = 2.0
@@ -35,7 +35,7 @@ PATIENCE = 2.0
 STUCK, MOVES = 3.0, 0.1
 """Seconds in which a robot that gets less than these metres nearer does not reach its place."""
 
-UNHELPFUL = 4.0
+UNHELPFUL_AFTER = 4.0
 """Seconds for which the person stands before a robot that has made room: they need more of it."""
 
 LOOK_AGAIN = 0.5
@@ -51,7 +51,7 @@ WALKS, ONWARD = 0.3, 2.0
 """m/s from which the velocity of a person shows where they want to go, and metres for which people
 who stand are expected to go on straight."""
 
-PASSED = 0.5
+PASSED_AFTER = 0.5
 """Seconds without a person in front after which they have passed."""
 
 
@@ -179,7 +179,7 @@ class GiveWay(Lifecycle):
     def _begin(self, state: Perceived, standoff: Standoff) -> None:
         """Leave the way of a person whom the robot has faced for long enough."""
         p, person, now = self._tools.parameters, standoff.person, state.time
-        waits = standoff.stood(now) >= STOOD
+        waits = standoff.stood(now) >= WAITING_PERSON_TIME
         if person is None or standoff.lasts(now) < p.give_way_after * (1.0 if waits else PATIENCE):
             return
         if self._given >= p.give_way_attempts or now < self._looked_at + p.give_way_after:
@@ -242,7 +242,7 @@ class GiveWay(Lifecycle):
         self._drive = self._make_drive(place)
         self._drive.start(now)
         if not self._can_turn(state):
-            self._back = self._tools.motions.back_up(BACK, self._tools.parameters)
+            self._back = self._tools.motions.back_up(BACKED_UP_AT_MOST, self._tools.parameters)
             if self._back is not None:
                 self._back.start(now)
 
@@ -261,11 +261,11 @@ class GiveWay(Lifecycle):
             self._clear.start(now)
         else:
             self._clear.start_once(now)
-        if self._clear.elapsed(now) >= PASSED:
+        if self._clear.elapsed(now) >= PASSED_AFTER:
             return None
         drive = self._drive or drive
         if not self._arrived:
-            self._arrived = state.estimate.pose.distance_to(self._place) <= ARRIVED
+            self._arrived = state.estimate.pose.distance_to(self._place) <= ARRIVED_WITHIN
             if not self._arrived:
                 return drive.step(state) if drive.task.running else None
             drive.stop(now)
@@ -277,9 +277,9 @@ class GiveWay(Lifecycle):
         now = state.time
         if self._arrived:
             in_front = [track for track in state.world.tracks if self._is_in_front(track.position)]
-            if not in_front or max(track.speed for track in in_front) >= STANDS:
+            if not in_front or max(track.speed for track in in_front) >= STANDING_SPEED:
                 self._idle.start(now)
-            return self._idle.elapsed(now) >= UNHELPFUL
+            return self._idle.elapsed(now) >= UNHELPFUL_AFTER
         away = state.estimate.pose.distance_to(self._place)
         if away < self._nearest - MOVES:
             self._nearest = away

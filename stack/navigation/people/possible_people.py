@@ -14,7 +14,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.types import Perceived
 
-LARGEST = 0.4
+LARGEST_PERSON = 0.4
 """Radius in metres above which what stands is no person."""
 
 GAP = 1.0
@@ -47,7 +47,7 @@ class PossiblePeople:
             return state
         near = [
             thing for thing in state.world.standing
-            if thing.radius <= LARGEST
+            if thing.radius <= LARGEST_PERSON
             and nearest([thing], state.estimate.pose, PERSON_DISTANCE) is not None
             and self._may_be_person(thing.id, now)
         ]  # fmt: skip

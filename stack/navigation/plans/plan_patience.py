@@ -8,10 +8,10 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.standoff import PERSON_DISTANCE, blocked_by, nearest
 from stack.types import Failure, FailureCode, Perceived, Pose2D, TrackedObject
 
-CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
+CLOSED_BY_PERSON = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
 """Failures of a plan that a person in the way can cause."""
 
-MOVED = 0.1
+PATIENCE_RESTARTS_AT = 0.1
 """Metres that the robot must move to restart the patience after a failed plan. Smaller motions in
 front of an obstacle do not count.
 """
@@ -53,7 +53,7 @@ class PlanPatience:
                 is near the robot, the goal, or the place at which the way ends.
         """
         p, here = self._tools.parameters, state.motion.pose
-        moved = follows_path and self._failing_at.distance_to(here) > MOVED
+        moved = follows_path and self._failing_at.distance_to(here) > PATIENCE_RESTARTS_AT
         if moved or not self._failing.running:
             self._failing.start(state.time)
             self._failing_at = here
@@ -61,7 +61,7 @@ class PlanPatience:
         if person is not None and waited < p.person_patience:
             return
         if waited >= p.patience:
-            if person is not None and failure.code in CLOSED:
+            if person is not None and failure.code in CLOSED_BY_PERSON:
                 raise blocked_by(person, p.person_patience)
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 

@@ -10,7 +10,7 @@ from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Footprint, Pose2D
 TURNING_DISTANCE = 0.25
 """Metres from the goal at which it may turn, if the task sets no tolerance."""
 
-STOPS = 0.05
+STOPS_WITHIN = 0.05
 """Metres from the end of its path at which a robot may stop: room that is better left."""
 
 
@@ -43,10 +43,10 @@ def turning_place(  # noqa: PLR0913 - of one robot at one goal
     corner = np.array(costs.centre_of(top, left))
     places = corner + costs.resolution * np.column_stack((columns, rows))
     away = np.hypot(*(places - (goal.x, goal.y)).T)
-    beside = np.hypot(*(points - (goal.x, goal.y)).T) <= reach + need + STOPS
+    beside = np.hypot(*(points - (goal.x, goal.y)).T) <= reach + need + STOPS_WITHIN
     gaps = places[:, None] - points[None, beside]
     room = np.hypot(gaps[..., 0], gaps[..., 1]).min(axis=1, initial=np.inf)
-    for more in (STOPS, 0.0):
+    for more in (STOPS_WITHIN, 0.0):
         fits = np.flatnonzero((away <= reach) & (room > need + more))
         if len(fits):
             x, y = places[fits[np.argmin(away[fits])]].tolist()

@@ -46,7 +46,7 @@ _ANY_HEADING = 8  # number of headings tried near a blocked goal of a partial pl
 
 _SAME_END = 0.02  # m and rad between the ends of two paths to the same goal
 
-_GRAZED = 0.02
+_GRAZED_SHARE = 0.02
 """Share of the footprint in contact up to which a path is free. Scans with noise put a cell in the
 way of most long paths through narrow doors now and then; the controller gets past.
 """
@@ -274,5 +274,5 @@ def _cost_of(path: Path | None, end: Pose2D, method: Method, checker: CollisionC
     for part in parts:
         cost += part.path.length * (method.penalties.reverse if part.backward else 1.0)
     mean, share = checker.judged(path.points)
-    blocked = share > _GRAZED
+    blocked = share > _GRAZED_SHARE
     return inf if blocked else mean * cost + method.penalties.change * (len(parts) - 1)

@@ -20,13 +20,13 @@ LEAD, LEAD_SHARE = 0.3, 0.5
 """Metres, and share of the distance to the lane: entries and exits are this far ahead of the
 nearest point and behind it, so that a robot on the lane drives on along it."""
 
-SLACK = 1.0
+CONNECTION_SLACK = 1.0
 """Metres by which an entry or exit may be longer than the shortest one."""
 
-TOUCH = 0.2
+TOUCHING = 0.2
 """Metres; a connection within this distance of a lane touches it."""
 
-MARGIN = 0.5
+DETOUR_MARGIN = 0.5
 """Metres before and after an obstacle on a lane where a detour leaves and rejoins the lane."""
 
 
@@ -116,7 +116,7 @@ class Network:
         if not len(self._samples[0]):
             return None
         near = np.linalg.norm(points[:, None] - self._samples[0][None], axis=2)
-        hits = np.flatnonzero(near.min(axis=1) <= TOUCH)
+        hits = np.flatnonzero(near.min(axis=1) <= TOUCHING)
         if not hits.size:
             return None
         lane, _ = self._samples[1][int(near[hits[0]].argmin())]
@@ -170,11 +170,11 @@ class Network:
         return not any(begin <= along <= end for begin, end in lane.obstacles)
 
     def _free_samples(self) -> tuple[FloatArray, list[tuple[_Lane, float]]]:
-        """Return (k, 2) free points on lanes, TOUCH apart, with their lanes and arc lengths."""
+        """Return (k, 2) free points on lanes, TOUCHING apart, with their lanes and arc lengths."""
         owners = [
             (lane, float(along))
             for lane in self._lanes.values()
-            for along in lane.edge.line.samples(TOUCH)
+            for along in lane.edge.line.samples(TOUCHING)
             if self._is_free(lane, float(along))
         ]
         points = [lane.edge.line.at(np.array([along])) for lane, along in owners]
@@ -289,10 +289,10 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _widened(obstacles: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
-    """Return the intervals extended by MARGIN at both ends, joined where they overlap."""
+    """Return the intervals extended by DETOUR_MARGIN at both ends, joined where they overlap."""
     wide: list[tuple[float, float]] = []
     for begin, end in obstacles:
-        low, high = max(0.0, begin - MARGIN), min(length, end + MARGIN)
+        low, high = max(0.0, begin - DETOUR_MARGIN), min(length, end + DETOUR_MARGIN)
         if wide and low <= wide[-1][1]:
             low = wide.pop()[0]
         wide.append((low, high))

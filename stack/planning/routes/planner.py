@@ -24,11 +24,11 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.planning.routes.geojson import read_route_graph
 from stack.planning.routes.graph import RouteGraph
-from stack.planning.routes.network import LEAD, LEAD_SHARE, SLACK, Network, Rates
+from stack.planning.routes.network import CONNECTION_SLACK, LEAD, LEAD_SHARE, Network, Rates
 from stack.planning.routes.parameters import RouteParameters
 from stack.planning.routes.search import Arc, cheapest_evaluated
 from stack.planning.routes.shaping import Shape, path_along
-from stack.planning.smoothing import SPACING, resampled
+from stack.planning.smoothing import POSE_SPACING, resampled
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
 
 _SAME_PLACE = 0.1  # m; a connection that ends farther from its target is discarded
@@ -142,11 +142,11 @@ class Route(Planner):
                 paths = (item.path for item in (*considered, *connections))
                 least = min([least, *(path.length for path in paths if path is not None)])
             for arc in connections:
-                arc.longest = least + max(SLACK, LEAD_SHARE * least)
+                arc.longest = least + max(CONNECTION_SLACK, LEAD_SHARE * least)
                 arc.cost = inf if network.straight_length(arc) > arc.longest else arc.cost
                 arc.cost = inf if arc.path and arc.path.length > arc.longest else arc.cost
             shortest.append(least)
-        network.direct.longest = sum(shortest) + SLACK
+        network.direct.longest = sum(shortest) + CONNECTION_SLACK
 
     def _evaluate(
         self,
@@ -208,10 +208,10 @@ class Route(Planner):
             return
         if ends[0] == 0:
             gap = np.array([points[-1], network.places[ends[1]]])
-            joined = np.vstack([points, resampled(gap, SPACING)[1:]])
+            joined = np.vstack([points, resampled(gap, POSE_SPACING)[1:]])
         else:
             gap = np.array([network.places[ends[0]], points[0]])
-            joined = np.vstack([resampled(gap, SPACING)[:-1], points])
+            joined = np.vstack([resampled(gap, POSE_SPACING)[:-1], points])
         path = Path(np.column_stack([joined, np.zeros(len(joined))]))
         cost = self._rates.of_connection(path.length)
         network.connect(Arc(*ends, cost, path=path))
