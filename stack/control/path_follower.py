@@ -91,23 +91,19 @@ class PathFollower(Lifecycle):
             controller.configure(parameters)
 
     def start(self, now: float) -> None:
-        """Begin a drive."""
         self._began_at = now
         for controller in self._controllers():
             controller.start(now)
 
     def pause(self, now: float) -> None:
-        """Hold the drive."""
         for controller in self._controllers():
             controller.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the drive."""
         for controller in self._controllers():
             controller.resume(now)
 
     def stop(self, now: float) -> None:
-        """End the drive."""
         for controller in self._controllers():
             controller.stop(now)
 

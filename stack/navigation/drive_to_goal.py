@@ -132,7 +132,6 @@ class GoalDrive(Drive):
 
     @property
     def makes_way(self) -> bool:
-        """Whether the robot leaves the way of a person whom it faces."""
         return self._give_way is not None and self._give_way.leaves_way
 
     @property
@@ -141,7 +140,6 @@ class GoalDrive(Drive):
         return self._follower.waiting or self._patience.failing or self.makes_way
 
     def note_evasion(self) -> None:
-        """Note that an evasion is over: the robot may be beside its path."""
         self._has_evaded = True
 
     def _twist_aside(self, state: Perceived) -> Twist | None:

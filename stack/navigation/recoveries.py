@@ -102,7 +102,6 @@ class Recovery(MotionExecutor):
         self._stall.start(now)
 
     def resume(self, now: float) -> None:
-        """Continue from standstill."""
         super().resume(now)
         self._rate = 0.0
 
@@ -348,7 +347,6 @@ class DriveFor(MotionExecutor):
         self._age.start(now)
 
     def step(self, state: Perceived) -> Twist:
-        """Return the velocity until its time is over."""
         if self._age.elapsed(state.time) >= self.order.seconds - 1e-9:
             self.task.succeed("done")
             return STANDSTILL

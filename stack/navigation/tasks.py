@@ -133,9 +133,7 @@ class MotionExecutor(Lifecycle, ABC):
         return 0.0
 
     def pause(self, now: float) -> None:
-        """Hold the motion, and its time limits."""
         self.timers.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the motion."""
         self.timers.resume(now)

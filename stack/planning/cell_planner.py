@@ -61,7 +61,6 @@ class CellPlanner(Planner):
 
     @staticmethod
     def kernels(parameters: Any, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.planning import kernels
 
         used = (*kernels.EXTRACTION, *kernels.ENDPOINTS)

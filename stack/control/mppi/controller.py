@@ -46,7 +46,6 @@ class Mppi(PathController[MppiParameters]):
 
     @staticmethod
     def kernels(parameters: MppiParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.control.mppi.critics.kernels import CRITICS
         from stack.control.mppi.kernels import ROLLOUTS
 
@@ -69,7 +68,6 @@ class Mppi(PathController[MppiParameters]):
 
     @property
     def keeps_clear(self) -> bool:
-        """Whether the plan of the last command keeps clear of everybody who moves, to its end."""
         return bool(self.parameters.moving_weight) and self._keeps_clear
 
     def _stand(self) -> None:

@@ -60,7 +60,6 @@ class RangeLayer(SensedLayer):
 
     @staticmethod
     def kernels() -> KernelTypes:
-        """Return the kernels of the layer."""
         from stack.costmap import kernels
 
         return kernels.RANGES

@@ -182,7 +182,6 @@ class SemanticLayer(Layer):
             np.copyto(cells, cost, where=(cells < INSCRIBED_COST) & (cost > cells))
 
     def clear(self, region: Region | None) -> Box:
-        """Forget the things in a region."""
         if region is None:
             self._things = []
         else:

@@ -56,7 +56,6 @@ class SocialLayer(Layer):
 
     @staticmethod
     def kernels() -> KernelTypes:
-        """Return the kernels of the layer."""
         from stack.costmap.layers import kernels
 
         return kernels.SOCIAL

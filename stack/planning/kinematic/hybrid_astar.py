@@ -75,7 +75,6 @@ class HybridAstar(PosePlanner):
 
     @staticmethod
     def kernels(parameters: HybridAstarParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.planning.curves.kernels import DISTANCES
 
         return (*DISTANCES, *PosePlanner.kernels(parameters, robot))

@@ -77,7 +77,6 @@ class PosePlanner(Planner):
 
     @staticmethod
     def kernels(parameters: Any, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         return pose_planner_kernels(parameters.smoother)
 
     @abstractmethod

@@ -77,7 +77,6 @@ class Route(Planner):
 
     @staticmethod
     def kernels(parameters: RouteParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         return choose("planner", _connecting(parameters, robot), {}).kernels(robot)
 
     @staticmethod
@@ -88,11 +87,6 @@ class Route(Planner):
         return replace(parameters, graph=str(folder / FilePath(parameters.graph).expanduser()))
 
     def with_edge(self, edge: str, *, closed: bool) -> Route:
-        """Return a copy with an edge closed or opened; running plans keep the old graph.
-
-        Raises:
-            ParameterError: there is no such edge.
-        """
         changed = copy(self)
         changed.graph = self.graph.with_edge(edge, closed=closed)
         return changed
