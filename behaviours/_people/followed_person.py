@@ -77,7 +77,7 @@ before."""
 
 
 @dataclass(slots=True)
-class Seen:
+class SeenPerson:
     """A person, as last seen, map frame.
 
     Attributes:
@@ -95,9 +95,9 @@ class Seen:
     course: tuple[float, float]
 
     @staticmethod
-    def of(track: TrackedObject, now: float) -> Seen:
+    def of(track: TrackedObject, now: float) -> SeenPerson:
         """Return a person seen for the first time."""
-        return Seen(track.id, now, track.position, track.velocity, track.velocity)
+        return SeenPerson(track.id, now, track.position, track.velocity, track.velocity)
 
     def expected(self, now: float) -> tuple[float, float]:
         """Return where they are expected: they walk on for COASTING_TIME, then stand."""
@@ -140,12 +140,12 @@ class FollowedPerson:
     """
 
     def __init__(self, track: TrackedObject, now: float) -> None:
-        self.seen = Seen.of(track, now)
+        self.seen = SeenPerson.of(track, now)
         self.radius, self.visible, self.times_lost = track.radius, True, 0
         self.is_supposed = False
-        self._walk, self._things, self._cost = Seen.of(track, now), KnownThings(now), 0.0
+        self._walk, self._things, self._cost = SeenPerson.of(track, now), KnownThings(now), 0.0
         self._jumped_to: tuple[float, float] | None = None
-        self._others: dict[int, Seen] = {}
+        self._others: dict[int, SeenPerson] = {}
         self._meeting: _Meeting | None = None
         self._is_tracked, self._tracked_since = True, now
 
@@ -224,7 +224,7 @@ class FollowedPerson:
             if other is not None:
                 other.renew(track, now)
             elif self.visible:
-                self._others[track.id] = Seen.of(track, now)
+                self._others[track.id] = SeenPerson.of(track, now)
             away = dist(track.position, self.expected(now))
             if away < gap:
                 nearest, gap = track.id, away
@@ -264,7 +264,7 @@ class FollowedPerson:
         if changed <= EXCHANGED or max(crossed) >= CLEARLY * changed:
             return own.id
         self._meeting = None
-        self._others[own.id] = Seen.of(own, now)
+        self._others[own.id] = SeenPerson.of(own, now)
         return other.id
 
     def _found_again(
@@ -301,7 +301,7 @@ class FollowedPerson:
         return min(FIRST_REACH + REACH_SPEED * (now - self.seen.stamp), LONGEST_REACH)
 
 
-def _walking_cost(track: TrackedObject, last: Seen, now: float) -> float:
+def _walking_cost(track: TrackedObject, last: SeenPerson, now: float) -> float:
     """Return how far a track is from where the person is expected, and from their velocity."""
     stood = hypot(*last.velocity) < STANDING_SPEED
     turning = 0.0 if stood else TURNING * exp(-(now - last.stamp) / TURNING_TIME)
@@ -309,7 +309,7 @@ def _walking_cost(track: TrackedObject, last: Seen, now: float) -> float:
     return away + turning * dist(track.velocity, last.velocity)
 
 
-def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
+def _standing_cost(item: StandingObject, last: SeenPerson, now: float) -> float:
     """Return how far an object is from the way that the person was expected to go on."""
     (x, y), (u, v) = last.position, last.expected(now)
     u, v = u - x, v - y
@@ -318,7 +318,7 @@ def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
     return STANDING_COST + hypot(dx - share * u, dy - share * v)
 
 
-def _is_walkable(track: TrackedObject, last: Seen, now: float) -> bool:
+def _is_walkable(track: TrackedObject, last: SeenPerson, now: float) -> bool:
     """Whether the person can have come there since they were seen."""
     speed = max(WALKING, HURRY * hypot(*last.velocity))
     return dist(track.position, last.position) <= FIRST_REACH + speed * (now - last.stamp)

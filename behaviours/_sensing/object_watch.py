@@ -26,7 +26,7 @@ BLIND_TIME = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedObject:
     """What is searched: objects of a colour, or of a label of the object detector.
 
     Raises:
@@ -93,7 +93,7 @@ class ObjectWatch:
         silence: started timer; restarted by every picture or result of the detector.
     """
 
-    def __init__(self, robot: Robot, wanted: Wanted, silence: Timer) -> None:
+    def __init__(self, robot: Robot, wanted: WantedObject, silence: Timer) -> None:
         self._robot, self._wanted, self._silence = robot, wanted, silence
         self._candidates: list[SeenObject] = []
         self._newest = robot.time

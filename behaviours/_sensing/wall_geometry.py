@@ -132,7 +132,7 @@ _PASSAGE_CHECKED = 0.4
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class WallCourse:
     """Settings of wall following.
 
     Attributes:
@@ -179,7 +179,7 @@ class _Contact:
 
 
 def _contact(
-    contour: FloatArray, position: FloatArray, tangent: FloatArray, course: Course
+    contour: FloatArray, position: FloatArray, tangent: FloatArray, course: WallCourse
 ) -> _Contact | None:
     """Return the nearest point ahead or on the wall's side, or the point that closes the passage.
 
@@ -225,7 +225,7 @@ def _nearest(squares: FloatArray, eligible: NDArray[np.bool_]) -> int | None:
 
 
 def offset_curve(
-    contour: FloatArray, course: Course, tangent: FloatArray, length: float = 1.2
+    contour: FloatArray, course: WallCourse, tangent: FloatArray, length: float = 1.2
 ) -> OffsetCurve | None:
     """Compute the curve along the wall, from a point next to the robot (the origin).
 

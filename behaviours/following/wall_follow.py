@@ -117,7 +117,7 @@ class WallFollow(FollowingBehaviour):
         spare = SPARE_ROOM_BACK if turned_back else SPARE_ROOM
         side = 1 if self.side == "left" else -1
         closest = min(self._radius + spare, self.distance)
-        course = geometry.Course(side, self.distance, closest)
+        course = geometry.WallCourse(side, self.distance, closest)
         curve = geometry.offset_curve(contour, course, tangent)
         if curve is None:
             return None

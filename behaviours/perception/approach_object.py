@@ -8,7 +8,7 @@ from py_trees.common import Status
 
 from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour, Steps
 from behaviours._motion.following import STUCK_TIME, StuckWatch
-from behaviours._sensing.object_watch import SAME_PLACE, ObjectWatch, SeenObject, Wanted
+from behaviours._sensing.object_watch import SAME_PLACE, ObjectWatch, SeenObject, WantedObject
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
     OBJECT_COLOURS,
@@ -75,7 +75,7 @@ class ApproachObject(DrivingBehaviour):
     def initialise(self) -> None:
         """Prepare the drive; it begins with the first tick."""
         self._front = self.robot.base.footprint.front
-        self._wanted = Wanted(self.colour, self.label)
+        self._wanted = WantedObject(self.colour, self.label)
         self._watch = ObjectWatch(self.robot, self._wanted, self.start_timer())
         self._target = self.object
         self._is_seen = False

@@ -36,7 +36,7 @@ def unexplored(poses: Iterable[Pose2D], resolution: float) -> OccupancyGrid:
     return _ground((*low, *high), resolution)
 
 
-class Ground:
+class GrowingMap:
     """Unknown grid of costmaps without a map; grows to contain every requested pose."""
 
     def __init__(self, grid: OccupancyGrid, costmaps: Iterable[Costmap]) -> None:
@@ -79,7 +79,7 @@ class Ground:
             self._show()
 
 
-def resampled(grid: OccupancyGrid, resolution: float) -> OccupancyGrid:
+def resampled_grid(grid: OccupancyGrid, resolution: float) -> OccupancyGrid:
     """Return a map in cells of another size; the same object if the size is the same."""
     if abs(grid.resolution - resolution) < 1e-9:
         return grid

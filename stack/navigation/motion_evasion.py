@@ -11,7 +11,7 @@ from stack.control.path_follower import PathFollower
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.following import Drive
 from stack.navigation.path_speeds import slower
-from stack.navigation.recoveries import DriveFor
+from stack.navigation.recoveries import DriveForMotion
 from stack.navigation.tasks import Emit, MotionExecutor
 from stack.types import STANDSTILL, FloatArray, Perceived, Twist
 
@@ -90,5 +90,5 @@ class MotionEvasion:
 
 def _gives_way(motion: MotionExecutor | None) -> bool:
     return isinstance(motion, Drive | Disambiguation) or (
-        isinstance(motion, DriveFor) and motion.order.gives_way
+        isinstance(motion, DriveForMotion) and motion.order.gives_way
     )

@@ -17,7 +17,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.plans.queries import PlanQueries
-from stack.navigation.recoveries import DriveFor
+from stack.navigation.recoveries import DriveForMotion
 from stack.navigation.tasks import MotionExecutor
 from stack.types import ContactZone, CurrentStep, Path, Perceived, Pose2D, Twist
 
@@ -118,7 +118,9 @@ class Navigator:
             wanted, state, motion, along_path=_follows_path(motion), limit=limit
         )
         current = self.activities.current
-        return WantedTwist(twist, current.order.contact if isinstance(current, DriveFor) else None)
+        return WantedTwist(
+            twist, current.order.contact if isinstance(current, DriveForMotion) else None
+        )
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.

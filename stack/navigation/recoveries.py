@@ -163,7 +163,7 @@ class Recovery(MotionExecutor):
         return True
 
 
-class Spin(Recovery):
+class SpinMotion(Recovery):
     """Turns in place by an angle, which may be more than a full turn.
 
     The angle is accumulated over the steps; the turn in one step is far below half a turn.
@@ -199,7 +199,7 @@ class Spin(Recovery):
         return Twist(angular=self._sign * rate)
 
 
-class BackUp(Recovery):
+class BackUpMotion(Recovery):
     """Drives straight back by a distance."""
 
     def __init__(
@@ -272,7 +272,7 @@ class StraightLine:
         return min(tops)
 
 
-class DriveOnHeading(Recovery):
+class DriveOnHeadingMotion(Recovery):
     """Drives straight by a distance and holds its initial heading by odometry."""
 
     STEERING = 2.0
@@ -328,7 +328,7 @@ class DriveOrder:
     while_lost: bool = False
 
 
-class DriveFor(MotionExecutor):
+class DriveForMotion(MotionExecutor):
     """Drives a velocity with a time to live, renewed by behaviours with their own control loop.
 
     Attributes:

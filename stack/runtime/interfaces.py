@@ -7,8 +7,8 @@ from typing import Protocol
 
 from stack.body import Body, SimulationEvent
 from stack.navigation.capabilities.robot import StackRobot
+from stack.navigation.live_parameters import LiveParameters
 from stack.navigation.navigator import Navigator
-from stack.navigation.tuning import Tuning
 from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
@@ -105,7 +105,7 @@ class ObservationLog(Protocol):
 
 
 @dataclass
-class Parts:
+class LoopParts:
     """The parts of the step loop, in the order in which it calls them."""
 
     body: Body
@@ -115,7 +115,7 @@ class Parts:
     robot: StackRobot
     navigator: Navigator
     safety: Safety
-    tuning: Tuning
+    tuning: LiveParameters
     telemetry: Telemetry
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None

@@ -73,7 +73,7 @@ class SafetyZone:
         return _METRES.read(raw[0]), _METRES.read(raw[1])
 
 
-def read_zones(raw: Any, parameters: Any = None) -> tuple[SafetyZone, ...]:
+def read_safety_zones(raw: Any, parameters: Any = None) -> tuple[SafetyZone, ...]:
     """Read safety zones from a mission or robot file.
 
     Raises:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from behaviours._sensing.wall_geometry import (
     CONTOUR_SPACING,
     CURVE_STEP,
-    Course,
+    WallCourse,
     bridges,
     chains_of,
     contour_of,
@@ -20,7 +20,7 @@ from behaviours._sensing.wall_geometry import (
 from stack.streams import stream
 
 AHEAD = np.array([1.0, 0.0])
-LEFT = Course(side=1, distance=0.5, closest=0.3)
+LEFT = WallCourse(side=1, distance=0.5, closest=0.3)
 
 
 def wall(start, end, spacing=0.05):
@@ -104,7 +104,7 @@ def test_the_right_side_is_the_mirror_of_the_left():
     points = np.vstack([wall((0.9, -2), (0.9, 0.5))[:-1], wall((0.9, 0.5), (-2, 0.5))])
     left = offset_curve(contour_of(points, 1.2), LEFT, AHEAD)
     mirror = points * (1.0, -1.0)
-    right = offset_curve(contour_of(mirror, 1.2), Course(-1, 0.5, 0.3), AHEAD)
+    right = offset_curve(contour_of(mirror, 1.2), WallCourse(-1, 0.5, 0.3), AHEAD)
     assert right.points * (1.0, -1.0) == pytest.approx(left.points)
 
 

@@ -29,10 +29,10 @@ from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.drive_tools import DriveTools
+from stack.navigation.live_parameters import LiveParameters, Tunable
 from stack.navigation.navigator import Navigator
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import Emit
-from stack.navigation.tuning import Tunable, Tuning
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.coloured_objects import ColouredObjectDetector
@@ -47,7 +47,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
 from stack.planning.outline_check import outline_checked
-from stack.runtime.interfaces import Parts
+from stack.runtime.interfaces import LoopParts
 from stack.runtime.loop import Runtime
 from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
@@ -149,8 +149,8 @@ def build(
         else SimulationScorer(simulation, plan.world, plan.robot.footprint, lambda: body.time)
     )
     sensor_log = _sensor_log(plan, options, folder)
-    tuning = Tuning(_tunables(navigator, safety, perceiver, coloured), emit)
-    parts = Parts(
+    tuning = LiveParameters(_tunables(navigator, safety, perceiver, coloured), emit)
+    parts = LoopParts(
         body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry,
         scorer, debugger, sensor_log,
     )  # fmt: skip

@@ -97,7 +97,7 @@ class Situation:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class KeptMotion:
     """The lane or motion under way.
 
     Attributes:
@@ -153,7 +153,7 @@ class Evasion:
         ])  # fmt: skip
         self.configure(parameters)
         self._pushing = PushingPeople()
-        self._kept: Kept | None = None
+        self._kept: KeptMotion | None = None
         self._until = -inf
 
     def configure(self, parameters: EvasionParameters) -> None:
@@ -248,7 +248,7 @@ class Evasion:
         number = best - len(lanes)
         if number == len(motions):
             return _first_twist(under_way[0])
-        self._kept = Kept(is_lane=False, number=number - len(own), began=situation.time)
+        self._kept = KeptMotion(is_lane=False, number=number - len(own), began=situation.time)
         return _first_twist(motions[number])
 
     def _hurried(self, wanted: Twist, obstacles: ObstaclePoints) -> Twist | None:
@@ -279,7 +279,7 @@ class Evasion:
         return None if best == 0 or times[best] < inf else self._follow(way, lanes, best)
 
     def _follow(self, way: FloatArray, lanes: FloatArray, number: int) -> Twist:
-        self._kept = Kept(is_lane=True, number=number, began=0.0)
+        self._kept = KeptMotion(is_lane=True, number=number, began=0.0)
         return self._lanes.twist(way, *lanes[number].tolist())
 
     def _prefer_kept(self, costs: FloatArray, lanes: FloatArray, under_way: int) -> None:

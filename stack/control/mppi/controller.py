@@ -13,7 +13,7 @@ from stack.components import ControlState
 from stack.control.mppi.critics.critics import PATH_FOLLOW_AHEAD
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import LocalPath, Obstacles, Outline, clearance_to
+from stack.control.mppi.scene import BodyArrays, LocalPath, Obstacles, clearance_to
 from stack.control.path_controller import PathController
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.path_segment import PathSegment
@@ -52,7 +52,7 @@ class Mppi(PathController[MppiParameters]):
         return (*PathController.kernels(parameters, robot), *ROLLOUTS, *CRITICS)
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
-        self._outline = cache(partial(Outline.of, robot.footprint))
+        self._outline = cache(partial(BodyArrays.of, robot.footprint))
         self._obstacles: Obstacles | None = None
         self._keeps_clear = False
         super().__init__(parameters, robot, period)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stack.control.mppi.critics.critics import CRITICS, CriticData, evaluate_obstacles
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
+from stack.control.mppi.scene import Array32, BodyArrays, LocalPath, Obstacles, Rollouts
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.savitzky_golay import savitzky_golay_weights
 from stack.streams import stream
@@ -91,8 +91,9 @@ class Optimiser:
             axis[:] = np.interp(self._places + self._shift, self._places, axis)
 
     def improve(
-        self, heading: float, twist: Twist, path: LocalPath, obstacles: Obstacles, body: Outline
-    ) -> None:
+        self, heading: float, twist: Twist, path: LocalPath, obstacles: Obstacles,
+        body: BodyArrays,
+    ) -> None:  # fmt: skip
         """Improve the plan by sampling.
 
         Args:

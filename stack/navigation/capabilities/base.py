@@ -17,11 +17,11 @@ from stack.navigation.following import PathDrive
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.recoveries import (
-    BackUp,
-    DriveFor,
-    DriveOnHeading,
+    BackUpMotion,
+    DriveForMotion,
+    DriveOnHeadingMotion,
     DriveOrder,
-    Spin,
+    SpinMotion,
     StraightLine,
 )
 from stack.navigation.tasks import MotionExecutor, MotionTask
@@ -154,11 +154,11 @@ class StackBase(Base):
     ) -> MotionTask:
         task = self._activities.task(f"spin {degrees(angle):.0f} deg", while_lost=while_lost)
         rate = _positive("speed", self._parameters.spin_speed if speed is None else speed)
-        refusal = Spin.unsupported_reason(self._robot)
+        refusal = SpinMotion.unsupported_reason(self._robot)
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(Spin(task, angle, rate, self._tools.motions.tools))
+        return self._recover(SpinMotion(task, angle, rate, self._tools.motions.tools))
 
     def back_up(
         self, distance: float, *, speed: float | None = None, while_lost: bool = False
@@ -167,7 +167,7 @@ class StackBase(Base):
         _positive("reverse_speed", self._robot.limits.reverse_speed)
         task = self._activities.task(f"back up {distance:.2f} m", while_lost=while_lost)
         rate = _positive("speed", self._parameters.back_up_speed if speed is None else speed)
-        return self._recover(BackUp(task, distance, rate, self._tools.motions.tools))
+        return self._recover(BackUpMotion(task, distance, rate, self._tools.motions.tools))
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
@@ -182,7 +182,7 @@ class StackBase(Base):
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(DriveOnHeading(task, line, self._tools.motions.tools))
+        return self._recover(DriveOnHeadingMotion(task, line, self._tools.motions.tools))
 
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5,
@@ -212,11 +212,11 @@ class StackBase(Base):
         if refused and monitor.refuses(self._parameters):
             raise NavigationError(FailureCode.LOST, monitor.refusal(self._estimator.estimate))
         order = DriveOrder(twist, seconds, contact, gives_way=gives_way, while_lost=may_move)
-        if isinstance(current, DriveFor):
+        if isinstance(current, DriveForMotion):
             current.renew(order, self._now.perceived.time)
             return current.task
         task = self._activities.task("drive on command")
-        begun = DriveFor(task, order, self._now.perceived.time)
+        begun = DriveForMotion(task, order, self._now.perceived.time)
         self._activities.start(begun, "goal", "driving on command")
         return task
 

@@ -6,7 +6,13 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
-from stack.navigation.escape.search import LEAST_GAIN, NO_FENCE, ChosenMotion, MotionId, Search
+from stack.navigation.escape.search import (
+    LEAST_GAIN,
+    NO_FENCE,
+    ChosenMotion,
+    EscapeSearch,
+    MotionId,
+)
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.recoveries import (
     DONE,
@@ -64,7 +70,7 @@ class Escape(MotionExecutor):
     ) -> None:
         super().__init__(task)
         self._goal, self._tools, self._surroundings = escape_goal, tools, surroundings
-        self._search = Search(tools.robot, surroundings, fence)
+        self._search = EscapeSearch(tools.robot, surroundings, fence)
         self._radius = tools.robot.footprint.circumscribed_radius
         self._chosen: ChosenMotion | None = None
         self._segments: tuple[EscapeSegment, ...] = ()

@@ -64,7 +64,7 @@ class ChosenMotion:
     floor: float
 
 
-class Search:
+class EscapeSearch:
     """Sweeps the outline along each motion and checks it against the known surroundings.
 
     The outline is the robot's polygon, at poses that move it by at most 2 cm: it must keep the

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stack.navigation.escape.views import View, is_near
+from stack.navigation.escape.views import BeamView, is_near
 from stack.types import FloatArray, ObstaclePoints, Perceived, Pose2D, RangeView
 
 STANDING, STANDING_TURN = 0.01, 0.01
@@ -30,9 +30,9 @@ class _Entry:
         self._measured, self.base = measured, measured.base
 
     @cached_property
-    def view(self) -> View:
+    def view(self) -> BeamView:
         """The measurement as a view."""
-        return View.of(self._measured)
+        return BeamView.of(self._measured)
 
     def near(self, pose: Pose2D, distance: float, angle: float) -> bool:
         """Whether it was taken near a pose."""
@@ -76,7 +76,7 @@ class Surroundings:
             self.updates += 1
 
     @property
-    def views(self) -> list[View]:
+    def views(self) -> list[BeamView]:
         """Stored views, the newest of each sensor last."""
         older = (entry for _, entry in self._older)
         return [entry.view for entry in (*older, *self._newest.values())]

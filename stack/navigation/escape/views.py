@@ -18,7 +18,7 @@ SONAR_SPACING = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class BeamView:
     """Evenly spaced beams of a range sensor, and the pose at which they were measured.
 
     Attributes:
@@ -39,13 +39,13 @@ class View:
     range_max: float
 
     @classmethod
-    def of(cls, view: RangeView) -> View:
+    def of(cls, view: RangeView) -> BeamView:
         """Convert a measurement."""
         measured = view.measurement
         beams = _of_sonar(measured) if isinstance(measured, RangeReading) else _of_scan(measured)
         return cls(view.base, view.base.compose(measured.mount), *beams, measured.range_max)
 
-    def filled(self, older: View) -> View:
+    def filled(self, older: BeamView) -> BeamView:
         """Return a copy whose invalid beams have the ranges of an older view of the same pose."""
         if self.ranges.shape != older.ranges.shape:
             return self

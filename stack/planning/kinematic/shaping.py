@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.planning.kinematic.search import CollisionChecker, Drive
+from stack.planning.kinematic.search import CollisionChecker, PoseDrive
 from stack.planning.smoothers.choice import shape
 from stack.planning.smoothing import POSE_SPACING, PathCosts
 from stack.types import FloatArray, Path
@@ -33,7 +33,7 @@ class Shaping:
     radius: float
     traverse: NDArray[np.int64]
 
-    def path(self, checker: CollisionChecker, drive: Drive) -> Path:
+    def path(self, checker: CollisionChecker, drive: PoseDrive) -> Path:
         """Return the path along a drive, with each segment of one direction smoothed separately.
 
         A segment is moved towards its smooth line by the largest of three shares at which the

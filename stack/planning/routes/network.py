@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stack.geometry.costs_under import costs_under
 from stack.planning.routes.graph import RouteEdge, RouteGraph
 from stack.planning.routes.parameters import RouteParameters
-from stack.planning.routes.search import Arc
+from stack.planning.routes.search import RouteArc
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Pose2D, wrap_angle
 
 LEAD, LEAD_SHARE = 0.3, 0.5
@@ -91,19 +91,19 @@ class Network:
             [lane for lane in lanes.values() if lane.edge.closed]
         )
         self.direct = self._connection(0, 1)
-        self.entries: list[Arc] = []
-        self.exits: list[Arc] = []
-        self._detours: list[Arc] = []
+        self.entries: list[RouteArc] = []
+        self.exits: list[RouteArc] = []
+        self._detours: list[RouteArc] = []
         self._samples = self._free_samples()
         self._find_detours()
         self._find_entries_and_exits()
 
-    def arcs(self) -> list[Arc]:
+    def arcs(self) -> list[RouteArc]:
         """Return the parts of lanes that can be driven, and all connections."""
         found = [arc for lane in self._lanes.values() for arc in self._drivable_parts(lane)]
         return [self.direct, *self.entries, *self.exits, *self._detours, *found]
 
-    def straight_length(self, arc: Arc) -> float:
+    def straight_length(self, arc: RouteArc) -> float:
         """Return the straight-line distance between the ends of an arc, metres."""
         (x, y), (u, v) = self.places[arc.start], self.places[arc.end]
         return hypot(u - x, v - y)
@@ -135,7 +135,7 @@ class Network:
         turned = abs(wrap_angle(direction - bearing)) > 0.5 * pi
         return wrap_angle(direction + pi) if turned else direction
 
-    def connect(self, arc: Arc) -> None:
+    def connect(self, arc: RouteArc) -> None:
         """Add an entry or an exit."""
         (self.entries if arc.start == 0 else self.exits).append(arc)
 
@@ -180,21 +180,21 @@ class Network:
         points = [lane.edge.line.at(np.array([along])) for lane, along in owners]
         return (np.vstack(points) if points else np.empty((0, 2))), owners
 
-    def _drivable_parts(self, lane: _Lane) -> Iterator[Arc]:
+    def _drivable_parts(self, lane: _Lane) -> Iterator[RouteArc]:
         for (begin, start), (end, last) in pairwise(sorted(lane.cuts.items())):
             if any(low <= end and high >= begin for low, high in lane.obstacles):
                 continue
             cost = self._rates.of_lane(lane.edge, end - begin)
             line = lane.edge.line
-            yield Arc(start, last, cost, line.between(begin, end), lane.edge)
+            yield RouteArc(start, last, cost, line.between(begin, end), lane.edge)
             if not lane.edge.one_way:
-                yield Arc(last, start, cost, line.between(end, begin), lane.edge)
+                yield RouteArc(last, start, cost, line.between(end, begin), lane.edge)
 
-    def _connection(self, start: int, end: int, longest: float = inf) -> Arc:
+    def _connection(self, start: int, end: int, longest: float = inf) -> RouteArc:
         (x, y), (u, v) = self.places[start], self.places[end]
         straight = hypot(u - x, v - y)
         cost = self._rates.of_connection(straight) if straight <= longest else inf
-        return Arc(start, end, cost, evaluated=False, longest=longest)
+        return RouteArc(start, end, cost, evaluated=False, longest=longest)
 
     def _find_entries_and_exits(self) -> None:
         on = {self._cut(*place): None for place in self._near(self.places[0])}
@@ -202,7 +202,7 @@ class Network:
         self.entries = [self._connection(0, vertex) for vertex in on]
         self.exits = [self._connection(vertex, 1) for vertex in off]
 
-    def _exit_from_closed(self, lanes: list[_Lane]) -> Arc | None:
+    def _exit_from_closed(self, lanes: list[_Lane]) -> RouteArc | None:
         nearest = [(*lane.edge.line.nearest(*self.places[1]), lane) for lane in lanes]
         able = [item for item in nearest if self._is_free(item[2], item[0])]
         if not able:

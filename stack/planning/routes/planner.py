@@ -26,8 +26,8 @@ from stack.planning.routes.geojson import read_route_graph
 from stack.planning.routes.graph import RouteGraph
 from stack.planning.routes.network import CONNECTION_SLACK, LEAD, LEAD_SHARE, Network, Rates
 from stack.planning.routes.parameters import RouteParameters
-from stack.planning.routes.search import Arc, cheapest_evaluated
-from stack.planning.routes.shaping import Shape, path_along
+from stack.planning.routes.search import RouteArc, cheapest_evaluated
+from stack.planning.routes.shaping import RouteShape, path_along
 from stack.planning.smoothing import POSE_SPACING, resampled
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
 
@@ -73,7 +73,7 @@ class Route(Planner):
         top = robot.limits.linear_speed
         self._rates = Rates(parameters, top)
         radius = max(parameters.corner_radius, 1.1 * robot.turning_radius)
-        self._shape = Shape(radius, top, keeps_connections=self._is_car)
+        self._shape = RouteShape(radius, top, keeps_connections=self._is_car)
 
     @staticmethod
     def kernels(parameters: RouteParameters, robot: RobotDescription) -> KernelTypes:
@@ -118,7 +118,7 @@ class Route(Planner):
             return arcs[0].path
         return path_along(arcs, costs, self._shape, goal.heading)
 
-    def _limit(self, network: Network, evaluate: Callable[[Arc], None]) -> None:
+    def _limit(self, network: Network, evaluate: Callable[[RouteArc], None]) -> None:
         """Discard entries and exits that are much longer than the shortest.
 
         Else a long connection through free space could replace a closed lane. For exits, closed
@@ -148,7 +148,7 @@ class Route(Planner):
         costs: CostGrid,
         ends: tuple[Pose2D, Pose2D],
         cancel: CancelToken,
-        arc: Arc,
+        arc: RouteArc,
     ) -> None:
         """Plan a connection through free space and set its path and cost."""
         cancel.check()
@@ -172,7 +172,7 @@ class Route(Planner):
             self._shorten(network, arc, path)
 
     def _poses(
-        self, network: Network, ends: tuple[Pose2D, Pose2D], arc: Arc
+        self, network: Network, ends: tuple[Pose2D, Pose2D], arc: RouteArc
     ) -> tuple[Pose2D, Pose2D]:
         """Return start and goal of a connection; on a lane they have its direction."""
         (x, y), (u, v) = network.places[arc.start], network.places[arc.end]
@@ -181,7 +181,7 @@ class Route(Planner):
         goal = ends[1] if arc.end == 1 else Pose2D(u, v, network.heading(arc.end, bearing))
         return start, goal
 
-    def _shorten(self, network: Network, arc: Arc, path: Path) -> None:
+    def _shorten(self, network: Network, arc: RouteArc, path: Path) -> None:
         """Add the part of an entry or exit up to the first lane that it touches."""
         points = path.points[:, :2]
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
@@ -208,7 +208,7 @@ class Route(Planner):
             joined = np.vstack([resampled(gap, POSE_SPACING)[:-1], points])
         path = Path(np.column_stack([joined, np.zeros(len(joined))]))
         cost = self._rates.of_connection(path.length)
-        network.connect(Arc(*ends, cost, path=path))
+        network.connect(RouteArc(*ends, cost, path=path))
 
     def _failure_text(self, network: Network, start: Pose2D, goal: Pose2D) -> str:
         """Return the error message: nearest nodes, blocked edges and closed edges."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from stack.planning.routes.graph import RouteEdge
 from stack.planning.routes.network import TOUCHING, blocked
-from stack.planning.routes.search import Arc
+from stack.planning.routes.search import RouteArc
 from stack.planning.smoothing import POSE_SPACING, resampled, with_headings
 from stack.types import CostGrid, FloatArray, Path, wrap_angle
 
@@ -22,7 +22,7 @@ _LOOK = 3  # points before and after a point between which its change of directi
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class RouteShape:
     """Shape of the joined path.
 
     Attributes:
@@ -45,7 +45,9 @@ class _Piece:
     limits: FloatArray
 
 
-def path_along(arcs: Sequence[Arc], costs: CostGrid, shape: Shape, heading: float) -> Path:
+def path_along(
+    arcs: Sequence[RouteArc], costs: CostGrid, shape: RouteShape, heading: float
+) -> Path:
     """Return the path along arcs, its poses POSE_SPACING apart; the last one has this heading."""
     parts = []
     for piece in _joined(_pieces(arcs, shape), shape):
@@ -62,7 +64,7 @@ def path_along(arcs: Sequence[Arc], costs: CostGrid, shape: Shape, heading: floa
     return Path(poses, limits if bool(np.isfinite(limits).any()) else None)
 
 
-def _pieces(arcs: Sequence[Arc], shape: Shape) -> Iterator[_Piece]:
+def _pieces(arcs: Sequence[RouteArc], shape: RouteShape) -> Iterator[_Piece]:
     for number, arc in enumerate(arcs):
         if arc.edge is None:
             assert arc.path is not None
@@ -88,7 +90,7 @@ def _beside(points: FloatArray, lanes: Iterable[RouteEdge], top_speed: float) ->
     return limits
 
 
-def _joined(pieces: Iterable[_Piece], shape: Shape) -> list[_Piece]:
+def _joined(pieces: Iterable[_Piece], shape: RouteShape) -> list[_Piece]:
     """Join successive pieces without headings; at the joint the limit of the second applies."""
     joined: list[_Piece] = []
     for piece in pieces:

@@ -12,7 +12,7 @@ from stack.navigation.capabilities.localisation import StackLocalisation
 from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
-from stack.navigation.tuning import Tuning
+from stack.navigation.live_parameters import LiveParameters
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     STANDSTILL,
@@ -116,7 +116,7 @@ class Rig:
 
         toy = self.toy = ToyDrive(world, estimator=self.estimator, cover=cover)
         self.camera, navigator, self.now = CameraLease(), toy.navigator, toy.now
-        self.tuning = Tuning(
+        self.tuning = LiveParameters(
             {
                 "controller": toy.follower,
                 "navigation": navigator.tools,

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.planning.geodesic import kernels
-from stack.planning.kinematic.search import CollisionChecker, Drive
+from stack.planning.kinematic.search import CollisionChecker, PoseDrive
 from stack.planning.kinematic.shaping import Shaping, evenly
 from stack.planning.search import StepCosts
 from stack.planning.smoothers.choice import SMOOTHERS, shape, smooth
@@ -149,7 +149,7 @@ def test_a_smoothed_segment_of_poses_never_costs_more_than_it_did(smoother, seed
     costs = CostGrid(np.kron(blocks, np.ones((5, 5), np.uint8)), POSE_SPACING, (-1.0, -0.25))
     checker = CollisionChecker.of(costs, Footprint.circle(0.1), TABLES)
     poses = winding_poses(random)
-    drive = Drive(poses, np.ones(len(poses), np.int64), 0.0)
+    drive = PoseDrive(poses, np.ones(len(poses), np.int64), 0.0)
     smooth = Shaping(smoother, 0.3, TRAVERSE).path(checker, drive).points
     if np.array_equal(smooth, poses):
         return

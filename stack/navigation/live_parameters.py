@@ -22,7 +22,7 @@ class Tunable(Protocol):
         """Apply new ones."""
 
 
-class Tuning:
+class LiveParameters:
     """The current parameters of running components by their full names.
 
     Every snapshot contains them, so they are collected again only after a change.
