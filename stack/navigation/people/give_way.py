@@ -15,6 +15,7 @@ from stack.navigation.people.narrow_meeting import Meeting, find_narrow_meeting
 from stack.navigation.people.passing_place import REACH, find_passing_place, way_of
 from stack.navigation.people.standoff import STANDING_SPEED, Standoff, nearest
 from stack.navigation.tasks import MotionExecutor
+from stack.planning.smoothing import resampled
 from stack.types import STANDSTILL, FloatArray, Perceived, Pose2D, TrackedObject, Twist
 
 TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
@@ -50,6 +51,9 @@ NEAR_WAY = 0.7
 WALKS, ONWARD = 0.3, 2.0
 """m/s from which the velocity of a person shows where they want to go, and metres for which people
 who stand are expected to go on straight."""
+
+WAY_SPACING = 0.1
+"""Metres between the points of the way that a person is expected to take."""
 
 PASSED_AFTER = 0.5
 """Seconds without a person in front after which they have passed."""
@@ -232,7 +236,8 @@ class GiveWay(Lifecycle):
     def _leave(self, state: Perceived, place: Pose2D, meeting: Meeting, why: str) -> None:
         """Begin the drive to a passing place."""
         now = state.time
-        self._place, self._arrived, self._front = place, False, _dense(meeting.way)
+        self._place, self._arrived = place, False
+        self._front = resampled(meeting.way, WAY_SPACING)
         self._person, self._expected = meeting.person.id, now + meeting.seconds
         self._waits.start(now)
         self._clear.reset()
@@ -319,10 +324,3 @@ class GiveWay(Lifecycle):
         away = np.hypot(*(self._front - at).T)
         nearest_one = int(np.argmin(away))
         return bool(away[nearest_one] <= NEAR_WAY) and nearest_one < len(self._front) - 1
-
-
-def _dense(way: FloatArray) -> FloatArray:
-    """Return a way (n, 2) with points every 10 cm or closer."""
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
-    along = np.linspace(0.0, lengths[-1], max(2, round(lengths[-1] / 0.1) + 1))
-    return np.column_stack([np.interp(along, lengths, way[:, axis]) for axis in (0, 1)])
