@@ -107,15 +107,15 @@ class Navigator:
         current = self.activities.current
         return current.drive or current if isinstance(current, Disambiguation) else current
 
-    def step(self, state: Perceived) -> WantedTwist:
+    def step(self, perceived: Perceived) -> WantedTwist:
         """Compute the velocity for this step; STANDSTILL without a running task."""
-        self.tools.motions.surroundings.look(state)
-        self._queries.step(state)
-        self.localisation_monitor.update(state, self.tools.parameters)
-        wanted, motion = self.activities.step(state, self.tools.parameters), self._motion
+        self.tools.motions.surroundings.look(perceived)
+        self._queries.step(perceived)
+        self.localisation_monitor.update(perceived, self.tools.parameters)
+        wanted, motion = self.activities.step(perceived, self.tools.parameters), self._motion
         limit = self.localisation_monitor.speed_limit
         twist = self._evasion.step(
-            wanted, state, motion, along_path=_follows_path(motion), limit=limit
+            wanted, perceived, motion, along_path=_follows_path(motion), limit=limit
         )
         current = self.activities.current
         return WantedTwist(

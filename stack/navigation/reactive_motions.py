@@ -49,11 +49,11 @@ class ReactiveMotions:
         task = MotionTask(f"back up {distance:.2f} m", lambda _: None)
         return BackUpMotion(task, distance, parameters.back_up_speed, self.tools)
 
-    def make_room(self, state: Perceived, parameters: NavigationParameters) -> Escape:
+    def make_room(self, perceived: Perceived, parameters: NavigationParameters) -> Escape:
         """Return a motion to where the robot can turn."""
         task = MotionTask("make room to turn", lambda _: None)
         speeds = parameters.escape_speed, parameters.spin_speed
-        return self.escape(task, EscapeGoal(self.room_to_turn, MAKES_ROOM, *speeds), state)
+        return self.escape(task, EscapeGoal(self.room_to_turn, MAKES_ROOM, *speeds), perceived)
 
     def escape(self, task: MotionTask, goal: EscapeGoal, located: Perceived | None) -> Escape:
         """Return an escape that keeps out of keep-out zones, unless the robot stands in one.

@@ -55,12 +55,12 @@ class Surroundings:
         self.updates = 0
         """Number of steps so far that brought a new view."""
 
-    def look(self, state: Perceived) -> None:
+    def look(self, perceived: Perceived) -> None:
         """Add the newest views and the pose; called once per control step."""
-        pose = state.motion.pose
+        pose = perceived.motion.pose
         if not self._trail or not is_near(self._trail[-1], pose, TRAIL_STEP, TRAIL_TURN):
             self._trail.append(pose)
-        self._add_new(state.obstacles)
+        self._add_new(perceived.obstacles)
 
     def _add_new(self, obstacles: ObstaclePoints) -> None:
         new = {

@@ -60,21 +60,23 @@ class Standoff:
         self.person = None
 
     def update(
-        self, state: Perceived, progress: PathProgress, parameters: NavigationParameters
+        self, perceived: Perceived, progress: PathProgress, parameters: NavigationParameters
     ) -> None:
         """Look who is in the way.
 
         Args:
-            state: of this step.
+            perceived: in this step.
             progress: on the path of the drive.
             parameters: the patience.
 
         Raises:
             NavigationError: BLOCKED_BY_PERSON when the patience is over.
         """
-        path = progress.ahead(PERSON_DISTANCE + BESIDE) if state.world.tracks else np.empty((0, 2))
-        near_path = [track for track in state.world.tracks if _is_beside(path, track)]
-        now, person = state.time, nearest(near_path, state.estimate.pose, PERSON_DISTANCE)
+        path = (
+            progress.ahead(PERSON_DISTANCE + BESIDE) if perceived.world.tracks else np.empty((0, 2))
+        )
+        near_path = [track for track in perceived.world.tracks if _is_beside(path, track)]
+        now, person = perceived.time, nearest(near_path, perceived.estimate.pose, PERSON_DISTANCE)
         self.face(person, now)
         if person is None:
             return
