@@ -217,10 +217,18 @@ def _perception(
     now: CurrentStep,
 ) -> StackPerception:  # fmt: skip
     return StackPerception(
-        robot, now, perceiver.frames, perceiver.estimator, perceiver.camera,
-        perceiver.depth_camera, perceiver.objects, perceiver.places, perceiver.markers.detector,
-        FloorLineDetector(), coloured,
-    )  # fmt: skip
+        robot=robot,
+        now=now,
+        frames=perceiver.frames,
+        estimator=perceiver.estimator,
+        camera=perceiver.camera,
+        depth_camera=perceiver.depth_camera,
+        objects=perceiver.objects,
+        places=perceiver.places,
+        detector=perceiver.markers.detector,
+        lines=FloorLineDetector(),
+        coloured=coloured,
+    )
 
 
 def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:

@@ -44,7 +44,7 @@ SHOWN_FOR = 2.0
 M = TypeVar("M", bound=Measurement)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StackPerception(Perception):
     """Answers from the newest measurements, and searches pictures when it is asked.
 

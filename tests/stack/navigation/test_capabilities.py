@@ -134,8 +134,9 @@ class Rig:
             markers=(MARKER,),
         )  # fmt: skip
         self.perception = StackPerception(
-            world.robot, toy.now, world.frames, self.estimator, self.camera, CameraLease(),
-            None, None, self.detector, None, None,
+            robot=world.robot, now=toy.now, frames=world.frames, estimator=self.estimator,
+            camera=self.camera, depth_camera=CameraLease(), objects=None, places=None,
+            detector=self.detector, lines=None, coloured=None,
         )  # fmt: skip
         self.robot = StackRobot(
             self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
