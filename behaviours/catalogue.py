@@ -55,7 +55,7 @@ OWN_MODULES = ("py_trees", "behaviours")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Traits:
+class BehaviourTraits:
     """What a behaviour class declares of itself; RobotBehaviour says what each of them means."""
 
     uses_wheels: bool
@@ -80,7 +80,7 @@ class Traits:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BehaviourKind(Traits):
+class BehaviourKind(BehaviourTraits):
     """A behaviour that missions can use.
 
     Attributes:
@@ -364,7 +364,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
     problem = needs_problem(declared.needs)
     if problem:
         raise _Unusable(problem)
-    traits = {trait.name: getattr(declared, trait.name) for trait in fields(Traits)}
+    traits = {trait.name: getattr(declared, trait.name) for trait in fields(BehaviourTraits)}
     traits["takes_time"] = declared.uses_wheels or declared.takes_time
     traits.update(_PLAIN.get(cls, {}))
     return BehaviourKind(

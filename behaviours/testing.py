@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from inspect import signature
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -20,7 +21,7 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from stack.errors import NavigationError, ParameterError
-from stack.robot import Base, JsonValue, Localisation, Map, Perception, Robot
+from stack.robot import Base, JsonValue, Localisation, Map, Perception, Robot, Task
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -87,6 +88,7 @@ def _no_fit(pose: Pose2D) -> float:
 
 
 M = TypeVar("M", bound=Measurement)
+P = ParamSpec("P")
 
 CAPABILITIES = (Base, Localisation, Map, Perception)
 
@@ -106,6 +108,22 @@ class _Asked:
             for protocol in CAPABILITIES if name in vars(protocol)
         ]  # fmt: skip
         raise AttributeError(f"{self._words} has no {name!r}{''.join(elsewhere)}")
+
+
+def _begins(
+    call: Callable[Concatenate[Any, P], Task], *, moves: bool = True
+) -> Callable[Concatenate[ScriptedRobot, P], ScriptedTask]:
+    """Return a call of a protocol as the scripted robot answers it: recorded, with a new task."""
+    form = signature(call)
+
+    def begin(robot: ScriptedRobot, /, *args: P.args, **kwargs: P.kwargs) -> ScriptedTask:
+        call_of_robot = form.bind(robot, *args, **kwargs)
+        call_of_robot.apply_defaults()
+        _, *arguments = call_of_robot.arguments.items()
+        start = robot._move if moves else robot._request
+        return start(call.__name__, **dict(arguments))
+
+    return begin
 
 
 @dataclass
@@ -282,50 +300,17 @@ class ScriptedRobot:
     def fit_at(self, pose: Pose2D) -> float:
         return self.fit(pose)
 
-    def navigate_to(
-        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
-    ) -> ScriptedTask:
-        return self._move("navigate_to", goal=goal, tolerance=tolerance, partial=partial)
-
-    def navigate_through(
-        self, goals: list[Pose2D], *, tolerance: float | None = None
-    ) -> ScriptedTask:
-        return self._move("navigate_through", goals=goals, tolerance=tolerance)
-
-    def follow_path(self, path: Path) -> ScriptedTask:
-        return self._move("follow_path", path=path)
-
-    def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
-        return self._request("plan", goal=goal, start=start)
-
-    def spin(
-        self, angle: float, *, speed: float | None = None, while_lost: bool = False
-    ) -> ScriptedTask:
-        return self._move_unless_lost(while_lost, "spin", angle=angle, speed=speed)
-
-    def back_up(
-        self, distance: float, *, speed: float | None = None, while_lost: bool = False
-    ) -> ScriptedTask:
-        return self._move_unless_lost(while_lost, "back_up", distance=distance, speed=speed)
-
-    def drive_on_heading(
-        self, distance: float, *, speed: float | None = None, direction: float = 0.0,
-        while_lost: bool = False,
-    ) -> ScriptedTask:  # fmt: skip
-        return self._move_unless_lost(
-            while_lost, "drive_on_heading", distance=distance, speed=speed, direction=direction
-        )
-
-    def escape(
-        self, *, clearance: float | None = None, distance: float = 1.5,
-        speed: float | None = None, while_lost: bool = False,
-    ) -> ScriptedTask:  # fmt: skip
-        return self._move_unless_lost(
-            while_lost, "escape", clearance=clearance, distance=distance, speed=speed
-        )
-
-    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> ScriptedTask:
-        return self._move("assisted_teleop", seconds=seconds, silence=silence)
+    plan = _begins(Base.plan, moves=False)
+    relocalise = _begins(Localisation.relocalise, moves=False)
+    navigate_to = _begins(Base.navigate_to)
+    navigate_through = _begins(Base.navigate_through)
+    follow_path = _begins(Base.follow_path)
+    spin = _begins(Base.spin)
+    back_up = _begins(Base.back_up)
+    drive_on_heading = _begins(Base.drive_on_heading)
+    escape = _begins(Base.escape)
+    assisted_teleop = _begins(Base.assisted_teleop)
+    disambiguate = _begins(Base.disambiguate)
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
@@ -360,12 +345,6 @@ class ScriptedRobot:
             raise ParameterError("edge", f"the route graph has no edge {edge!r}")
         self._record("set_edge", edge=edge, closed=closed)
 
-    def relocalise(self) -> ScriptedTask:
-        return self._request("relocalise")
-
-    def disambiguate(self) -> ScriptedTask:
-        return self._move("disambiguate")
-
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
     ) -> None:
@@ -388,25 +367,21 @@ class ScriptedRobot:
         self.said.append(text)
         self._record("say", text=text)
 
-    def _move(self, name: str, **arguments: Any) -> ScriptedTask:
+    def _move(self, name: str, *, while_lost: bool = True, **arguments: Any) -> ScriptedTask:
         self.motion.cancel()
         self._driven.cancel()
         self.motion = self._request(name, **arguments)
-        return self.motion
-
-    def _move_unless_lost(self, while_lost: bool, name: str, **arguments: Any) -> ScriptedTask:
-        task = self._move(name, **arguments)
         if self.estimate.is_lost and not while_lost:
-            task.fail(FailureCode.LOST, "the robot is lost")
-        return task
-
-    def _record(self, called: str, **arguments: Any) -> None:
-        self.calls.append((called, arguments))
+            self.motion.fail(FailureCode.LOST, "the robot is lost")
+        return self.motion
 
     def _request(self, name: str, **arguments: Any) -> ScriptedTask:
         self._record(name, **arguments)
         self.task = ScriptedTask()
         return self.task
+
+    def _record(self, called: str, **arguments: Any) -> None:
+        self.calls.append((called, arguments))
 
 
 def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> Status:

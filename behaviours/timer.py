@@ -19,7 +19,6 @@ class Clock(Protocol):
     @property
     def time(self) -> float:
         """Seconds on the robot's clock."""
-        ...
 
 
 class Timer:

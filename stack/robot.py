@@ -48,31 +48,25 @@ class Task(Protocol):
     @property
     def status(self) -> TaskStatus:
         """RUNNING until the task succeeds, fails or is cancelled; does not change after that."""
-        ...
 
     @property
     def feedback(self) -> str:
         """Short progress text for the operator, e.g. `3.2 m to go`."""
-        ...
 
     @property
     def failure(self) -> Failure | None:
         """Why it failed or was cancelled; None otherwise."""
-        ...
 
     @property
     def distance_remaining(self) -> float:
         """Remaining distance, metres (radians for a spin); 0 if unknown or over."""
-        ...
 
     @property
     def path(self) -> Path | None:
         """The current path, or the result of `plan`; None without one."""
-        ...
 
     def cancel(self) -> None:
         """Cancel the task and stop the robot. Does nothing if the task is over."""
-        ...
 
 
 class Base(Protocol):
@@ -81,17 +75,14 @@ class Base(Protocol):
     @property
     def odometry(self) -> Pose2D:
         """Dead-reckoned pose, odom frame: drifts but never jumps. For distances and turns."""
-        ...
 
     @property
     def speed(self) -> Twist:
         """Measured velocity, base frame."""
-        ...
 
     @property
     def footprint(self) -> Footprint:
         """Outline of the robot in the base frame."""
-        ...
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
@@ -103,15 +94,20 @@ class Base(Protocol):
             tolerance: metres; None: the robot's own.
             partial: accept the nearest reachable pose as success.
         """
-        ...
 
     def navigate_through(self, goals: list[Pose2D], *, tolerance: float | None = None) -> Task:
-        """Drive through poses (map frame) in order, without stopping before the last one."""
-        ...
+        """Drive through poses (map frame) in order, without stopping before the last one.
+
+        Raises:
+            ParameterError: no goals.
+        """
 
     def follow_path(self, path: Path) -> Task:
-        """Drive along a path (map frame), without replanning."""
-        ...
+        """Drive along a path (map frame), without replanning.
+
+        Raises:
+            ParameterError: the path has fewer than two points.
+        """
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> Task:
         """Plan without driving; the result is the task's `path`.
@@ -120,7 +116,6 @@ class Base(Protocol):
             goal: map frame.
             start: map frame; None: the robot's pose.
         """
-        ...
 
     def spin(self, angle: float, *, speed: float | None = None, while_lost: bool = False) -> Task:
         """Turn in place by an angle, radians, positive to the left; may exceed a full turn.
@@ -128,13 +123,15 @@ class Base(Protocol):
         This motion and the next three fail with LOST while the robot is lost, and so does
         `drive_for`. A behaviour that finds the pose sets `while_lost`.
         """
-        ...
 
     def back_up(
         self, distance: float, *, speed: float | None = None, while_lost: bool = False
     ) -> Task:
-        """Drive straight back by a distance, metres; fails before it touches an obstacle."""
-        ...
+        """Drive straight back by a distance, metres; fails before it touches an obstacle.
+
+        Raises:
+            ParameterError: a distance or speed that is not above 0, or a robot that cannot reverse.
+        """
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
@@ -149,8 +146,10 @@ class Base(Protocol):
             speed: m/s; None: the robot's own.
             direction: of travel in the base frame, radians; omnidirectional robots only.
             while_lost: drive also while the robot is lost.
+
+        Raises:
+            ParameterError: a speed that is not above 0.
         """
-        ...
 
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5,
@@ -158,13 +157,18 @@ class Base(Protocol):
     ) -> Task:  # fmt: skip
         """Drive out of a tight spot by range sensors and odometry, without costmap, map or pose.
 
+        Sensors do not see keep-out zones. A robot that knows where it is stays out of them, and
+        drives out of one in which it stands on the map.
+
         Args:
             clearance: required free distance around the footprint, metres; None: the robot's own.
             distance: maximum driving distance, metres.
             speed: m/s; None: the robot's own.
             while_lost: drive also while the robot is lost.
+
+        Raises:
+            ParameterError: a value that is not above 0.
         """
-        ...
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> Task:
         """Let the operator drive, limited by safety. Succeeds when the operator is done.
@@ -173,7 +177,6 @@ class Base(Protocol):
             seconds: time limit; fails with TIMED_OUT after that.
             silence: seconds without a velocity from the operator after which it fails.
         """
-        ...
 
     def drive_for(
         self, twist: Twist, seconds: float, *, while_lost: bool = False,
@@ -196,14 +199,12 @@ class Base(Protocol):
             NavigationError: LOST, while the robot is, unless `while_lost` is set or the twist is
                 standstill. A behaviour that does not catch it fails with LOST.
         """
-        ...
 
     def disambiguate(self) -> Task:
         """Drive to where the estimate and its rivals differ until one pose is left.
 
         Succeeds at once without rivals. Fails with AMBIGUOUS when no reachable place differs.
         """
-        ...
 
     def set_edge(self, edge: str, *, closed: bool) -> None:
         """Close or open an edge of the planner's route graph; a current drive replans.
@@ -211,7 +212,6 @@ class Base(Protocol):
         Raises:
             ParameterError: there is no such edge, or the planner has no route graph.
         """
-        ...
 
 
 class Localisation(Protocol):
@@ -220,21 +220,17 @@ class Localisation(Protocol):
     @property
     def estimate(self) -> PoseEstimate:
         """Pose in the map frame with covariance and health of the localisation."""
-        ...
 
     @property
     def pose(self) -> Pose2D:
         """Estimated pose of the robot, map frame."""
-        ...
 
     @property
     def health(self) -> float:
         """Calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees."""
-        ...
 
     def fit_at(self, pose: Pose2D) -> float:
         """Health in [0, 1] that localisation would have with the newest scan at this pose."""
-        ...
 
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
@@ -247,14 +243,12 @@ class Localisation(Protocol):
             heading_deviation: standard deviation of the heading, radians.
             source: origin of the pose for the report, e.g. `marker`.
         """
-        ...
 
     def relocalise(self) -> Task:
         """Find the pose anywhere on the map from the lidar.
 
         Fails with AMBIGUOUS if other poses explain the scans as well; `estimate.rivals` has them.
         """
-        ...
 
 
 class Map(Protocol):
@@ -262,18 +256,15 @@ class Map(Protocol):
 
     @property
     def grid(self) -> OccupancyGrid:
-        """The map so far: drawn by the estimator, the mission's, or what the sensors have seen."""
-        ...
+        """The map so far: the estimator's, else the mission's, else what the costmap has sensed."""
 
     @property
     def known_area(self) -> float:
         """Area of the map's free and occupied cells, square metres."""
-        ...
 
     @property
     def markers(self) -> tuple[Marker, ...]:
         """The known markers of the map, map frame."""
-        ...
 
     def frontiers(
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
@@ -289,7 +280,6 @@ class Map(Protocol):
             seen_from: places where the robot has looked around; what the map does not show to be
                 in view of them counts as unknown. None: only what the map does not know.
         """
-        ...
 
     def coverage(
         self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
@@ -301,7 +291,6 @@ class Map(Protocol):
             spacing: distance of two lanes, metres.
             clearance: of the robot's centre from obstacles, metres; None: the robot's own.
         """
-        ...
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
@@ -312,19 +301,20 @@ class Map(Protocol):
             which: `local`, `global` or `both`.
             radius: clear only within this distance of the robot, metres; None: everywhere.
             layer: clear only this layer; None: all layers.
+
+        Raises:
+            ParameterError: unknown costmap or layer.
         """
-        ...
 
     def save(self, name: str) -> str:
-        """Save the map as a folder; return its name.
+        """Save the map as a folder, with its keyframes and pose graph if any; return its name.
 
         Args:
             name: a path relative to the run folder, or an absolute one.
 
         Raises:
-            NavigationError: it cannot be written.
+            NavigationError: FAILED if it cannot be written or its markers cannot be computed.
         """
-        ...
 
     def load(self, name: str, pose: Pose2D | None = None) -> None:
         """Load a saved map and use it from now on.
@@ -334,9 +324,9 @@ class Map(Protocol):
             pose: of the robot in that map; None: unknown.
 
         Raises:
-            NavigationError: the files are wrong, or the estimator cannot change its map.
+            NavigationError: FAILED if the files are wrong, UNSUPPORTED if the estimator cannot
+                change its map.
         """
-        ...
 
     def set_mapping(self, is_mapping: bool) -> None:
         """Begin or cease to change the map; the robot localises itself on it in either case.
@@ -344,7 +334,6 @@ class Map(Protocol):
         Raises:
             NavigationError: the estimator draws no map.
         """
-        ...
 
 
 class Perception(Protocol):
@@ -353,7 +342,6 @@ class Perception(Protocol):
     @property
     def scan(self) -> Scan | None:
         """The newest scan of the lidar that the localisation uses; None without one."""
-        ...
 
     @property
     def tracks(self) -> tuple[TrackedObject, ...]:
@@ -363,7 +351,6 @@ class Perception(Protocol):
         expected where its velocity takes it for a second, with a growing covariance; then it is
         forgotten. It gets another id when it is seen again.
         """
-        ...
 
     @property
     def standing_objects(self) -> tuple[StandingObject, ...]:
@@ -373,11 +360,9 @@ class Perception(Protocol):
         were seen first: a scan does not tell which. Who begins to move is one of `tracks` from then
         on, with the same id. Out of sight, they get another id when they are seen again.
         """
-        ...
 
     def image(self) -> Image | None:
         """The newest camera picture; each call keeps the camera on for another second."""
-        ...
 
     def point_cloud(
         self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
@@ -395,7 +380,6 @@ class Perception(Protocol):
         Raises:
             ParameterError: the robot has no such depth camera.
         """
-        ...
 
     def newest(self, name: str, kind: type[M]) -> M | None:
         """The newest measurement of a sensor, also of a type that a package brings.
@@ -404,23 +388,19 @@ class Perception(Protocol):
             name: of the sensor.
             kind: of the measurement, for example Imu. None before the first one of this type.
         """
-        ...
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Known markers in the newest picture; keeps the camera on, as `image` does."""
-        ...
 
     @property
     def keyframes(self) -> int:
         """Number of keyframes of the map that pictures can be compared with; 0 without any."""
-        ...
 
     def place_sightings(self) -> tuple[PlaceSighting, ...]:
         """Poses from which the newest picture can have been taken, by the keyframes of the map.
 
         Those that explain most of the picture come first. Keeps the camera on, as `image` does.
         """
-        ...
 
     def floor_lines(self, colour: LineColour, width: float) -> FloorLines | None:
         """Lines on the floor around the robot; keeps the camera on, as `image` does.
@@ -431,14 +411,12 @@ class Perception(Protocol):
             colour: of the lines; `dark` and `light` are relative to the floor.
             width: of the lines, metres.
         """
-        ...
 
     def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
         """Objects of a colour on the floor, the nearest first; keeps the camera on, as `image`.
 
         None before the first picture, and when the newest one is out of date.
         """
-        ...
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         """Objects in the newest picture that the object detector searched, the nearest first.
@@ -449,7 +427,6 @@ class Perception(Protocol):
         Args:
             label: of the objects; None: all.
         """
-        ...
 
 
 class Robot(Protocol):
@@ -462,37 +439,30 @@ class Robot(Protocol):
     @property
     def base(self) -> Base:
         """Its drive."""
-        ...
 
     @property
     def localisation(self) -> Localisation:
         """Where it is."""
-        ...
 
     @property
     def map(self) -> Map:
         """What it knows of its surroundings."""
-        ...
 
     @property
     def perception(self) -> Perception:
         """What its sensors see."""
-        ...
 
     @property
     def time(self) -> float:
         """Seconds on the robot's clock: simulated time in simulation."""
-        ...
 
     @property
     def battery(self) -> Battery:
         """State of charge."""
-        ...
 
     @property
     def recording_over(self) -> bool:
         """Whether all measurements of a replayed log have been played; else false."""
-        ...
 
     def save_image(
         self, image: Image, name: str, *, details: Mapping[str, JsonValue] | None = None
@@ -504,8 +474,6 @@ class Robot(Protocol):
             name: of the file, without suffix.
             details: saved beside the picture as a JSON file of the same name.
         """
-        ...
 
     def say(self, text: str) -> None:
         """Show a text to the operator; recorded in the event log."""
-        ...

@@ -34,7 +34,7 @@ from tui.panes.vitals_pane import VitalsPane
 from tui.screens import Help, Question
 from tui.source import Source
 from tui.terminal.app import TerminalApp
-from tui.tuning import Change, Tuning
+from tui.tuning import Change, ParameterScreen
 
 REFRESH = 0.1
 """Wall seconds between two refreshes."""
@@ -392,7 +392,7 @@ class Dashboard(TerminalApp):
             self.notify("no parameters received yet", timeout=2.0)
             return
         self.push_screen(
-            Tuning(self.snapshot.parameters, self.snapshot.public_parameters), self._tuned
+            ParameterScreen(self.snapshot.parameters, self.snapshot.public_parameters), self._tuned
         )
 
     def _tuned(self, change: Change | None) -> None:

@@ -57,7 +57,7 @@ class ValueInput(Input):
         return key != "space" and super().check_consume_key(key, character)
 
 
-class Tuning(ModalScreen[Change | None]):
+class ParameterScreen(ModalScreen[Change | None]):
     """List of parameters; returns the change, or None.
 
     Args:

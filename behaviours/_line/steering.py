@@ -17,16 +17,16 @@ CORNER, CORNER_AHEAD = 0.1, 0.35
 """Metres of line over which its curvature is measured, and metres ahead in which this is done, so
 that the robot is slow enough at corners."""
 
-BRAKING = 0.4
+CORNER_BRAKING = 0.4
 """m/s² before a corner."""
 
-SHARE = 0.6
+CURVE_SHARE = 0.6
 """Share of the fastest turn that the line's curvature may need; the rest is for corrections."""
 
-SPACING = 0.02
+LINE_STEP = 0.02
 """Metres from point to point of the line."""
 
-KEPT = 25
+KEPT_BEHIND = 25
 """Points of line behind the robot that are kept: 50 cm."""
 
 STIFFNESS, DAMPING = 14.0, 5.3
@@ -49,7 +49,7 @@ LARGEST_ANGLE = 0.9
 SWEEP, SWEEP_SPEED = 1.9, 0.6
 """Radians turned to each side in search of a line; rad/s."""
 
-SLOWEST = 0.12
+CURVE_SPEED = 0.12
 """m/s in the tightest curves."""
 
 
@@ -82,12 +82,12 @@ class CentreLine:
     @property
     def length(self) -> float:
         """Metres."""
-        return SPACING * (len(self.points) - 1)
+        return LINE_STEP * (len(self.points) - 1)
 
     @property
     def remaining(self) -> float:
         """Metres from the robot to the end."""
-        return self.length - SPACING * self._at
+        return self.length - LINE_STEP * self._at
 
     @property
     def here(self) -> FloatArray:
@@ -106,7 +106,7 @@ class CentreLine:
 
     def heading(self, distance: float = 0.0) -> float:
         """Return the line's direction at a distance ahead of the robot, odom frame, radians."""
-        at = min(max(self._at + round(distance / SPACING), 2), len(self.points) - 3)
+        at = min(max(self._at + round(distance / LINE_STEP), 2), len(self.points) - 3)
         first, last = self.points[max(at - 2, 0)], self.points[min(at + 2, len(self.points) - 1)]
         return atan2(last[1] - first[1], last[0] - first[0])
 
@@ -118,17 +118,17 @@ class CentreLine:
 
     def speed_limit(self) -> float:
         """Return the speed at which the robot can follow the curves just ahead, m/s."""
-        first = max(self._at - round(BEHIND / SPACING), 0)
-        last = self._at + round(CORNER_AHEAD / SPACING)
+        first = max(self._at - round(BEHIND / LINE_STEP), 0)
+        last = self._at + round(CORNER_AHEAD / LINE_STEP)
         steps = np.diff(self.points[first : last + 1], axis=0)
-        across = round(CORNER / SPACING)
+        across = round(CORNER / LINE_STEP)
         if len(steps) <= across:
             return inf
         headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
         bends = np.abs(headings[across:] - headings[:-across]) / CORNER
-        there = np.maximum(SLOWEST, SHARE * FASTEST_TURN / np.maximum(bends, 1e-3))
-        away = SPACING * (np.arange(len(bends)) + first - self._at)
-        return float(np.sqrt(there**2 + 2.0 * BRAKING * np.maximum(away, 0.0)).min())
+        there = np.maximum(CURVE_SPEED, CURVE_SHARE * FASTEST_TURN / np.maximum(bends, 1e-3))
+        away = LINE_STEP * (np.arange(len(bends)) + first - self._at)
+        return float(np.sqrt(there**2 + 2.0 * CORNER_BRAKING * np.maximum(away, 0.0)).min())
 
     def offset(self, robot: Pose2D, speed: float) -> LineOffset:
         """Return where the line is, seen from a pose near the robot's (odom frame).
@@ -137,8 +137,8 @@ class CentreLine:
             robot: odom frame.
             speed: m/s; a faster robot looks farther ahead.
         """
-        first = max(self._at - round(BEHIND / SPACING), 0)
-        last = min(self._at + round((AHEAD + AHEAD_TIME * speed) / SPACING), len(self.points) - 1)
+        first = max(self._at - round(BEHIND / LINE_STEP), 0)
+        last = min(self._at + round((AHEAD + AHEAD_TIME * speed) / LINE_STEP), len(self.points) - 1)
         points = robot.inverse().transform(self.points[first : last + 1])
         chord = points[-1] - points[0]
         along = atan2(chord[1], chord[0])
@@ -161,7 +161,7 @@ def steer(offset: LineOffset, speed: float) -> Twist:
         return Twist(0.0, FASTEST_TURN if offset.angle > 0.0 else -FASTEST_TURN)
     error = min(max(offset.error, -LARGEST_ERROR), LARGEST_ERROR)
     bend = offset.curvature + STIFFNESS * error + DAMPING * sin(offset.angle)
-    linear = min(speed, max(SLOWEST, FASTEST_TURN / max(abs(bend), 1e-3)))
+    linear = min(speed, max(CURVE_SPEED, FASTEST_TURN / max(abs(bend), 1e-3)))
     return Twist(linear, min(max(linear * bend, -FASTEST_TURN), FASTEST_TURN))
 
 
@@ -207,9 +207,9 @@ def extended(
     last, curvature = _end_of(line[min(after, len(line) - 5) :])
     if not curved:
         curvature = 0.0
-    along = np.arange(1.0, length / SPACING)
-    headings = last + curvature * SPACING * (along - 0.5)
-    beyond = line[-1] + SPACING * np.cumsum(
+    along = np.arange(1.0, length / LINE_STEP)
+    headings = last + curvature * LINE_STEP * (along - 0.5)
+    beyond = line[-1] + LINE_STEP * np.cumsum(
         np.column_stack([np.cos(headings), np.sin(headings)]), axis=0
     )
     return np.concatenate([line, beyond])
@@ -217,7 +217,7 @@ def extended(
 
 def _end_of(line: FloatArray) -> tuple[float, float]:
     """Return direction (radians) and curvature (1/m) at the end of a line, by a parabola."""
-    last = line[-round(BENT / SPACING) :]
+    last = line[-round(BENT / LINE_STEP) :]
     chord = last[-1] - last[0]
     along = atan2(chord[1], chord[0])
     if len(last) < 10:
@@ -237,7 +237,7 @@ def approach(robot: Pose2D, line: FloatArray) -> FloatArray:
     heading = atan2(towards[1], towards[0])
     start = np.array([robot.x, robot.y])
     distance = float(np.linalg.norm(point - start))
-    share = np.linspace(0.0, 1.0, max(3, round(distance / SPACING)))[:, None]
+    share = np.linspace(0.0, 1.0, max(3, round(distance / LINE_STEP)))[:, None]
     first = distance * np.array([cos(robot.heading), sin(robot.heading)])
     last = distance * np.array([cos(heading), sin(heading)])
     curve: FloatArray = (
@@ -250,11 +250,11 @@ def approach(robot: Pose2D, line: FloatArray) -> FloatArray:
 
 
 def _resampled(points: FloatArray) -> FloatArray:
-    """Return a polyline smoothed over 10 cm with points SPACING apart."""
+    """Return a polyline smoothed over 10 cm with points LINE_STEP apart."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], steps > 1e-6])]
     along = np.concatenate([[0.0], np.cumsum(steps[steps > 1e-6])])
-    even = np.arange(0.0, along[-1] + 0.5 * SPACING, SPACING)
+    even = np.arange(0.0, along[-1] + 0.5 * LINE_STEP, LINE_STEP)
     resampled = np.column_stack([np.interp(even, along, points[:, axis]) for axis in (0, 1)])
     if len(resampled) < 3:
         return resampled

@@ -12,7 +12,7 @@ from stack.types import FloatArray
 
 H = TypeVar("H", float, float | None)
 
-BRANCH = 0.25
+LEAST_BRANCH = 0.25
 """Metres of line beyond a junction that make a branch; shorter ones are arms of an end mark."""
 
 TANGENT, SHORTEST_TANGENT = 0.15, 0.1
@@ -21,7 +21,7 @@ TANGENT, SHORTEST_TANGENT = 0.15, 0.1
 BEYOND, FAN = 0.06, (-0.6, 0.0, 0.6)
 """Metres and radians ahead of the end of a line that must have been seen for it to end there."""
 
-WIDENED = 1.3
+JUNCTION_WIDTH = 1.3
 """Fronts before a junction that are wider than this, in widths of the strand, are in it already;
 their middle is off the line."""
 
@@ -72,7 +72,7 @@ class Strand:
     @property
     def goes_on(self) -> bool:
         """Whether it is long enough for a branch, or may be."""
-        if self.reach >= (SHORTEST_TANGENT if self.is_open else BRANCH):
+        if self.reach >= (SHORTEST_TANGENT if self.is_open else LEAST_BRANCH):
             return True
         return any(branch.goes_on for branch in self.branches)
 
@@ -81,7 +81,7 @@ def middles(strand: Strand) -> list[FloatArray]:
     """Return the points of a strand up to where it widens into a junction."""
     if len(strand.branches) < 2:
         return strand.points
-    narrow = np.array(strand.widths) <= WIDENED * np.median(strand.widths)
+    narrow = np.array(strand.widths) <= JUNCTION_WIDTH * np.median(strand.widths)
     return strand.points[: int(np.flatnonzero(narrow)[-1]) + 1]
 
 
@@ -90,7 +90,7 @@ def is_mark(branches: list[Strand], corner: FloatArray, heading: float, length: 
 
     One of them may leave what was seen.
     """
-    if max(branch.reach for branch in branches) >= BRANCH or all(one.goes_on for one in branches):
+    if max(one.reach for one in branches) >= LEAST_BRANCH or all(one.goes_on for one in branches):
         return False
     left = np.array([-sin(heading), cos(heading)])
     tips = np.array([(branch.points[-1] - corner) @ left for branch in branches])

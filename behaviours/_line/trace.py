@@ -21,23 +21,23 @@ from stack.types import FloatArray, FloorLines, wrap_angle
 
 Cells = NDArray[np.int64]
 
-STEP = 2
+FRONT_STEP = 2
 """Cells by which a front moves; holes of one cell do not stop it."""
 
 STUB = 1.0
 """Branches that keep this near to the junction, in widths of the line, are the ragged edge of the
 paint."""
 
-ARM = 0.03
+LEAST_ARM = 0.03
 """Metres beyond the line's width that an end mark sticks out to each side, at least."""
 
-REACH = 2.6
+TRACED_LENGTH = 2.6
 """Metres of line that are traced."""
 
 BRIDGE_ANGLE = 0.45
 """Radians between the line before a gap and the way across it, at most (26 degrees)."""
 
-UNSEEN = 0.6
+LONGEST_UNSEEN = 0.6
 """Metres of floor that no picture showed, at most, across which the line is expected to go on: at a
 sharp turn a piece of the line stays below the pictures."""
 
@@ -45,10 +45,10 @@ ACROSS, ACROSS_RADIUS = 0.5, 0.15
 """Cosine of the angle between a direction and a line across it, at most; metres of line around a
 point that give its direction there."""
 
-NARROW = 1.2
+ONE_PART_WIDTH = 1.2
 """Fronts that are narrower, in widths of the line, have one part."""
 
-BACK = 0.25
+UNTRACED_BEHIND = 0.25
 """Metres behind the starting point that are not traced."""
 
 
@@ -101,9 +101,9 @@ class _Tracer:
 
     def __init__(self, lines: FloorLines, width: float, gap: float) -> None:
         self._lines, self._width, self._gap = lines, width, gap
-        self._free = np.pad(lines.marked, STEP).ravel()
-        self._columns = lines.marked.shape[1] + 2 * STEP
-        around = np.arange(-STEP, STEP + 1)
+        self._free = np.pad(lines.marked, FRONT_STEP).ravel()
+        self._columns = lines.marked.shape[1] + 2 * FRONT_STEP
+        around = np.arange(-FRONT_STEP, FRONT_STEP + 1)
         self._around = (self._columns * around[:, None] + around).ravel()
 
     def near(self, point: FloatArray, radius: float) -> Cells:
@@ -145,7 +145,7 @@ class _Tracer:
 
     def remove_behind(self, point: FloatArray, heading: float) -> None:
         """Take the line off the cells close behind a point."""
-        cells = self.near(point, BACK)
+        cells = self.near(point, UNTRACED_BEHIND)
         ahead = (self._points(cells) - point) @ [cos(heading), sin(heading)]
         self._free[cells[ahead < -0.5 * self._lines.cell]] = False
 
@@ -189,7 +189,7 @@ class _Tracer:
         is_unseen = not self._is_seen(beyond(strand)).all()
         heading = heading_of(strand, heading)
         if heading is not None:
-            across = max(self._gap, UNSEEN) if is_unseen else self._gap
+            across = max(self._gap, LONGEST_UNSEEN) if is_unseen else self._gap
             front = self.nearest(last, heading, Sector(across, BRIDGE_ANGLE))
             if len(front):
                 strand.branches = [self.grow(front, reach, heading)]
@@ -211,7 +211,7 @@ class _Tracer:
 
     def _points(self, cells: Cells) -> FloatArray:
         rows, columns = np.divmod(cells, self._columns)
-        return self._lines.points(np.column_stack([rows, columns]) - STEP)
+        return self._lines.points(np.column_stack([rows, columns]) - FRONT_STEP)
 
     def _advanced(self, front: Cells) -> Cells:
         reached = (front[:, None] + self._around).ravel()
@@ -226,12 +226,12 @@ class _Tracer:
 
     def _parts(self, front: Cells) -> list[Cells]:
         """Return the connected parts of a front."""
-        if self._width_of(front) <= NARROW * self._width:
+        if self._width_of(front) <= ONE_PART_WIDTH * self._width:
             return [front]
         rows, columns = np.divmod(front, self._columns)
         touching = np.maximum(
             np.abs(rows[:, None] - rows), np.abs(columns[:, None] - columns)
-        ) <= STEP  # fmt: skip
+        ) <= FRONT_STEP  # fmt: skip
         parts, left = [], np.ones(len(front), dtype=np.bool_)
         while left.any():
             part, size = touching[int(left.argmax())], 0
@@ -268,7 +268,7 @@ def trace_line(  # noqa: PLR0913 - where it begins, what it looks like, what is 
         front = tracer.nearest(start, heading, sector)
     if not len(front):
         return None
-    return _followed(tracer.grow(front, REACH, heading), heading, choose, width)
+    return _followed(tracer.grow(front, TRACED_LENGTH, heading), heading, choose, width)
 
 
 def _followed(strand: Strand, heading: float, choose: Choose, width: float) -> LineTrace:
@@ -279,7 +279,7 @@ def _followed(strand: Strand, heading: float, choose: Choose, width: float) -> L
         heading = heading_of(strand, heading)
         corner = strand.points[-1]
         going = [n for n, branch in enumerate(strand.branches) if branch.goes_on]
-        if is_mark(strand.branches, corner, heading, width + ARM):
+        if is_mark(strand.branches, corner, heading, width + LEAST_ARM):
             return _trace([*points, corner], LineEnd.MARK, junctions)
         if not going:
             going = [int(np.argmax([branch.reach for branch in strand.branches]))]

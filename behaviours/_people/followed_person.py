@@ -23,10 +23,10 @@ import numpy as np
 from behaviours._people.known_things import KnownThings
 from stack.types import StandingObject, TrackedObject
 
-SURE = 0.3
+SURE_WITHIN = 0.3
 """Metres; a track whose position is more uncertain is out of sight."""
 
-COASTS = 1.5
+COASTING_TIME = 1.5
 """Seconds for which a person out of sight is expected to walk on."""
 
 FIRST_REACH, REACH_SPEED, LONGEST_REACH = 0.8, 0.8, 4.0
@@ -43,16 +43,16 @@ WALKING, HURRY = 0.8, 1.3
 STANDING_COST = 0.4
 """Metres by which a standing object is less likely the person than a walking person."""
 
-JUMP = 0.5
+JUMP_DISTANCE = 0.5
 """Metres from where the person is expected at which their track may be another object's."""
 
-MOVED = 0.4
+JUMP_PROVED = 0.4
 """Metres by which a track that has jumped moves if it is somebody's."""
 
 MEMORY = 8.0
 """Seconds for which other people are remembered after they were seen."""
 
-NEAR = 1.0
+EXCHANGE_DISTANCE = 1.0
 """Metres between two people at which their tracks may be exchanged."""
 
 LONGEST_MEETING = 8.0
@@ -65,10 +65,10 @@ EXCHANGED, CLEARLY = 0.7, 0.5
 """m/s by which a track's velocity has changed in a meeting if it is not the person's any more, and
 the share of it by which each track may differ from the other's course before."""
 
-KNOWN = 1.0
+VELOCITY_KNOWN_AFTER = 1.0
 """Seconds of a track after which the person's velocity is known."""
 
-STANDING = 0.15
+STANDING_SPEED = 0.15
 """m/s below which a person stands."""
 
 SMOOTHING, COURSE = 0.4, 1.5
@@ -77,7 +77,7 @@ before."""
 
 
 @dataclass(slots=True)
-class Seen:
+class SeenPerson:
     """A person, as last seen, map frame.
 
     Attributes:
@@ -95,13 +95,13 @@ class Seen:
     course: tuple[float, float]
 
     @staticmethod
-    def of(track: TrackedObject, now: float) -> Seen:
+    def of(track: TrackedObject, now: float) -> SeenPerson:
         """Return a person seen for the first time."""
-        return Seen(track.id, now, track.position, track.velocity, track.velocity)
+        return SeenPerson(track.id, now, track.position, track.velocity, track.velocity)
 
     def expected(self, now: float) -> tuple[float, float]:
-        """Return where they are expected: they walk on for COASTS, then stand."""
-        seconds = min(max(now - self.stamp, 0.0), COASTS)
+        """Return where they are expected: they walk on for COASTING_TIME, then stand."""
+        seconds = min(max(now - self.stamp, 0.0), COASTING_TIME)
         (x, y), (u, v) = self.position, self.velocity
         return x + seconds * u, y + seconds * v
 
@@ -140,19 +140,19 @@ class FollowedPerson:
     """
 
     def __init__(self, track: TrackedObject, now: float) -> None:
-        self.seen = Seen.of(track, now)
+        self.seen = SeenPerson.of(track, now)
         self.radius, self.visible, self.times_lost = track.radius, True, 0
         self.is_supposed = False
-        self._walk, self._things, self._cost = Seen.of(track, now), KnownThings(now), 0.0
+        self._walk, self._things, self._cost = SeenPerson.of(track, now), KnownThings(now), 0.0
         self._jumped_to: tuple[float, float] | None = None
-        self._others: dict[int, Seen] = {}
+        self._others: dict[int, SeenPerson] = {}
         self._meeting: _Meeting | None = None
         self._is_tracked, self._tracked_since = True, now
 
     @property
     def stands(self) -> bool:
         """Whether the person stood when last seen."""
-        return hypot(*self.seen.velocity) < STANDING
+        return hypot(*self.seen.velocity) < STANDING_SPEED
 
     def expected(self, now: float) -> tuple[float, float]:
         """Return where the person is, or is expected to be; map frame, metres."""
@@ -183,7 +183,7 @@ class FollowedPerson:
             self._tracked_since, self._meeting = now, None
         self._is_tracked = own is not None
         self.is_supposed = own is not None and (own.id not in by_id or self._jumped_to is not None)
-        self.visible = own is not None and deviation(own) <= SURE
+        self.visible = own is not None and deviation(own) <= SURE_WITHIN
         if own is not None:
             self._take(own, now)
         self._note_others((track for track in tracks if track is not own), now)
@@ -193,11 +193,11 @@ class FollowedPerson:
     def _note_jump(self, own: TrackedObject, now: float) -> None:
         """Note that the person's track jumps, and that it moves again."""
         if self._jumped_to is not None:
-            if dist(own.position, self._jumped_to) >= MOVED:
+            if dist(own.position, self._jumped_to) >= JUMP_PROVED:
                 self._jumped_to = None
             return
         away = dist(own.position, self.seen.expected(now))
-        if own.id == self.seen.id and deviation(own) <= SURE and away > JUMP:
+        if own.id == self.seen.id and deviation(own) <= SURE_WITHIN and away > JUMP_DISTANCE:
             self._jumped_to = own.position
             self._cost = _walking_cost(own, self._walk, now)
 
@@ -216,22 +216,22 @@ class FollowedPerson:
 
         Who appears while the person is out of sight may be the person.
         """
-        nearest, gap = None, NEAR
+        nearest, gap = None, EXCHANGE_DISTANCE
         for track in tracks:
-            if deviation(track) > SURE:
+            if deviation(track) > SURE_WITHIN:
                 continue
             other = self._others.get(track.id)
             if other is not None:
                 other.renew(track, now)
             elif self.visible:
-                self._others[track.id] = Seen.of(track, now)
+                self._others[track.id] = SeenPerson.of(track, now)
             away = dist(track.position, self.expected(now))
             if away < gap:
                 nearest, gap = track.id, away
         self._others = {
             number: other for number, other in self._others.items() if now - other.stamp <= MEMORY
         }
-        known = now - self._tracked_since >= KNOWN
+        known = now - self._tracked_since >= VELOCITY_KNOWN_AFTER
         if nearest in self._others and known and self._meeting is None:
             other = self._others[nearest]
             self._meeting = _Meeting(now, self.seen.course, nearest, other.course)
@@ -252,7 +252,7 @@ class FollowedPerson:
         other = by_id.get(meeting.other)
         if own is None or other is None:
             return self.seen.id
-        if dist(own.position, other.position) < NEAR:
+        if dist(own.position, other.position) < EXCHANGE_DISTANCE:
             meeting.parted = None
             return self.seen.id
         if meeting.parted is None:
@@ -264,7 +264,7 @@ class FollowedPerson:
         if changed <= EXCHANGED or max(crossed) >= CLEARLY * changed:
             return own.id
         self._meeting = None
-        self._others[own.id] = Seen.of(own, now)
+        self._others[own.id] = SeenPerson.of(own, now)
         return other.id
 
     def _found_again(
@@ -301,15 +301,15 @@ class FollowedPerson:
         return min(FIRST_REACH + REACH_SPEED * (now - self.seen.stamp), LONGEST_REACH)
 
 
-def _walking_cost(track: TrackedObject, last: Seen, now: float) -> float:
+def _walking_cost(track: TrackedObject, last: SeenPerson, now: float) -> float:
     """Return how far a track is from where the person is expected, and from their velocity."""
-    stood = hypot(*last.velocity) < STANDING
+    stood = hypot(*last.velocity) < STANDING_SPEED
     turning = 0.0 if stood else TURNING * exp(-(now - last.stamp) / TURNING_TIME)
     away = dist(track.position, last.expected(now))
     return away + turning * dist(track.velocity, last.velocity)
 
 
-def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
+def _standing_cost(item: StandingObject, last: SeenPerson, now: float) -> float:
     """Return how far an object is from the way that the person was expected to go on."""
     (x, y), (u, v) = last.position, last.expected(now)
     u, v = u - x, v - y
@@ -318,7 +318,7 @@ def _standing_cost(item: StandingObject, last: Seen, now: float) -> float:
     return STANDING_COST + hypot(dx - share * u, dy - share * v)
 
 
-def _is_walkable(track: TrackedObject, last: Seen, now: float) -> bool:
+def _is_walkable(track: TrackedObject, last: SeenPerson, now: float) -> bool:
     """Whether the person can have come there since they were seen."""
     speed = max(WALKING, HURRY * hypot(*last.velocity))
     return dist(track.position, last.position) <= FIRST_REACH + speed * (now - last.stamp)

@@ -17,7 +17,7 @@ SAME_PLACE = 0.4
 SAME_SIZE = 0.1
 """Metres by which the radius of a person differs between views."""
 
-CLOSE = 1.0
+SAME_AS_PERSON = 1.0
 """Metres from the person within which an object may be them: tracks that are lost are expected to
 walk on, and the person has stopped."""
 
@@ -36,7 +36,7 @@ class KnownThings:
     def note(self, standing: Iterable[StandingObject], person: tuple[float, float]) -> None:
         """Remember what stands while the person is in sight at a place, map frame."""
         for item in standing:
-            if dist(item.position, person) > CLOSE and not self._is_known(item):
+            if dist(item.position, person) > SAME_AS_PERSON and not self._is_known(item):
                 self._places.append(item.position)
 
     def people(

@@ -30,7 +30,7 @@ LEAST_POINTS = 3
 LEAST_SHARE = 0.75
 """Share of the points at the block's front that must lie on the outline."""
 
-ROUNDS = 8
+FIT_ROUNDS = 8
 
 
 class DockFitter:
@@ -81,7 +81,7 @@ class DockFitter:
 
     def _refined(self, points: FloatArray, pose: Pose2D) -> Pose2D:
         """Return the pose with the least squares of the distances of the points from the sides."""
-        for _ in range(ROUNDS):
+        for _ in range(FIT_ROUNDS):
             local = pose.inverse().transform(points)
             away, feet = self._distances(local)
             mine = away < NEAR

@@ -13,7 +13,7 @@ from stack.types import FloatArray, Pose2D, Scan
 LEAST_BEAMS = 5
 """Beams through a doorway from which its state can be told."""
 
-UNSEEN = 0.15
+LONGEST_UNSEEN = 0.15
 """Metres along a doorway without a beam."""
 
 OBLIQUE = 0.35
@@ -61,12 +61,12 @@ class Doorway:
         """Return the width of the longest run of beams that pass, within the jambs.
 
         Each beam stands for half the distance to its neighbours. Where they are farther apart than
-        UNSEEN, nothing is known.
+        LONGEST_UNSEEN, nothing is known.
         """
         half, beside = 0.5 * self.width, 0.5 * float(np.median(np.diff(along)))
         widest, begin, last = 0.0, inf, -inf
         for at, free in zip(along.tolist(), passed.tolist(), strict=True):
-            if not free or at - last > UNSEEN:
+            if not free or at - last > LONGEST_UNSEEN:
                 begin = inf
             if free:
                 begin = min(begin, max(at - beside, -half))

@@ -18,7 +18,7 @@ from stack.types import MarkerSighting, Pose2D, wrap_angle
 
 Fit = Callable[[Pose2D], float]
 
-ROTATIONS = tuple(radians(angle) for angle in np.arange(-18.0, 18.1, 2.0))
+TRIED_ROTATIONS = tuple(radians(angle) for angle in np.arange(-18.0, 18.1, 2.0))
 DISTANCE_FACTORS = (0.92, 0.96, 1.0, 1.04, 1.08)
 FINE_ROTATIONS = tuple(radians(angle) for angle in np.arange(-1.5, 1.6, 0.5))
 SAME_DISTANCE, SAME_HEADING = 0.4, radians(12.0)
@@ -90,7 +90,7 @@ def best_fit(pose: Pose2D, centre: tuple[float, float], fit: Fit) -> tuple[Pose2
     def best(poses: Iterable[Pose2D]) -> Pose2D:
         return max(poses, key=lambda one: (round(fit(one), 6), -one.distance_to(pose)))
 
-    found = best(rotated(pose, centre, angle, 1.0) for angle in ROTATIONS)
+    found = best(rotated(pose, centre, angle, 1.0) for angle in TRIED_ROTATIONS)
     found = best(rotated(found, centre, 0.0, factor) for factor in DISTANCE_FACTORS)
     found = best(rotated(found, centre, angle, 1.0) for angle in FINE_ROTATIONS)
     return found, fit(found)

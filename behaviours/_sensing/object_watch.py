@@ -12,13 +12,13 @@ from stack.errors import ParameterError
 from stack.robot import Robot
 from stack.types import Detection, ObjectColour
 
-CONFIRMED = 2
+CONFIRMATIONS = 2
 """Pictures that must show an object at about the same place."""
 
 SAME_PLACE, SIGMAS = 0.3, 3.0
 """Metres, and standard deviations, within which two detections are the same object."""
 
-MEMORY = 10.0
+UNCONFIRMED_KEPT = 10.0
 """Seconds after which an unconfirmed detection is forgotten."""
 
 BLIND_TIME = 3.0
@@ -26,7 +26,7 @@ BLIND_TIME = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedObject:
     """What is searched: objects of a colour, or of a label of the object detector.
 
     Raises:
@@ -93,7 +93,7 @@ class ObjectWatch:
         silence: started timer; restarted by every picture or result of the detector.
     """
 
-    def __init__(self, robot: Robot, wanted: Wanted, silence: Timer) -> None:
+    def __init__(self, robot: Robot, wanted: WantedObject, silence: Timer) -> None:
         self._robot, self._wanted, self._silence = robot, wanted, silence
         self._candidates: list[SeenObject] = []
         self._newest = robot.time
@@ -111,7 +111,7 @@ class ObjectWatch:
         for detection in seen or ():
             self._add(detection)
         here = self._robot.localisation.pose
-        confirmed = [item for item in self._candidates if item.pictures >= CONFIRMED]
+        confirmed = [item for item in self._candidates if item.pictures >= CONFIRMATIONS]
         return sorted(confirmed, key=lambda item: hypot(item.x - here.x, item.y - here.y))
 
     def _coloured(self) -> Iterable[Detection] | None:
@@ -136,7 +136,7 @@ class ObjectWatch:
     def _add(self, detection: Detection) -> None:
         self._candidates = [
             item for item in self._candidates
-            if item.pictures >= CONFIRMED or detection.stamp - item.stamp <= MEMORY
+            if item.pictures >= CONFIRMATIONS or detection.stamp - item.stamp <= UNCONFIRMED_KEPT
         ]  # fmt: skip
         for item in self._candidates:
             if item.is_at(detection):

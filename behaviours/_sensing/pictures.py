@@ -13,7 +13,7 @@ from stack.types import FloatArray, Image
 WINDOW = 9
 """Pixels of the mean filter (Crété et al.)."""
 
-FLAT = 2.0
+FLAT_DEVIATION = 2.0
 """Grey levels; a picture with a smaller standard deviation shows nothing to be sharp."""
 
 LUMINANCE = np.array([0.299, 0.587, 0.114])
@@ -45,7 +45,7 @@ def quality_of(image: Image) -> PictureQuality:
     """Return the quality of a picture."""
     grey: FloatArray = image.pixels.astype(np.float64) @ LUMINANCE
     contrast = float(grey.std())
-    sharpness = sharpness_of(grey) if contrast >= FLAT else 0.0
+    sharpness = sharpness_of(grey) if contrast >= FLAT_DEVIATION else 0.0
     return PictureQuality(sharpness, float(grey.mean()) / 255.0, contrast / 255.0)
 
 

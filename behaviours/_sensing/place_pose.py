@@ -17,7 +17,7 @@ STEPS = ((0.08, radians(2.4)), (0.04, radians(1.2)), (0.02, radians(0.6)), (0.01
 MOST_MOVES = 6
 """Moves with steps of one size."""
 
-FARTHEST = 0.25
+LARGEST_MOVE = 0.25
 """Metres that the refinement moves a pose at most."""
 
 
@@ -36,7 +36,7 @@ def refined(pose: Pose2D, fit: Fit) -> tuple[Pose2D, float]:
                     (0.0, 0.0, turn), (0.0, 0.0, -turn),
                 )
             ]  # fmt: skip
-            fits = [fit(one) if one.distance_to(pose) <= FARTHEST else -1.0 for one in moves]
+            fits = [fit(one) if one.distance_to(pose) <= LARGEST_MOVE else -1.0 for one in moves]
             index = max(range(len(moves)), key=lambda n: (round(fits[n], 6), -n))
             if fits[index] <= health + 1e-6:
                 break

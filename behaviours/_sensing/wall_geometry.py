@@ -18,19 +18,19 @@ from numpy.typing import NDArray
 
 from stack.types import FloatArray
 
-LINK = 0.3
+CHAIN_GAP = 0.3
 """Metres; neighbouring returns closer than this belong to the same chain."""
 MIN_RETURNS = 3
 """Number of returns; a shorter chain is noise, for example dust."""
 SMOOTHING_RADIUS = 0.2
 SMOOTHING_BEAMS = 14
-SPACING = 0.03
+CONTOUR_SPACING = 0.03
 """Metres between contour points; a distance of 0.2 m to the contour is then within 1 mm."""
-JAMB = 0.15
+JAMB_WIDTH = 0.15
 """Metres; a wall ends in a face about this wide, which is left out of the fit of its direction."""
 FIT_LENGTH = 0.6
 LINE_TOLERANCE = 0.12
-STEP = 0.05
+CURVE_STEP = 0.05
 
 Chains = list[FloatArray]
 
@@ -39,9 +39,9 @@ def chains_of(points: FloatArray) -> Chains:
     """Split returns into chains of neighbours; the last and the first return may be neighbours."""
     if len(points) < MIN_RETURNS:
         return []
-    cuts = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > LINK) + 1
+    cuts = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > CHAIN_GAP) + 1
     chains = np.split(points, cuts)
-    if len(chains) > 1 and np.linalg.norm(points[0] - points[-1]) <= LINK:
+    if len(chains) > 1 and np.linalg.norm(points[0] - points[-1]) <= CHAIN_GAP:
         chains = [np.vstack([chains[-1], chains[0]]), *chains[1:-1]]
     return [chain for chain in chains if len(chain) >= MIN_RETURNS]
 
@@ -70,11 +70,11 @@ def smoothed(chain: FloatArray) -> FloatArray:
 
 
 def filled(chain: FloatArray) -> FloatArray:
-    """Insert points so that neighbours are at most SPACING apart."""
+    """Insert points so that neighbours are at most CONTOUR_SPACING apart."""
     if len(chain) < 2:
         return chain
     steps = np.diff(chain, axis=0)
-    counts = np.maximum(1, np.ceil(np.linalg.norm(steps, axis=1) / SPACING).astype(int))
+    counts = np.maximum(1, np.ceil(np.linalg.norm(steps, axis=1) / CONTOUR_SPACING).astype(int))
     starts, steps = np.repeat(chain[:-1], counts, axis=0), np.repeat(steps, counts, axis=0)
     first = np.repeat(np.cumsum(counts) - counts, counts)
     share = (np.arange(len(starts)) - first) / np.repeat(counts, counts)
@@ -97,7 +97,7 @@ def _bridge_from(chain: FloatArray, everything: FloatArray, gap: float) -> Float
     """Bridge a gap before the chain's first point; None if no collinear wall is behind the gap."""
     end = chain[0]
     distances = np.linalg.norm(chain - end, axis=1)
-    wall = chain[(distances >= JAMB) & (distances <= FIT_LENGTH)]
+    wall = chain[(distances >= JAMB_WIDTH) & (distances <= FIT_LENGTH)]
     if len(wall) < MIN_RETURNS:
         return None
     centre = wall.mean(axis=0)
@@ -108,11 +108,11 @@ def _bridge_from(chain: FloatArray, everything: FloatArray, gap: float) -> Float
     along = relative @ outwards
     across = outwards[0] * relative[:, 1] - outwards[1] * relative[:, 0]
     start = float((end - centre) @ outwards)
-    ahead = along[(np.abs(across) <= LINE_TOLERANCE) & (along > start + SPACING)]
+    ahead = along[(np.abs(across) <= LINE_TOLERANCE) & (along > start + CONTOUR_SPACING)]
     if not ahead.size or ahead.min() > start + gap:
         return None
     goes_on = ahead[ahead <= ahead.min() + FIT_LENGTH]
-    if goes_on.max() - goes_on.min() < JAMB:
+    if goes_on.max() - goes_on.min() < JAMB_WIDTH:
         return None
     bridge: FloatArray = centre + np.array([[start], [goes_on.min()]]) * outwards
     return bridge
@@ -127,12 +127,12 @@ def contour_of(points: FloatArray, gap: float) -> FloatArray:
 
 _SIN, _COS = sin(radians(20.0)), cos(radians(20.0))
 """Of the bearing, 20 degrees to the other side, from which on a point belongs to the wall."""
-_REACH = 0.4
+_PASSAGE_CHECKED = 0.4
 """Metres ahead in which a passage is checked before it is entered."""
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class WallCourse:
     """Settings of wall following.
 
     Attributes:
@@ -157,7 +157,7 @@ class OffsetCurve:
     """The curve to drive along the wall.
 
     Attributes:
-        points: (n, 2), the first next to the robot, STEP metres apart on a straight wall.
+        points: (n, 2), the first next to the robot, CURVE_STEP metres apart on a straight wall.
         tangent: (2,) unit direction of travel at the first point.
         wall_distance: distance from the robot to the wall, metres.
         error: `wall_distance` minus the wanted distance, metres; in a narrow passage the wanted
@@ -179,7 +179,7 @@ class _Contact:
 
 
 def _contact(
-    contour: FloatArray, position: FloatArray, tangent: FloatArray, course: Course
+    contour: FloatArray, position: FloatArray, tangent: FloatArray, course: WallCourse
 ) -> _Contact | None:
     """Return the nearest point ahead or on the wall's side, or the point that closes the passage.
 
@@ -208,7 +208,7 @@ def _contact(
     if opposite is None:
         return _Contact(contour[:, wall], course.distance)
     if across[wall] > along[wall]:  # its bearing is above 45 degrees
-        near = other & (along > SPACING) & (along <= _REACH)
+        near = other & (along > CONTOUR_SPACING) & (along <= _PASSAGE_CHECKED)
         closed_by = _nearest(squares, near & (away - across < 2 * course.closest))
         if closed_by is not None:
             return _Contact(contour[:, closed_by], course.distance)
@@ -225,7 +225,7 @@ def _nearest(squares: FloatArray, eligible: NDArray[np.bool_]) -> int | None:
 
 
 def offset_curve(
-    contour: FloatArray, course: Course, tangent: FloatArray, length: float = 1.2
+    contour: FloatArray, course: WallCourse, tangent: FloatArray, length: float = 1.2
 ) -> OffsetCurve | None:
     """Compute the curve along the wall, from a point next to the robot (the origin).
 
@@ -242,7 +242,7 @@ def offset_curve(
     position, direction = np.zeros(2), tangent
     points: list[FloatArray] = []
     first: tuple[FloatArray, float, float] | None = None
-    for _ in range(round(length / STEP)):
+    for _ in range(round(length / CURVE_STEP)):
         contact = _contact(columns, position, direction, course)
         if contact is None:
             break
@@ -255,7 +255,7 @@ def offset_curve(
         position = position + (away - contact.distance) * towards
         points.append(position)
         first = first or (direction, away, away - contact.distance)
-        position = position + STEP * direction
+        position = position + CURVE_STEP * direction
     if first is None:
         return None
     return OffsetCurve(np.array(points), *first)

@@ -37,7 +37,7 @@ TARGET_BEYOND = 0.35
 """Metres behind the docked robot's base of the pose that the control law leads to: its turns get
 sharper the nearer that is."""
 
-GAINS = 6.0, 20.0
+STEERING_GAINS = 6.0, 20.0
 BEND_SLOWS, BEND_POWER = 0.1, 1.0
 """k1, k2, beta and lambda of the control law."""
 
@@ -246,7 +246,7 @@ def steered(robot: Pose2D, target: Pose2D, speed: float) -> Twist:
     dx, dy = target.x - robot.x, target.y - robot.y
     distance, sight = max(hypot(dx, dy), 1e-3), atan2(dy, dx)
     delta, theta = wrap_angle(robot.heading - sight), wrap_angle(target.heading - sight)
-    k1, k2 = GAINS
+    k1, k2 = STEERING_GAINS
     slope = 1.0 + k1 / (1.0 + (k1 * theta) ** 2)
     bend = -(k2 * (delta - atan(-k1 * theta)) + slope * sin(delta)) / distance
     linear = speed / (1.0 + BEND_SLOWS * abs(bend) ** BEND_POWER)

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 from py_trees.common import Status
 
-from behaviours._line.steering import KEPT, CentreLine, Sweep, approach, extended, steer
+from behaviours._line.steering import KEPT_BEHIND, CentreLine, Sweep, approach, extended, steer
 from behaviours._line.trace import LineEnd, LineTrace, Sector, trace_line
 from behaviours._motion.driving import TIME_TO_LIVE
 from behaviours._motion.following import FollowingBehaviour
@@ -26,7 +26,7 @@ from stack.types import (
 )
 
 BLIND_TIME = 2.0
-DELAY = 0.1
+COMMAND_LAG = 0.1
 """Seconds from a command to its effect; the robot steers for its pose after it."""
 
 SECTOR, SEARCH = Sector(2.2, 1.0, along=False), Sector(1.1, 1.0, along=False)
@@ -42,7 +42,7 @@ is left of it turns the remembered line. Without a line in sight, the robot then
 LEAST_SEEN = 6
 """Points of a line that is new, at least: 10 cm."""
 
-DECIDED = 0.8
+CHOICE_FINAL_AT = 0.8
 """Metres before a junction at which the choice is final."""
 
 SAME_JUNCTION = 0.3
@@ -137,7 +137,7 @@ class FollowLine(FollowingBehaviour):
         trace = self._traced(lines, line.here, line.heading(), ahead)
         self._is_on_line = False
         if trace is not None:
-            behind = line.passed[-KEPT:-1]
+            behind = line.passed[-KEPT_BEHIND:-1]
             self._is_on_line = bool(np.linalg.norm(trace.points[0] - line.here) < ON_LINE)
             self._follow(behind if self._is_on_line else approach(here, trace.points)[:-1], trace)
 
@@ -179,7 +179,7 @@ class FollowLine(FollowingBehaviour):
             self._sweep = None
             self.expect_motion()
         for corner in trace.junctions:
-            is_near = np.hypot(corner[0] - here.x, corner[1] - here.y) < DECIDED
+            is_near = np.hypot(corner[0] - here.x, corner[1] - here.y) < CHOICE_FINAL_AT
             if is_near and not self._is_decided(corner):
                 self._decided.append(corner)
 
@@ -202,7 +202,7 @@ class FollowLine(FollowingBehaviour):
         slowest = SLOWEST if self._end is LineEnd.MARK else SLOWEST_ON
         speed = min(self.speed, line.speed_limit(), max(slowest, SLOWER * line.remaining))
         moving = self.robot.base.speed
-        soon = here.compose(Pose2D(moving.linear * DELAY, 0.0, moving.angular * DELAY))
+        soon = here.compose(Pose2D(moving.linear * COMMAND_LAG, 0.0, moving.angular * COMMAND_LAG))
         return steer(line.offset(soon, moving.linear), speed)
 
     def _record_progress(self) -> None:

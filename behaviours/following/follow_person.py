@@ -12,7 +12,7 @@ from behaviours._motion.driving import TIME_TO_LIVE, Steps
 from behaviours._motion.following import STUCK_TIME, FollowingBehaviour
 from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours._motion.paths import shortened
-from behaviours._people.followed_person import COASTS, SURE, FollowedPerson, deviation
+from behaviours._people.followed_person import COASTING_TIME, SURE_WITHIN, FollowedPerson, deviation
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.robot import Task
 from stack.types import (
@@ -26,10 +26,10 @@ from stack.types import (
     wrap_angle,
 )
 
-AHEAD = 0.5 * pi
+AHEAD_ANGLE = 0.5 * pi
 """Radians to each side within which a person is ahead."""
 
-BESIDE = 0.2
+DISTANCE_TO_STANDING = 0.2
 """Metres between the robot and a standing person at the end of a plan, which is then shortened:
 the costmap shows people who stand as obstacles."""
 
@@ -40,7 +40,7 @@ PLAN_PERIOD, PLAN_TIME = 0.5, 8.0
 """Seconds between two plans, and seconds of failing plans after which the last failure is that of
 the behaviour."""
 
-LEAD = 0.5
+PATH_LEAD = 0.5
 """Seconds by which a path leads beyond the person, who walks on until the next one."""
 
 SLACK, SET_OFF = 0.1, 0.3
@@ -50,10 +50,10 @@ again."""
 TURN_GAIN, FASTEST_TURN, POINTED = 1.5, 0.8, 0.1
 """1/s, rad/s and radians: the robot faces a person who stands."""
 
-STILL = 0.35
+NO_TURN_WITHIN = 0.35
 """Metres to the person within which the robot does not turn to face them."""
 
-FARTHER = 2.0
+SEARCH_LEAD = 2.0
 """Seconds of the person's walk beyond the place where they were last seen, to a second place of the
 search."""
 
@@ -63,10 +63,10 @@ OWN_POINTS, LANE_ROOM = 0.25, 0.1
 """Metres round the outline of the person within which returns are theirs, and beside the robot in
 the lane to them."""
 
-WALKED = 0.5
+WALKED_AWAY = 0.5
 """Metres from where the person was seen first, after which standing still counts."""
 
-FATAL = (FailureCode.LOST, FailureCode.AMBIGUOUS)
+FATAL_CODES = (FailureCode.LOST, FailureCode.AMBIGUOUS)
 
 
 class FollowPerson(FollowingBehaviour):
@@ -140,7 +140,7 @@ class FollowPerson(FollowingBehaviour):
         lost = self._why_lost()
         if lost is not None:
             return self.fail(FailureCode.PERSON_LOST, lost)
-        if self._unseen.elapsed <= COASTS:
+        if self._unseen.elapsed <= COASTING_TIME:
             self._search = None
             self._follow_person(person)
         else:
@@ -173,7 +173,7 @@ class FollowPerson(FollowingBehaviour):
         if not person.is_supposed:
             self._supposed.restart()
         x, y = person.seen.position
-        self._walked |= hypot(x - self._first.x, y - self._first.y) >= WALKED
+        self._walked |= hypot(x - self._first.x, y - self._first.y) >= WALKED_AWAY
         if not (self._walked and person.stands and person.visible):
             self._stood.restart()
         return person
@@ -181,10 +181,10 @@ class FollowPerson(FollowingBehaviour):
     def _choice(self, tracks: tuple[TrackedObject, ...]) -> TrackedObject | None:
         """Return whom to follow; None while nobody fits."""
         pose, near = self.robot.localisation.pose, self.near
-        seen = [track for track in tracks if deviation(track) <= SURE]
+        seen = [track for track in tracks if deviation(track) <= SURE_WITHIN]
         if near is None:
             near = pose
-            seen = [track for track in seen if abs(_bearing(pose, track.position)) <= AHEAD]
+            seen = [track for track in seen if abs(_bearing(pose, track.position)) <= AHEAD_ANGLE]
         else:
             seen += [
                 item for item in self.robot.perception.standing_objects
@@ -275,11 +275,11 @@ class FollowPerson(FollowingBehaviour):
     def _goal(self, person: FollowedPerson) -> Pose2D:
         """Return where the person is soon, map frame."""
         (x, y), (u, v) = person.expected(self.robot.time), person.seen.velocity
-        pose, lead = self.robot.localisation.pose, 0.0 if person.stands else LEAD
+        pose, lead = self.robot.localisation.pose, 0.0 if person.stands else PATH_LEAD
         bearing = atan2(y - pose.y, x - pose.x)
         self._beside = 0.0
         if person.stands and person.visible:
-            self._beside = self._front + person.radius + BESIDE
+            self._beside = self._front + person.radius + DISTANCE_TO_STANDING
             x, y = x - self._beside * cos(bearing), y - self._beside * sin(bearing)
         return Pose2D(x + lead * u, y + lead * v, bearing)
 
@@ -291,7 +291,7 @@ class FollowPerson(FollowingBehaviour):
         self._query = None
         if query.status is not TaskStatus.SUCCEEDED or query.path is None:
             why = query.failure
-            if why is not None and (why.code in FATAL or self._unplanned.is_over(PLAN_TIME)):
+            if why is not None and (why.code in FATAL_CODES or self._unplanned.is_over(PLAN_TIME)):
                 self._why = why
             return
         self._unplanned.restart()
@@ -302,7 +302,7 @@ class FollowPerson(FollowingBehaviour):
 
     def _end_drive(self) -> None:
         """Forget a drive that is over; another plan replaces it."""
-        if self.failure is not None and self.failure.code in FATAL:
+        if self.failure is not None and self.failure.code in FATAL_CODES:
             self._why = self.failure
         self.failure = None
         self._drive = None
@@ -325,7 +325,7 @@ class FollowPerson(FollowingBehaviour):
         """Turn to the person; leave their way if they come towards the robot."""
         bearing = _bearing(self.robot.localisation.pose, person.expected(self.robot.time))
         turn = min(max(TURN_GAIN * bearing, -FASTEST_TURN), FASTEST_TURN)
-        still = abs(bearing) <= POINTED or self._gap(person) < STILL
+        still = abs(bearing) <= POINTED or self._gap(person) < NO_TURN_WITHIN
         twist = STANDSTILL if still else Twist(angular=turn)
         self.robot.base.drive_for(twist, TIME_TO_LIVE, gives_way=True)
 
@@ -345,7 +345,7 @@ class FollowPerson(FollowingBehaviour):
     def _steps(self, person: FollowedPerson) -> Steps:
         """Go to the place where the person was last seen and beyond, and look round."""
         (x, y), (u, v) = person.seen.position, person.seen.velocity
-        for seconds in (0.0,) if person.stands else (0.0, FARTHER):
+        for seconds in (0.0,) if person.stands else (0.0, SEARCH_LEAD):
             goal = Pose2D(x + seconds * u, y + seconds * v, atan2(v, u))
             yield from self._do(
                 self.robot.base.navigate_to(goal, tolerance=SEARCH_TOLERANCE, partial=True)

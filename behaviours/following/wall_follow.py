@@ -15,9 +15,9 @@ from stack.types import FailureCode, FloatArray, Twist, wrap_angle
 
 LOOKAHEAD = 0.45
 """Metres along the curve; 1.3 s at 0.35 m/s, well above the delay of scan and actuators (0.2 s)."""
-STRAIGHT = 0.17
+STRAIGHT_TURN = 0.17
 """Radians; a curve that turns less than this in its first 0.6 m is straight (10 degrees)."""
-SETTLING = 1.0
+SETTLING_DISTANCE = 1.0
 """Metres of straight wall before the distance error is recorded."""
 FASTEST_TURN, SLOWEST_TURN = 1.2, 0.5
 SPARE_ROOM, SPARE_ROOM_BACK, TURNED_BACK = 0.06, 0.02, 1.5
@@ -106,7 +106,7 @@ class WallFollow(FollowingBehaviour):
             self.feedback_message = "looking for a wall"
             return Twist(_limit_speed(self.speed, ahead))
         self._record_progress(curve)
-        x, y = curve.points[min(round(LOOKAHEAD / geometry.STEP), len(curve.points) - 1)]
+        x, y = curve.points[min(round(LOOKAHEAD / geometry.CURVE_STEP), len(curve.points) - 1)]
         return _pursue(float(x), float(y), self.speed, ahead)
 
     def _curve(self, contour: FloatArray) -> geometry.OffsetCurve | None:
@@ -117,7 +117,7 @@ class WallFollow(FollowingBehaviour):
         spare = SPARE_ROOM_BACK if turned_back else SPARE_ROOM
         side = 1 if self.side == "left" else -1
         closest = min(self._radius + spare, self.distance)
-        course = geometry.Course(side, self.distance, closest)
+        course = geometry.WallCourse(side, self.distance, closest)
         curve = geometry.offset_curve(contour, course, tangent)
         if curve is None:
             return None
@@ -136,9 +136,9 @@ class WallFollow(FollowingBehaviour):
         distance = self._trail.distance
         if self._start is None and abs(curve.error) < 0.1 and off_course < 0.35:
             self.begin_here()
-        if self._start is None or _bend(curve.points) > STRAIGHT:
+        if self._start is None or _bend(curve.points) > STRAIGHT_TURN:
             self._bent_at = distance
-        elif distance - self._bent_at > SETTLING:
+        elif distance - self._bent_at > SETTLING_DISTANCE:
             self._errors.add(curve.error)
         self.feedback_message = f"{curve.wall_distance:.2f} m from the wall"
 
@@ -177,7 +177,7 @@ def _limit_speed(linear: float, ahead: float) -> float:
 
 def _direction_at(points: FloatArray, distance: float) -> FloatArray:
     """Return the (2,) unit direction of a curve at `distance` metres along it, or at its end."""
-    last = min(round(distance / geometry.STEP) + 1, len(points) - 1)
+    last = min(round(distance / geometry.CURVE_STEP) + 1, len(points) - 1)
     step = points[last] - points[max(last - 2, 0)]
     direction: FloatArray = step / max(float(np.linalg.norm(step)), 1e-9)
     return direction

@@ -23,7 +23,7 @@ CONFIRM_AFTER, CONFIRM_WITHIN = 1.0, 2.0
 FULL_TURN, LONGEST_TURN = 2.0 * pi, 2.5 * pi
 STEP_SHARE, STEP_RANGE = 0.6, (radians(20.0), radians(60.0))
 """Part of the field of view to turn between two stops, so that pictures overlap; and its limits."""
-DEVIATION = 0.1
+PICTURE_DEVIATION = 0.1
 """Standard deviation of a pose from a picture, metres and radians."""
 FINE_TIME, LOOK_TIME = 1.0, 2.5
 """Seconds for which the pose must be good to be kept, and within which it may become so: after a
@@ -190,7 +190,7 @@ class Relocalise(DrivingBehaviour):
         """Set the pose of a hypothesis and wait for the localisation to confirm it."""
         pose = hypothesis.pose(self.robot.base.odometry)
         self.robot.localisation.set_pose(
-            pose, position_deviation=DEVIATION, heading_deviation=DEVIATION,
+            pose, position_deviation=PICTURE_DEVIATION, heading_deviation=PICTURE_DEVIATION,
             source=hypothesis.source,
         )  # fmt: skip
         self._source = hypothesis.source

@@ -24,9 +24,9 @@ GAIN_EXPONENT = 0.25
 room and came back for them at the end: mission 25 took 273 s instead of 167 s with seed 1."""
 SAME_PLACE = 0.75
 """Metres within which two frontiers are the same one."""
-ATTEMPTS = 3
+FUTILE_DRIVES = 3
 """Drives to views of one place that fail or show nothing new before it is forgotten."""
-DRIVES = 4
+MOST_DRIVES = 4
 """Drives to one place before it is forgotten, also those that ended early."""
 
 
@@ -42,7 +42,7 @@ class _Tried:
     @property
     def is_forgotten(self) -> bool:
         """Whether no more drives are made to this place."""
-        return self.attempts >= ATTEMPTS or self.drives >= DRIVES
+        return self.attempts >= FUTILE_DRIVES or self.drives >= MOST_DRIVES
 
 
 class Explore(SteppedBehaviour):

@@ -10,7 +10,7 @@ from behaviours._motion.odometry_trail import OdometryTrail
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import Failure, FailureCode, Path, Pose2D
 
-SPACING = 0.1
+POSE_SPACING = 0.1
 """Metres between two poses of a lane."""
 
 
@@ -100,7 +100,7 @@ class Coverage(SteppedBehaviour):
 
 def _straight(start: Pose2D, end: Pose2D) -> Path:
     """Return the path along a lane."""
-    count = max(2, round(start.distance_to(end) / SPACING) + 1)
+    count = max(2, round(start.distance_to(end) / POSE_SPACING) + 1)
     shares = np.linspace(0.0, 1.0, count)
     x = start.x + shares * (end.x - start.x)
     y = start.y + shares * (end.y - start.y)

@@ -8,7 +8,7 @@ from py_trees.common import Status
 
 from behaviours._motion.driving import TIME_TO_LIVE, DrivingBehaviour, Steps
 from behaviours._motion.following import STUCK_TIME, StuckWatch
-from behaviours._sensing.object_watch import SAME_PLACE, ObjectWatch, SeenObject, Wanted
+from behaviours._sensing.object_watch import SAME_PLACE, ObjectWatch, SeenObject, WantedObject
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
     OBJECT_COLOURS,
@@ -19,16 +19,16 @@ from stack.types import (
     wrap_angle,
 )
 
-PATIENCE = 3.5
+FIRST_DETECTION_TIME = 3.5
 """Seconds for the first detection; a silent camera is noticed before."""
 
-STAGING = 0.5
+STAGING_DISTANCE = 0.5
 """Metres between the robot's front and the object before the final approach, at least."""
 
 BEARINGS = (0.0, 0.6, -0.6, 1.2, -1.2, 2.0, -2.0, pi)
 """Radians; sides of the object, against the robot's, that are tried in turn."""
 
-MOVED = 0.3
+REPLAN_DISTANCE = 0.3
 """Metres that the object moves before the drive to it starts again."""
 
 TURN_GAIN, FASTEST_TURN, AHEAD = 1.5, 0.8, 0.3
@@ -75,7 +75,7 @@ class ApproachObject(DrivingBehaviour):
     def initialise(self) -> None:
         """Prepare the drive; it begins with the first tick."""
         self._front = self.robot.base.footprint.front
-        self._wanted = Wanted(self.colour, self.label)
+        self._wanted = WantedObject(self.colour, self.label)
         self._watch = ObjectWatch(self.robot, self._wanted, self.start_timer())
         self._target = self.object
         self._is_seen = False
@@ -112,7 +112,7 @@ class ApproachObject(DrivingBehaviour):
     def _wait_for_sight(self) -> Steps:
         timer = self.start_timer()
         while not self._is_seen:
-            if timer.is_over(PATIENCE):
+            if timer.is_over(FIRST_DETECTION_TIME):
                 self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self._wanted} in view")
                 return False
             self.feedback_message = f"looking for the {self._wanted}"
@@ -122,7 +122,7 @@ class ApproachObject(DrivingBehaviour):
 
     def _stage(self) -> Steps:
         """Drive in front of the object; the nearest side first."""
-        away = self._front + max(self.distance, STAGING)
+        away = self._front + max(self.distance, STAGING_DISTANCE)
         for bearing in BEARINGS:
             while True:
                 planned = self._known_target
@@ -132,7 +132,7 @@ class ApproachObject(DrivingBehaviour):
                 while self.follow(task) is Status.RUNNING:
                     self.feedback_message = f"driving to the {self._wanted}"
                     yield
-                    if self._known_target.distance_to(planned) > MOVED:
+                    if self._known_target.distance_to(planned) > REPLAN_DISTANCE:
                         break
                 else:
                     break

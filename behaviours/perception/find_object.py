@@ -8,7 +8,7 @@ from py_trees.common import Status
 
 from behaviours._motion.driving import DrivingBehaviour, Steps
 from behaviours._motion.odometry_trail import OdometryTrail
-from behaviours._sensing.object_watch import ObjectWatch, SeenObject, Wanted
+from behaviours._sensing.object_watch import ObjectWatch, SeenObject, WantedObject
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import (
     OBJECT_COLOURS,
@@ -63,7 +63,7 @@ class FindObject(DrivingBehaviour):
 
     def initialise(self) -> None:
         """Prepare the search; it begins with the first tick."""
-        self._wanted = Wanted(self.colour, self.label)
+        self._wanted = WantedObject(self.colour, self.label)
         self._watch = ObjectWatch(self.robot, self._wanted, self.start_timer())
         self._trail = OdometryTrail()
         self._looked: list[Pose2D] = []

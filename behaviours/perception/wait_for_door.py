@@ -11,7 +11,7 @@ from behaviours._sensing.doorway import Doorway
 from behaviours.base import DRIVE_FAILURES, output, port
 from stack.types import FailureCode, Pose2D
 
-ROOM = 0.05
+SIDE_CLEARANCE = 0.05
 """Metres on each side of the robot that a way must have in addition."""
 
 
@@ -95,7 +95,7 @@ class WaitForDoor(DrivingBehaviour):
     def _needed(self) -> float:
         if self.least_width is not None:
             return self.least_width
-        return 2.0 * (self.robot.base.footprint.inscribed_radius + ROOM)
+        return 2.0 * (self.robot.base.footprint.inscribed_radius + SIDE_CLEARANCE)
 
     @property
     def _state(self) -> str:

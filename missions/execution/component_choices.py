@@ -41,7 +41,7 @@ from stack.perception.places.parameters import PlaceParameters
 from stack.perception.tracking.parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
-from stack.safety.zones import read_zones
+from stack.safety.zones import read_safety_zones
 from stack.telemetry.recording_parameters import RecordingParameters
 
 SETTINGS: dict[str, type] = {
@@ -74,7 +74,7 @@ otherwise a robot that left a dead end would plan back into it."""
 Lists = tuple[str, Callable[[Any, Any], tuple[Any, ...]], Callable[[], tuple[Any, ...]]]
 LISTS: dict[str, Lists] = {
     "costmap": ("layers", read_layers, usual_layers),
-    "safety": ("zones", read_zones, tuple),
+    "safety": ("zones", read_safety_zones, tuple),
 }
 """Parameters that are lists: name, reader of what a file says, and the default."""
 

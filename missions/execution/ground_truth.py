@@ -86,11 +86,11 @@ class SimulationScorer:
         """Return the scene layer; its version increases when a door moves."""
         version = self._simulation.scene_changes + 1
         if self._scene is None or self._scene.version != version:
-            self._scene = Layer(version, scene_of(self._world, self._simulation.doors))
+            self._scene = Layer(version, world_shapes(self._world, self._simulation.doors))
         return {"scene": self._scene}
 
 
-def scene_of(world: World, doors_closed: Mapping[str, bool]) -> tuple[SceneShape, ...]:
+def world_shapes(world: World, doors_closed: Mapping[str, bool]) -> tuple[SceneShape, ...]:
     """Return walls, furniture, closed doors, marker boards and docks, in a fixed order."""
     return tuple(_shapes(world, doors_closed))
 

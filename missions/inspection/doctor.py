@@ -31,7 +31,7 @@ AT_FACE, AT_FACE_HEADING = 0.05, radians(10.0)
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Examination:
     """Result of the diagnosis.
 
     Attributes:
@@ -61,9 +61,9 @@ class Place:
     docks: tuple[Dock, ...] = ()
 
 
-def diagnose(
+def examine(
     name: str, robot_name: str, picture: Path | None, show: Callable[[str], None] = lambda _: None
-) -> Diagnosis:
+) -> Examination:
     """Check which passages and places of a world or ROS map a robot can use.
 
     Args:
@@ -95,7 +95,7 @@ def diagnose(
         title = f"{place.name}, {robot.name} ({_needed(robot):.2f} m wide)"
         draw(picture, place.grid, clearance, passages, place.places, robot, title)
         lines.append(f"picture: {picture}")
-    return Diagnosis(tuple(lines), verdicts.count(CLOSED))
+    return Examination(tuple(lines), verdicts.count(CLOSED))
 
 
 def _read(name: str) -> Place:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from missions.execution.resources import load_robot
 from missions.inspection.diagnosis import FileKind, kind_of
-from missions.inspection.doctor import Diagnosis, counted
+from missions.inspection.doctor import Examination, counted
 from robots.load import robot_names
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.perception.own_body import OwnBody
@@ -31,7 +31,7 @@ def is_robot(name: str) -> bool:
     return path.is_file() and kind_of(path) is FileKind.ROBOT
 
 
-def diagnose_lidars(name: str) -> Diagnosis:
+def diagnose_lidars(name: str) -> Examination:
     """Find the beams of a robot's lidars that see the robot, by the shapes of its URDF.
 
     Args:
@@ -49,7 +49,7 @@ def diagnose_lidars(name: str) -> Diagnosis:
         wanting += is_wanting
     if not lines:
         lines = [f"{robot.name} has no lidar"]
-    return Diagnosis((*lines,), wanting)
+    return Examination((*lines,), wanting)
 
 
 def _lidar_lines(

@@ -9,6 +9,7 @@ from missions.execution.component_choices import SETTINGS
 from missions.inspection.tables import shown, table
 from missions.language.reading.header import TOP_COMPONENTS
 from stack.components import DEFAULTS, component
+from stack.costmap.choosing import SENSORS
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 from stack.safety.zones import SafetyZone
@@ -46,7 +47,7 @@ LISTS = {
     "costmap": ListSetting(
         "layers",
         "what marks cells, in this order; `treepilot list layers` shows the layers",
-        "navigation: {costmap: {layers: [static, obstacle, {use: social, horizon: 3 s}]}}",
+        "navigation: {costmap: {layers: [static, sensors, {use: social, horizon: 3 s}]}}",
     ),
 }
 """Settings of a fixed part -> its list."""
@@ -180,11 +181,21 @@ def _written(declared: Declaration, owners: list[Owner]) -> str:
     pair = f"{declared.name}: {_value(declared)}"
     names = [owner.name for owner in owners]
     if first.kind == LAYER:
-        return f"navigation: {{costmap: {{layers: [{{use: {first.name}, {pair}}}]}}}}"
+        return f"navigation: {{costmap: {{layers: {_layers_with(first.name, pair)}}}}}"
     if first.name != first.kind and DEFAULTS[first.kind] not in names:
         pair = f"use: {first.name}, {pair}"
     line = f"{first.kind}: {{{pair}}}"
     return line if first.kind in TOP_COMPONENTS else f"navigation: {{{line}}}"
+
+
+def _layers_with(name: str, pair: str) -> str:
+    """Return a mission's list of the usual layers with a value of one of them, or of another one.
+
+    The entry of the sensors has the parameters of their obstacle layers.
+    """
+    entry = f"{{use: {SENSORS if name == 'obstacle' else name}, {pair}}}"
+    layers = {"static": "static", "obstacle": SENSORS, name: entry}
+    return f"[{', '.join(layers.values())}]"
 
 
 def _is_number(declared: Declaration) -> bool:

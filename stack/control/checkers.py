@@ -45,7 +45,6 @@ class SimpleGoalChecker(GoalChecker):
 
     @property
     def at_position(self) -> bool:
-        """Whether the position was within its tolerance at the last check."""
         return self._at_position
 
     @property
@@ -56,11 +55,9 @@ class SimpleGoalChecker(GoalChecker):
         return GoalTolerance(position, p.heading)
 
     def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
-        """Set the end of a new path, map frame, and the position tolerance of the task (m)."""
         self._goal, self._tolerance, self._at_position = goal, tolerance, False
 
     def reached(self, state: DriveState) -> bool:
-        """Whether position and heading are within their tolerances."""
         if self._goal is None:
             return False
         limit, pose = self.tolerance, state.pose
@@ -95,25 +92,20 @@ class StoppedGoalChecker(SimpleGoalChecker):
         self._settling = self._timers.new()
 
     def start(self, now: float) -> None:
-        """Begin a drive."""
         self._timers.resume(now)
         self._settling.reset()
 
     def pause(self, now: float) -> None:
-        """Hold the time to settle."""
         self._timers.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the time to settle."""
         self._timers.resume(now)
 
     def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
-        """Set the end of a new path, map frame, and the position tolerance of the task (m)."""
         super().set_goal(goal, tolerance)
         self._settling.reset()
 
     def reached(self, state: DriveState) -> bool:
-        """Whether the robot stands within the tolerances, or has been within them for a while."""
         if not super().reached(state):
             self._settling.reset()
             return False
@@ -154,20 +146,16 @@ class SimpleProgressChecker(ProgressChecker):
         self._least = inf
 
     def start(self, now: float) -> None:
-        """Begin a drive."""
         self._timers.resume(now)
         self._place, self._least = None, inf
 
     def pause(self, now: float) -> None:
-        """Hold the time without progress."""
         self._timers.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the time without progress."""
         self._timers.resume(now)
 
     def stuck(self, state: DriveState) -> str:
-        """Why the drive fails; empty while the robot moves."""
         p, limits = self.parameters, self._limits
         top = min(limits.linear_speed, state.top_speed)
         least = min(p.distance, LEAST_SHARE * _way(top, limits.linear_acceleration, p.time))

@@ -10,10 +10,10 @@ from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace
 from stack.types import Pose2D, Twist, wrap_angle
 
-DISTANCE = 0.1
+APPROACH_DISTANCE = 0.1
 """Metres to the goal within which the robot approaches it straight."""
 
-ALIGNED = 0.3
+TURN_ENDS_AT_SHARE = 0.3
 """Share of the angle that starts a turn at which it ends."""
 
 
@@ -48,13 +48,13 @@ class FinalApproach:
             slowest: lowest speed, m/s.
         """
         away = state.pose.distance_to(goal)
-        if away > DISTANCE:
+        if away > APPROACH_DISTANCE:
             return None
         bearing = wrap_angle(state.pose.bearing_to(goal) - state.pose.heading)
         way = -1.0 if self._reverses and abs(bearing) > 0.5 * pi else 1.0
         error = wrap_angle(bearing + pi) if way < 0.0 else bearing
         limit = asin(min(1.0, within / away)) if away > 0.0 else pi
-        ends = max(limit * ALIGNED, self._turn.style.precision)
+        ends = max(limit * TURN_ENDS_AT_SHARE, self._turn.style.precision)
         self._turning = abs(error) > (ends if self._turning else max(limit, ends))
         moves = hypot(last.linear, last.lateral) > slowest
         if self._turning and moves:

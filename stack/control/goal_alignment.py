@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from math import hypot, radians
 
 from stack.components import ControlState, GoalTolerance, StopCriterion
-from stack.control.final_approach import DISTANCE, FinalApproach
+from stack.control.final_approach import APPROACH_DISTANCE, FinalApproach
 from stack.control.parameters import FollowingParameters
 from stack.control.ramps import Ramp
 from stack.control.swept import SweptFootprint
-from stack.control.turning import SLOWEST, RotationShim, TurnInPlace, TurnStyle
+from stack.control.turning import SLOWEST_TURN, RotationShim, TurnInPlace, TurnStyle
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter
@@ -22,16 +22,16 @@ from stack.types import STANDSTILL, Pose2D, Twist, wrap_angle
 JUST_AHEAD = 0.2
 """Distance in metres of the path point that a blocked robot turns towards."""
 
-CREEP = 0.05
+CREEP_SPEED = 0.05
 """Lowest speed in m/s of the straight approach, and less to stop more exactly."""
 
-HELD = 0.5
+HELD_AFTER = 0.5
 """Seconds after which a robot that does not follow its commands counts as held."""
 
-SUSPENDED = 2.0
+TURNS_SUSPENDED_FOR = 2.0
 """Seconds of driving without a turn in place after one was held."""
 
-ALIGNED = 0.1
+ALIGNED_ANGLE = 0.1
 """Angle in radians to that point below which the robot does not turn."""
 
 
@@ -41,7 +41,7 @@ POSE_SHARE = 0.3
 Measured: 3 mm in simulation, with 1 cm of noise.
 """
 
-CAR = GoalTolerance(0.03, radians(3.0))
+CAR_TOLERANCE = GoalTolerance(0.03, radians(3.0))
 """What a car leaves at the end of a planned path: it cannot correct an error beside the path there.
 
 An estimate: drives in the tests of cars end within it.
@@ -133,13 +133,13 @@ class GoalAlignment:
 
         The safety stage then sees an obstacle that the costmap does not contain.
         """
-        return self._held_steps * self._period >= HELD
+        return self._held_steps * self._period >= HELD_AFTER
 
     def _note_hold(self, measured: Twist) -> None:
         wanted, driven = _rim_speed(self.last), _rim_speed(measured)
         if wanted > 0.05 and driven < 0.25 * wanted:
             self._held_steps += 1
-            self._suspended = SUSPENDED if self.held else self._suspended
+            self._suspended = TURNS_SUSPENDED_FOR if self.held else self._suspended
         else:
             self._held_steps = max(0, self._held_steps - 1)
             self._suspended = max(0.0, self._suspended - self._period)
@@ -166,9 +166,9 @@ class GoalAlignment:
         segment, p = self.segment, self.parameters
         if not (self._is_exact and segment is not None and self._drivetrain.turns_in_place):
             return None
-        if not segment.ends_within(DISTANCE):
+        if not segment.ends_within(APPROACH_DISTANCE):
             return None
-        slowest = p.final_speed(CREEP, self._period)
+        slowest = p.final_speed(CREEP_SPEED, self._period)
         return self._approach.twist(state, self.last, segment.path.goal, p.stop_distance, slowest)
 
     def turned(self, state: ControlState) -> Twist | None:
@@ -192,7 +192,7 @@ class GoalAlignment:
             return None
         x, y = self.segment.nearer_point(state.pose, JUST_AHEAD)
         angle = wrap_angle(state.pose.bearing_to(Pose2D(x, y)) - state.pose.heading)
-        return None if abs(angle) <= ALIGNED else self._turn.twist(state, self.last, angle)
+        return None if abs(angle) <= ALIGNED_ANGLE else self._turn.twist(state, self.last, angle)
 
     def ramped(self, twist: Twist) -> Twist:
         """Return the twist that is reachable in one control period."""
@@ -224,7 +224,7 @@ def finest_tolerance(robot: RobotDescription, period: float) -> GoalTolerance:
         period: seconds between two commands.
     """
     noise = min((lidar.noise for lidar in robot.all_lidars.values()), default=0.0)
-    position, heading = CREEP * period + POSE_SHARE * noise, SLOWEST * period
+    position, heading = CREEP_SPEED * period + POSE_SHARE * noise, SLOWEST_TURN * period
     if robot.drivetrain.turns_in_place:
         return GoalTolerance(position, heading)
-    return GoalTolerance(max(position, CAR.position), max(heading, CAR.heading))
+    return GoalTolerance(max(position, CAR_TOLERANCE.position), max(heading, CAR_TOLERANCE.heading))

@@ -25,10 +25,10 @@ from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
-SPACING = 0.05
+TARGET_SPACING = 0.05
 """Metres between the path points tried as targets."""
 
-TARGETS = 6
+TARGETS_TRIED = 6
 """Number of targets tried between the farthest and the nearest."""
 
 SIMULATION_STEP = 0.1
@@ -37,7 +37,7 @@ SIMULATION_STEP = 0.1
 MOST_STEPS = 80
 """Maximum number of simulated steps to a target."""
 
-REACHED = 0.05
+TARGET_REACHED = 0.05
 """Distance in metres to the target at which the simulated motion ends."""
 
 
@@ -115,12 +115,12 @@ class Graceful(PathController[GracefulParameters]):
     def _targets(self, segment: PathSegment, pose: Pose2D) -> list[Pose2D]:
         """Poses on the path between the lookahead distances, farthest first, map frame."""
         p = self.parameters
-        points = segment.sampled(p.max_lookahead, SPACING)
+        points = segment.sampled(p.max_lookahead, TARGET_SPACING)
         away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
         eligible = np.flatnonzero((away >= p.min_lookahead) & (away <= p.max_lookahead))
         if not len(eligible):
             eligible = np.array([len(points) - 1])
-        picked = np.unique(np.linspace(0, len(eligible) - 1, TARGETS).round().astype(int))
+        picked = np.unique(np.linspace(0, len(eligible) - 1, TARGETS_TRIED).round().astype(int))
         return [_pose_on(points, int(eligible[index]), pose) for index in picked[::-1]]
 
     def _simulate(self, pose: Pose2D, target: Pose2D, speed: float) -> FloatArray:
@@ -134,7 +134,7 @@ class Graceful(PathController[GracefulParameters]):
                 pose.x + step * cos(middle), pose.y + step * sin(middle), pose.heading + turn
             )
             poses.append((pose.x, pose.y, pose.heading))
-            if pose.distance_to(target) <= max(REACHED, step):
+            if pose.distance_to(target) <= max(TARGET_REACHED, step):
                 break
         return np.array(poses)
 

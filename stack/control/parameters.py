@@ -8,7 +8,7 @@ from typing import Self
 from stack.components import GoalTolerance
 from stack.parameters import parameter
 
-SHARE = 0.5
+STOP_SHARE = 0.5
 """Share of a tolerance within which a controller stops: the rest is for errors of the pose."""
 
 
@@ -34,8 +34,8 @@ class FollowingParameters:
         """Return the parameters with which the robot stops inside a tolerance."""
         return replace(
             self,
-            stop_distance=min(self.stop_distance, SHARE * tolerance.position),
-            turn_precision=min(self.turn_precision, SHARE * tolerance.heading),
+            stop_distance=min(self.stop_distance, STOP_SHARE * tolerance.position),
+            turn_precision=min(self.turn_precision, STOP_SHARE * tolerance.heading),
         )
 
     def final_speed(self, lowest: float, period: float) -> float:

@@ -29,7 +29,6 @@ class PathController(Controller, Generic[P]):
 
     @staticmethod
     def kernels(parameters: P, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.control import kernels
 
         return (*kernels.SWEEP, *kernels.CLEAR_POSES)
@@ -43,7 +42,6 @@ class PathController(Controller, Generic[P]):
         self.configure(parameters)
 
     def configure(self, parameters: P) -> None:
-        """Apply new parameters."""
         self.parameters = parameters
         self._alignment = GoalAlignment(parameters, self._robot, self._swept, self._period)
         self._alignment.set_tolerance(parameters, self._tolerance)
@@ -52,30 +50,21 @@ class PathController(Controller, Generic[P]):
 
     @property
     def top_speed(self) -> float:
-        """Speed in m/s that the parameters allow at most."""
         return self.parameters.cruise_speed
 
     @property
     def stop_criterion(self) -> StopCriterion:
-        """When the robot stops and turns to the goal's heading."""
         return self._alignment.stop_criterion
 
     def set_tolerance(self, tolerance: GoalTolerance) -> None:
-        """Stop within a tolerance of the goal."""
         self._tolerance = tolerance
         self._alignment.set_tolerance(self.parameters, tolerance)
 
     def set_segment(self, segment: PathSegment) -> None:
-        """Set the segment to drive along, map frame."""
         self._segment = segment
         self._alignment.set_segment(segment)
 
     def step(self, state: ControlState) -> Twist:
-        """Compute the velocity command for this step.
-
-        Raises:
-            NavigationError: COLLISION_AHEAD when no command is safe.
-        """
         if self._segment is None:
             return STANDSTILL
         self._alignment.begin(state)
@@ -108,7 +97,6 @@ class PathController(Controller, Generic[P]):
 
     @property
     def local_plan(self) -> Path | None:
-        """Planned motion of the next seconds, map frame."""
         return None if self._local_plan is None else Path(self._local_plan)
 
     def _stand(self) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stack.components import Controller, ControlState, GoalTolerance, StopCriterion
-from stack.control.parameters import SHARE
+from stack.control.parameters import STOP_SHARE
 from stack.control.ramps import Ramp
 from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError
@@ -39,7 +39,7 @@ SEGMENT_END, STEERED_END = 0.05, 0.01
 A car cannot make up for a turn that it has cut short.
 """
 
-STANDING = 0.02
+STANDING_SPEED = 0.02
 """m/s below which the direction may be changed."""
 
 SAME_GOAL = 0.02
@@ -49,7 +49,7 @@ SAME_POSITION = 0.06
 """Distance to the goal in metres within which a new short path to it counts as arrived, at most;
 half of the tolerance if that is less."""
 
-_ANY = GoalTolerance()
+_ANY_TOLERANCE = GoalTolerance()
 
 CreateController = Callable[[Any, RobotDescription, float], Controller]
 
@@ -91,23 +91,19 @@ class PathFollower(Lifecycle):
             controller.configure(parameters)
 
     def start(self, now: float) -> None:
-        """Begin a drive."""
         self._began_at = now
         for controller in self._controllers():
             controller.start(now)
 
     def pause(self, now: float) -> None:
-        """Hold the drive."""
         for controller in self._controllers():
             controller.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the drive."""
         for controller in self._controllers():
             controller.resume(now)
 
     def stop(self, now: float) -> None:
-        """End the drive."""
         for controller in self._controllers():
             controller.stop(now)
 
@@ -129,7 +125,7 @@ class PathFollower(Lifecycle):
             steered=not self._robot.drivetrain.turns_in_place,
         )
 
-    def follow(self, progress: PathProgress, tolerance: GoalTolerance = _ANY) -> None:
+    def follow(self, progress: PathProgress, tolerance: GoalTolerance = _ANY_TOLERANCE) -> None:
         """Follow a path from where the robot is on it.
 
         Args:
@@ -161,7 +157,7 @@ class PathFollower(Lifecycle):
             return STANDSTILL
         segment = progress.segment
         if not segment.is_last and segment.remaining <= self._segment_end:
-            moves = hypot(state.twist.linear, state.twist.lateral) >= STANDING
+            moves = hypot(state.twist.linear, state.twist.lateral) >= STANDING_SPEED
             if moves or self._last != STANDSTILL:
                 last = self._ramp.rebased(self._last, state.twist)  # ignores an earlier drive's
                 self._last = self._ramp.stopped(last)
@@ -294,10 +290,10 @@ class Arrival:
 
     def set_path(self, path: Path, tolerance: GoalTolerance) -> None:
         """Set the path to follow, and how near to its end is enough."""
-        same_goal = min(SAME_GOAL, SHARE * tolerance.position)
+        same_goal = min(SAME_GOAL, STOP_SHARE * tolerance.position)
         if self._goal is None or self._goal.distance_to(path.goal) > same_goal:
             self._arrived = False
-        self._same = min(SAME_POSITION, SHARE * tolerance.position)
+        self._same = min(SAME_POSITION, STOP_SHARE * tolerance.position)
         self._goal, self._fresh = path.goal, True
 
     def reached(self, pose: Pose2D, segment: PathSegment, criterion: StopCriterion) -> bool:

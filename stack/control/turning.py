@@ -14,17 +14,17 @@ from stack.types import Pose2D, Twist, wrap_angle
 BRAKE_SHARE = 0.5
 """Share of the robot's deceleration that is used for braking; the rest is reserve."""
 
-SLOWEST = 0.08
+SLOWEST_TURN = 0.08
 """Turning speed in rad/s below which many drives do not move; less only to end more exactly."""
 
 
-CLOSE = 0.15
+CLOSE_TO_GOAL = 0.15
 """Distance in metres to the goal below which smaller angles to it also start a turn."""
 
-STANDING = 0.1
+STANDING_SPEED = 0.1
 """Speed in m/s up to which a turn starts; above it only when the path is behind."""
 
-BEHIND = 2.0
+BEHIND_ANGLE = 2.0
 """Angle in radians above which the path is behind the robot."""
 
 
@@ -78,7 +78,7 @@ class TurnInPlace:
 
     def _speed(self, angle: float) -> float:
         rate, delay = turning_speed(angle, self.style, self._ramp), _delay(self._ramp)
-        return copysign(max(abs(rate), min(SLOWEST, self.style.precision / delay)), angle)
+        return copysign(max(abs(rate), min(SLOWEST_TURN, self.style.precision / delay)), angle)
 
 
 def _delay(ramp: Ramp) -> float:
@@ -125,12 +125,12 @@ class RotationShim:
         elif distance <= precision:
             self._turning = False
             return None
-        elif distance <= CLOSE:
+        elif distance <= CLOSE_TO_GOAL:
             least = min(least, asin(precision / distance))
         angle = wrap_angle(pose.bearing_to(goal) - pose.heading)
         if self._turning:
             self._turning = abs(angle) > self._disengage * least
         else:
-            standing = abs(state.twist.linear) <= STANDING
-            self._turning = abs(angle) > (least if standing else max(least, BEHIND))
+            standing = abs(state.twist.linear) <= STANDING_SPEED
+            self._turning = abs(angle) > (least if standing else max(least, BEHIND_ANGLE))
         return angle if self._turning else None

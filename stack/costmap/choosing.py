@@ -23,8 +23,8 @@ SENSORS = "sensors"
 LIDAR_ONLY = ("obstacle",)
 """The usual layers of a robot whose only sensor is a lidar."""
 
-_WORDS = ("use", "name", "only", "inflated")
-_MOVED = {
+_LAYER_KEYS = ("use", "name", "only", "inflated")
+_FORMER_LAYERS = {
     "inflation": (
         "inflation is not a layer any more: every costmap inflates",
         "remove it from the list; its parameters are those of the costmap, e.g. `costmap: "
@@ -137,7 +137,7 @@ def with_sensors(raw: Any, sensing: Sequence[str]) -> Any:
             found.append(item)
             continue
         own = {key: entry[key] for key in ("only", "inflated") if key in entry}
-        values = {key: value for key, value in entry.items() if key not in _WORDS}
+        values = {key: value for key, value in entry.items() if key not in _LAYER_KEYS}
         prefix = f"{entry['name']}_" if "name" in entry else ""
         for use in sensing:
             more = values if use == "obstacle" else {}
@@ -212,7 +212,7 @@ def _read(item: Any) -> LayerChoice:
     inflated = item.get("inflated")
     if "inflated" in item and not isinstance(inflated, bool):
         raise ParameterError("inflated", f"expected true or false, got {inflated!r}")
-    values = {key: value for key, value in item.items() if key not in _WORDS}
+    values = {key: value for key, value in item.items() if key not in _LAYER_KEYS}
     use, name = item["use"], str(item.get("name", item["use"]))
     return LayerChoice(use, name, _layer_class(use), values, only, inflated)
 
@@ -224,8 +224,8 @@ def _layer_class(use: str) -> type[Layer]:
         InputError: there is no such component, or it is not a layer.
         ParameterError: the name is that of a former layer.
     """
-    if use in _MOVED:
-        sentence, hint = _MOVED[use]
+    if use in _FORMER_LAYERS:
+        sentence, hint = _FORMER_LAYERS[use]
         raise ParameterError("use", sentence, hint)
     found = component("costmap_layer", use)
     if not issubclass(found, Layer):

@@ -84,7 +84,7 @@ class Costmap:
         self._grid: CostGrid | None = None
         self._copies = GridCopies()
         self._shown: tuple[int, GridCopy] | None = None
-        self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
+        self._lattice = CellAlignment(static, window, parameters.resolution, _corner(window))
         self._frame = self._lattice.frame
         self._begin(static, None)
 
@@ -231,7 +231,7 @@ class Costmap:
                 f"resolution {static.resolution:g} m, expected {before.resolution:g} m, "
                 "the resolution of the previous map",
             )
-        self._lattice = Lattice(static, self._window, before.resolution, before.origin)
+        self._lattice = CellAlignment(static, self._window, before.resolution, before.origin)
         self._frame = self._lattice.frame
         column, row = (
             round((new - old) / before.resolution)
@@ -308,7 +308,7 @@ def _corner(window: float | None) -> tuple[float, float]:
     return (0.0, 0.0) if window is None else (-window / 2, -window / 2)
 
 
-class Lattice:
+class CellAlignment:
     """Aligns a costmap's cells to those of the map, or to multiples of the resolution.
 
     Args:

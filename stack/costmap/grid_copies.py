@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from stack.costmap.layer import Box, joined, part
 from stack.types import CostGrid
 
-REMEMBERED = 256
+CHANGES_REMEMBERED = 256
 """Number of changes that are remembered; an older copy is not reused."""
 
 
@@ -42,7 +42,7 @@ class GridCopies:
     """
 
     def __init__(self) -> None:
-        self.changes: deque[tuple[int, Box]] = deque(maxlen=REMEMBERED)
+        self.changes: deque[tuple[int, Box]] = deque(maxlen=CHANGES_REMEMBERED)
         self.version = 0
         self._released: list[GridCopy] = []
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import b1, f4, f8, i8, njit, u1
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
-NEVER = -np.inf
+NEVER_SEEN = -np.inf
 
 
 @njit(cache=True, nogil=True)
@@ -29,7 +29,7 @@ def _clear_line(marked_at, seen, row, column, end_row, end_column, clearable):
     for _ in range(longer):
         if 0 <= row < rows and 0 <= column < columns:
             if marked_at[row, column] <= clearable:
-                marked_at[row, column] = NEVER
+                marked_at[row, column] = NEVER_SEEN
             seen[row, column] = 1
         elif begins_inside:
             break  # it does not come back
@@ -128,7 +128,7 @@ def clear_polygon(marked_at, others, value, origin_x, origin_y, resolution, corn
                 if x < crossings[crossing]:
                     inside = not inside
             if inside:
-                marked_at[row, column] = NEVER
+                marked_at[row, column] = NEVER_SEEN
                 others[row, column] = value
     return top, bottom, left, right
 
@@ -146,10 +146,10 @@ def expire(marked_at, oldest, top, bottom, left, right):
     for row in range(top, bottom):
         for column in range(left, right):
             time = marked_at[row, column]
-            if time == NEVER:
+            if time == NEVER_SEEN:
                 continue
             if time < oldest:
-                marked_at[row, column] = NEVER
+                marked_at[row, column] = NEVER_SEEN
                 cleared_top, cleared_bottom = min(cleared_top, row), max(cleared_bottom, row)
                 cleared_left, cleared_right = min(cleared_left, column), max(cleared_right, column)
             else:
@@ -169,7 +169,7 @@ def paint_marks(cells, marked_at, seen, top, bottom, left, right):
         for column in range(right - left):  # every cell is written: this way it is vectorised
             value = target[column]
             value = FREE if is_seen[column] and value == UNKNOWN else value
-            target[column] = LETHAL if times[column] > NEVER else value
+            target[column] = LETHAL if times[column] > NEVER_SEEN else value
 
 
 @njit(cache=True, nogil=True)

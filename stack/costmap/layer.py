@@ -29,7 +29,7 @@ Box = tuple[int, int, int, int]
 """First row, last row + 1, first column, last column + 1; empty if a pair does not increase."""
 NO_BOX: Box = (0, 0, 0, 0)
 
-ALIGNED = 0.01
+ALIGNED_WITHIN = 0.01
 """Share of a cell by which grids of equal resolution may be shifted and still have equal cells."""
 
 
@@ -337,7 +337,7 @@ def sampled(grid: OccupancyGrid, frame: Frame, box: Box, outside: int) -> NDArra
     scale = frame.resolution / grid.resolution
     (x, y), (left, low) = frame.origin, grid.origin
     down, right = (y - low) / grid.resolution, (x - left) / grid.resolution
-    if scale == 1.0 and max(abs(down - round(down)), abs(right - round(right))) < ALIGNED:
+    if scale == 1.0 and max(abs(down - round(down)), abs(right - round(right))) < ALIGNED_WITHIN:
         shift = box[0] + round(down), box[2] + round(right)
         return shifted(grid.cells, (box[1] - box[0], box[3] - box[2]), shift, outside)
     row = np.floor(down + (np.arange(*box[:2]) + 0.5) * scale)

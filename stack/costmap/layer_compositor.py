@@ -24,7 +24,7 @@ from stack.costmap.layer import (
 )
 from stack.types import UNKNOWN_COST
 
-BAND = 1 << 20
+BAND_CELLS = 1 << 20
 """Cells that are painted at once, so that the work arrays stay small."""
 
 
@@ -147,7 +147,7 @@ class LayerCompositor:
 def _bands(box: Box) -> list[Box]:
     """Cut a large box into bands of rows."""
     top, bottom, left, right = box
-    step = max(1, BAND // max(right - left, 1))
+    step = max(1, BAND_CELLS // max(right - left, 1))
     return [(row, min(row + step, bottom), left, right) for row in range(top, bottom, step)]
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stack.costmap.layer import NO_BOX, Box, common, is_some, joined, moved
 
-TILE = 128
+TILE_CELLS = 128
 """Side of a tile, cells."""
 
 
@@ -38,10 +38,10 @@ class MarkBoxes:
         if not is_some(box):
             return
         top, bottom, left, right = box
-        for row in range(top - top % TILE, bottom, TILE):
-            for column in range(left - left % TILE, right, TILE):
+        for row in range(top - top % TILE_CELLS, bottom, TILE_CELLS):
+            for column in range(left - left % TILE_CELLS, right, TILE_CELLS):
                 tile = row, column
-                inside = common(box, (row, row + TILE, column, column + TILE))
+                inside = common(box, (row, row + TILE_CELLS, column, column + TILE_CELLS))
                 self._boxes[tile] = joined([self._boxes.get(tile, NO_BOX), inside])
                 self._oldest[tile] = min(self._oldest.get(tile, inf), time)
 

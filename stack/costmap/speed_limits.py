@@ -14,10 +14,10 @@ from stack.geometry.polygons import points_inside
 from stack.parameters import parameter
 from stack.types import STANDSTILL, FloatArray, OccupancyGrid, Pose2D, Twist
 
-_STEP = 0.1
+_LOOKUP_STEP = 0.1
 """Metres between the points ahead at which limits are looked up."""
 
-_STANDING = 0.02
+_STANDING_SPEED = 0.02
 """m/s below which the direction of the measured velocity is mostly noise."""
 
 
@@ -97,8 +97,8 @@ class SpeedLimits:
         """
         if not self._parameters.zones and self._mask is None:
             return inf
-        distances = np.arange(0.0, self._parameters.look_ahead + 1e-9, _STEP)
-        moves = hypot(twist.linear, twist.lateral) >= _STANDING
+        distances = np.arange(0.0, self._parameters.look_ahead + 1e-9, _LOOKUP_STEP)
+        moves = hypot(twist.linear, twist.lateral) >= _STANDING_SPEED
         direction = atan2(twist.lateral, twist.linear) if moves else 0.0
         ahead = pose.transform(np.outer(distances, (cos(direction), sin(direction))))
         squared = self.at_points(ahead) ** 2 + 2.0 * deceleration * distances

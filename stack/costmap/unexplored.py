@@ -21,7 +21,7 @@ MARGIN = 12.0
 NEAR_EDGE = 6.0
 """Distance in metres from a pose to the edge of the grid below which the grid grows."""
 
-STEP = 4.0
+EDGE_STEP = 4.0
 """Metres; the grid's edges lie on multiples of this, so that it rarely grows."""
 
 
@@ -36,7 +36,7 @@ def unexplored(poses: Iterable[Pose2D], resolution: float) -> OccupancyGrid:
     return _ground((*low, *high), resolution)
 
 
-class Ground:
+class GrowingMap:
     """Unknown grid of costmaps without a map; grows to contain every requested pose."""
 
     def __init__(self, grid: OccupancyGrid, costmaps: Iterable[Costmap]) -> None:
@@ -79,7 +79,7 @@ class Ground:
             self._show()
 
 
-def resampled(grid: OccupancyGrid, resolution: float) -> OccupancyGrid:
+def resampled_grid(grid: OccupancyGrid, resolution: float) -> OccupancyGrid:
     """Return a map in cells of another size; the same object if the size is the same."""
     if abs(grid.resolution - resolution) < 1e-9:
         return grid
@@ -101,8 +101,8 @@ def _sampled(drawn: OccupancyGrid, grid: OccupancyGrid) -> NDArray[np.int8]:
 
 
 def _ground(bounds: tuple[float, float, float, float], resolution: float) -> OccupancyGrid:
-    """Return a grid over bounds widened to multiples of STEP, aligned to the resolution."""
-    step = max(1, round(STEP / resolution)) * resolution
+    """Return a grid over bounds widened to multiples of EDGE_STEP, aligned to the resolution."""
+    step = max(1, round(EDGE_STEP / resolution)) * resolution
     left, low = (floor(edge / step + 1e-9) for edge in bounds[:2])
     right, high = (ceil(edge / step - 1e-9) for edge in bounds[2:])
     side = round(step / resolution)

@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.costmap.layer import Frame, sampled
-from stack.costmap.zones import MARGIN, Zone, ZoneCells
+from stack.costmap.zones import ZONE_MARGIN, Zone, ZoneCells
 from stack.geometry.distance_transform import distances_to_zero
 from stack.types import FREE, OCCUPIED, UNKNOWN, Footprint, OccupancyGrid, Pose2D
 
-RESOLUTION = 0.05
+CELL_SIDE = 0.05
 """Side of a cell, metres."""
 MAX_CELLS = 1 << 20
 """Larger areas have larger cells."""
-AROUND = 1.0
+SEARCHED_AROUND = 1.0
 """Metres around the zones, beside the robot's own size, in which it may stop outside."""
-BESIDE = 0.2
+WAY_RESTARTS_AT = 0.2
 """Metres from its way at which a robot that leaves a zone takes the way from where it is."""
-SPARE = 2
+SPARE_CELLS = 2
 """Cells by which the lane is wider than the robot: costmaps have other cells."""
 
 Cells = NDArray[np.bool_]
@@ -43,7 +43,7 @@ class Lane:
 
     def left_by(self, pose: Pose2D) -> bool:
         """Whether a pose is beside the way, so that another one may be shorter."""
-        return float(np.hypot(*(self.line - (pose.x, pose.y)).T).min()) > BESIDE
+        return float(np.hypot(*(self.line - (pose.x, pose.y)).T).min()) > WAY_RESTARTS_AT
 
 
 class WayOut:
@@ -65,7 +65,7 @@ class WayOut:
     ) -> None:  # fmt: skip
         self._footprint = footprint
         self.frame = _frame_around(zones, mask, footprint.circumscribed_radius, pose)
-        drawn = ZoneCells(zones, mask, MARGIN)
+        drawn = ZoneCells(zones, mask, ZONE_MARGIN)
         drawn.lay_out(self.frame, None)
         known = np.full(self.frame.shape, FREE, np.int8)
         occupied = np.zeros(self.frame.shape, np.bool_)
@@ -132,7 +132,7 @@ class WayOut:
         """Return the cells that the outline covers on the way, at any heading."""
         import cv2
 
-        by = ceil(self._footprint.circumscribed_radius / self.frame.resolution) + SPARE
+        by = ceil(self._footprint.circumscribed_radius / self.frame.resolution) + SPARE_CELLS
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * by + 1, 2 * by + 1))
         wide = np.where(cv2.dilate(cells, disc) > 0, OCCUPIED, FREE).astype(np.int8)
         return OccupancyGrid(wide, self.frame.resolution, self.frame.origin)
@@ -149,7 +149,7 @@ def _frame_around(
     if mask is not None:
         (x, y), (rows, columns) = mask.origin, mask.cells.shape
         boxes.append((x, y, x + columns * mask.resolution, y + rows * mask.resolution))
-    grown = AROUND + 2.0 * radius
+    grown = SEARCHED_AROUND + 2.0 * radius
     low_x, low_y, high_x, high_y = pose.x - grown, pose.y - grown, pose.x + grown, pose.y + grown
     while boxes:
         near = [
@@ -163,7 +163,7 @@ def _frame_around(
         low_y = min(low_y, *(box[1] - grown for box in near))
         high_x = max(high_x, *(box[2] + grown for box in near))
         high_y = max(high_y, *(box[3] + grown for box in near))
-    resolution = max(RESOLUTION, sqrt((high_x - low_x) * (high_y - low_y) / MAX_CELLS))
+    resolution = max(CELL_SIDE, sqrt((high_x - low_x) * (high_y - low_y) / MAX_CELLS))
     shape = ceil((high_y - low_y) / resolution), ceil((high_x - low_x) / resolution)
     return Frame(shape, resolution, (float(low_x), float(low_y)))
 

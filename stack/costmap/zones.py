@@ -21,11 +21,11 @@ Corners = tuple[tuple[float, float], ...]
 _METRES = Declaration("corners", float, unit="m")
 IN_MASK = 255
 
-DIAGONAL = 1.4
+CELL_DIAGONAL = 1.4
 """Diagonal of a cell, in sides: half of it for the edge of a zone, and half for a robot that is
 anywhere in its cell."""
 
-MARGIN = DIAGONAL * 0.05
+ZONE_MARGIN = CELL_DIAGONAL * 0.05
 """Metres by which zones that the robot must not enter are drawn larger: the diagonal of a cell of
 5 cm, in costmaps with finer cells too, so that all agree."""
 
@@ -175,7 +175,7 @@ class ZoneCells:
     def _draw(self, box: Box) -> None:
         target = part(self.cells, box)
         target[:] = 0
-        margin = max(self._margin, DIAGONAL * self.frame.resolution) if self._margin else 0.0
+        margin = max(self._margin, CELL_DIAGONAL * self.frame.resolution) if self._margin else 0.0
         if self._mask is not None:
             target[self._in_mask(self._mask, box, margin)] = IN_MASK
         for number, zone in enumerate(self._zones, start=1):

@@ -1,1 +1,1 @@
-"""Plane geometry shared by the stack: polygons as arrays of corners."""
+"""Plane geometry shared by the stack: polygons, paths and progress on them, distances on grids."""

@@ -1,1 +1,1 @@
-"""Occupancy grids from ROS map files, and the passages of a map."""
+"""Maps: their files, SLAM, exploration, and the passages of a map."""

@@ -28,7 +28,7 @@ class Activities:
     def __init__(
         self, emit: Emit, monitor: LocalisationMonitor, log: Callable[[str], None] = lambda _: None
     ) -> None:
-        self._emit, self._monitor, self._log = emit, monitor, log
+        self._emit, self.monitor, self._log = emit, monitor, log
         self._mission: MotionExecutor | None = None
         self._detour: MotionExecutor | None = None
         self._started: list[MotionExecutor] = []
@@ -102,19 +102,19 @@ class Activities:
         if mission in self._started:
             self._guarded(mission, lambda: mission.resume(now))
 
-    def step(self, state: Perceived, parameters: NavigationParameters) -> Twist:
+    def step(self, perceived: Perceived, parameters: NavigationParameters) -> Twist:
         """Step the current motion; STANDSTILL without one."""
-        self.stop_ended(state.time)
+        self.stop_ended(perceived.time)
         executor, twist = self.current, STANDSTILL
         if executor is None:
             return STANDSTILL
         if executor not in self._started:
             self._started.append(executor)
-            self._guarded(executor, lambda: executor.start(state.time))
+            self._guarded(executor, lambda: executor.start(perceived.time))
         if executor.task.running:
-            call = partial(step_in_doubt, executor, self._monitor, state, parameters)
+            call = partial(step_in_doubt, executor, self.monitor, perceived, parameters)
             twist = self._guarded(executor, call) or STANDSTILL
-        self.stop_ended(state.time)
+        self.stop_ended(perceived.time)
         return twist if executor.task.running else STANDSTILL
 
     def cancel(self, why: str) -> None:

@@ -72,21 +72,21 @@ class Disambiguation(MotionExecutor):
     def start(self, now: float) -> None:
         self._looking.start(now)
 
-    def step(self, state: Perceived) -> Twist:
+    def step(self, perceived: Perceived) -> Twist:
         if self._then is not None and self.drive is self._then:
-            return self._step(self._then, state)
-        before, self._estimate = self._estimate, state.estimate
-        jumped = before is not None and has_jumped(before, state.estimate)
-        if not state.estimate.ambiguous:
-            return self._resolved(state, jumped=jumped)
+            return self._step(self._then, perceived)
+        before, self._estimate = self._estimate, perceived.estimate
+        jumped = before is not None and has_jumped(before, perceived.estimate)
+        if not perceived.estimate.ambiguous:
+            return self._resolved(perceived, jumped=jumped)
         if self.drive is None:
-            return self._look(state)
+            return self._look(perceived)
         if jumped or not self.drive.task.running:
-            self._end_drive(state, jumped=jumped)
+            self._end_drive(perceived, jumped=jumped)
             return STANDSTILL
-        twist = self._step(self.drive, state)
+        twist = self._step(self.drive, perceived)
         self.task.report(
-            f"{_rivals(state)}, {self.drive.task.feedback}", self.drive.task.distance_remaining
+            f"{_rivals(perceived)}, {self.drive.task.feedback}", self.drive.task.distance_remaining
         )
         return twist
 
@@ -105,21 +105,21 @@ class Disambiguation(MotionExecutor):
             self.drive.task.cancel("the search for a view is over")
             self.drive.stop(now)
 
-    def _resolved(self, state: Perceived, *, jumped: bool) -> Twist:
+    def _resolved(self, perceived: Perceived, *, jumped: bool) -> Twist:
         """End the task, or begin the drive for which one pose was needed."""
-        self._end_drive(state, jumped=jumped)
-        pose = state.estimate.pose
+        self._end_drive(perceived, jumped=jumped)
+        pose = perceived.estimate.pose
         if self._then is None:
             self.task.succeed(f"at ({pose.x:.2f}, {pose.y:.2f}), no other place is left")
             return STANDSTILL
         self.drive = self._then
-        self.drive.start(state.time)
-        return self._step(self._then, state)
+        self.drive.start(perceived.time)
+        return self._step(self._then, perceived)
 
-    def _step(self, drive: GoalDrive, state: Perceived) -> Twist:
-        return step_in_doubt(drive, self._monitor, state, self._parameters)
+    def _step(self, drive: GoalDrive, perceived: Perceived) -> Twist:
+        return step_in_doubt(drive, self._monitor, perceived, self._parameters)
 
-    def _end_drive(self, state: Perceived, *, jumped: bool) -> None:
+    def _end_drive(self, perceived: Perceived, *, jumped: bool) -> None:
         """End the drive to a view, if there is one, and look again."""
         if self.drive is None:
             return
@@ -127,18 +127,18 @@ class Disambiguation(MotionExecutor):
             # The place was seen, or could not be reached: choose another one next time.
             self._seen.append(self._view_in_odom)
         self.drive.task.cancel("the view is no longer needed")
-        self.drive.stop(state.time)
+        self.drive.stop(perceived.time)
         self.drive = None
-        self._looking.start(state.time)
+        self._looking.start(perceived.time)
 
-    def _look(self, state: Perceived) -> Twist:
+    def _look(self, perceived: Perceived) -> Twist:
         """Stand for a moment, then drive to the next view or give up."""
-        self.task.report(f"{_rivals(state)}, looking", 0.0)
-        if not state.motion.twist.stands:
-            self._looking.start(state.time)
-        if self._looking.elapsed(state.time) < VIEW_TIME:
+        self.task.report(f"{_rivals(perceived)}, looking", 0.0)
+        if not perceived.motion.twist.stands:
+            self._looking.start(perceived.time)
+        if self._looking.elapsed(perceived.time) < VIEW_TIME:
             return STANDSTILL
-        scan, estimate = state.newest(self._estimator.lidar, Scan), state.estimate
+        scan, estimate = perceived.newest(self._estimator.lidar, Scan), perceived.estimate
         if scan is None:
             self.task.fail(FailureCode.UNSUPPORTED, "there is no scan to tell the rivals apart by")
             return STANDSTILL
@@ -149,7 +149,7 @@ class Disambiguation(MotionExecutor):
                 f"{why} after {self._views} views; raise navigator.view_attempts or set the pose",
             )
             return STANDSTILL
-        odometry = state.motion.pose
+        odometry = perceived.motion.pose
         avoided = [place.relative_to(odometry) for place in self._seen]
         view = self._estimator.best_view(scan, avoided)
         if view is None:
@@ -162,10 +162,10 @@ class Disambiguation(MotionExecutor):
         self._views += 1
         self._view_in_odom = odometry.compose(view.motion)
         self.drive = self._make_drive(estimate.pose.compose(view.motion))
-        self.drive.start(state.time)
+        self.drive.start(perceived.time)
         return STANDSTILL
 
 
-def _rivals(state: Perceived) -> str:
-    number = len(state.estimate.rivals)
+def _rivals(perceived: Perceived) -> str:
+    number = len(perceived.estimate.rivals)
     return f"{number} rival{'' if number == 1 else 's'} left"

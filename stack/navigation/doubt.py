@@ -59,17 +59,17 @@ class LocalisationMonitor:
         """Whether the robot must stand."""
         return self._state == _LOST
 
-    def update(self, state: Perceived, parameters: NavigationParameters) -> None:
+    def update(self, perceived: Perceived, parameters: NavigationParameters) -> None:
         """Decide for this step; called in each step before the motions."""
-        self._count(state, parameters)
-        before, estimate = self._state, state.estimate
+        self._count(perceived, parameters)
+        before, estimate = self._state, perceived.estimate
         excused = estimate.obscured and parameters.obscured_speed > 0.0 and self._left > 0.0
         self._state = _FINE if not estimate.is_lost else _OBSCURED if excused else _LOST
         self.speed_limit = parameters.obscured_speed if self._state == _OBSCURED else inf
         self._lost_for = self._lost_for + self.period if before == self._state == _LOST else 0.0
         if self._state != before:
             self._changed(estimate, parameters)
-        self._last = state
+        self._last = perceived
 
     def refuses(self, parameters: NavigationParameters) -> bool:
         """Return whether the robot has been lost for `lost_time`."""
@@ -89,12 +89,12 @@ class LocalisationMonitor:
         """Return the sentence of a motion without a path that fails because the robot is lost."""
         return f"{self.why(estimate)}, or set navigator.lost_motions to drive"
 
-    def _count(self, state: Perceived, parameters: NavigationParameters) -> None:
+    def _count(self, perceived: Perceived, parameters: NavigationParameters) -> None:
         """Count the distance that is driven while the map is hidden."""
-        if state.estimate.is_good or self._last is None:
+        if perceived.estimate.is_good or self._last is None:
             self._left = parameters.obscured_distance
         elif self._state == _OBSCURED:
-            driven = self._last.motion.pose.distance_to(state.motion.pose)
+            driven = self._last.motion.pose.distance_to(perceived.motion.pose)
             self._left -= driven
             self.obscured_distance += driven
         if self.stands:
@@ -118,7 +118,7 @@ class LocalisationMonitor:
 
 _FINE, _OBSCURED, _LOST = "none", "obscured", "lost"
 
-_TURNED = 0.5
+_OTHER_HEADING = 0.5
 """Radians; a rival that is turned by more is another place, however near."""
 
 _ROUNDING = 1e-9
@@ -126,7 +126,7 @@ _ROUNDING = 1e-9
 
 
 def step_in_doubt(
-    executor: MotionExecutor, monitor: LocalisationMonitor, state: Perceived,
+    executor: MotionExecutor, monitor: LocalisationMonitor, perceived: Perceived,
     parameters: NavigationParameters,
 ) -> Twist:  # fmt: skip
     """Step a motion if the pose allows it; hold it, or let its task fail, if not.
@@ -134,20 +134,20 @@ def step_in_doubt(
     Every motion is stepped by this function, whatever behaviour has started it.
     """
     if not executor.while_ambiguous and parameters.ambiguous_goals != "drive":
-        if rivals := other_places(executor, state.estimate):
+        if rivals := other_places(executor, perceived.estimate):
             executor.task.fail(FailureCode.AMBIGUOUS, _ambiguity(rivals))
             return STANDSTILL
     free = not executor.follows_map and parameters.lost_motions == "drive"
     if executor.while_lost or free:
-        return executor.step(state)
+        return executor.step(perceived)
     if not monitor.stands:
-        executor.let_go(state.time)
-        return slower(executor.step(state), monitor.speed_limit)
-    waited = executor.hold(state.time, monitor.period) >= parameters.lost_time - _ROUNDING
+        executor.let_go(perceived.time)
+        return slower(executor.step(perceived), monitor.speed_limit)
+    waited = executor.hold(perceived.time, monitor.period) >= parameters.lost_time - _ROUNDING
     if executor.follows_map and waited:
-        executor.task.fail(FailureCode.LOST, monitor.why(state.estimate))
+        executor.task.fail(FailureCode.LOST, monitor.why(perceived.estimate))
     elif not executor.follows_map and monitor.refuses(parameters):
-        executor.task.fail(FailureCode.LOST, monitor.refusal(state.estimate))
+        executor.task.fail(FailureCode.LOST, monitor.refusal(perceived.estimate))
     executor.task.report("standing: the scans do not fit the map", executor.task.distance_remaining)
     return STANDSTILL
 
@@ -163,7 +163,7 @@ def other_places(executor: MotionExecutor, estimate: PoseEstimate) -> list[Rival
     return [
         rival for rival in estimate.rivals
         if rival.pose.distance_to(pose) >= near
-        or abs(wrap_angle(rival.pose.heading - pose.heading)) > _TURNED
+        or abs(wrap_angle(rival.pose.heading - pose.heading)) > _OTHER_HEADING
     ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from stack.navigation.escape.making_room import MakingRoom
 from stack.navigation.following import Drive, drive_feedback
 from stack.navigation.people.backing_out import backed_out, should_turn
 from stack.navigation.people.give_way import GiveWay
-from stack.navigation.people.narrow_meeting import REACH
+from stack.navigation.people.narrow_meeting import LOOKAHEAD
 from stack.navigation.people.possible_people import PossiblePeople
 from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.navigation.plans.choice import PlanChoice
@@ -40,18 +40,18 @@ PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_
 MOST_CORRECTIONS = 3
 """Maximum number of new plans to correct the heading of a car at the goal."""
 
-BESIDE = 0.15
+REPLANS_BESIDE = 0.15
 """Distance to the path, metres, above which a robot that has evaded a person replans from its pose.
 Otherwise it would turn back to the old path, or turn to the goal's heading beside the goal.
 """
 
-HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
+HELD_FAILURES = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
 """Failures of a robot that stands in front of an obstacle."""
 
 OTHER_ROUTES = "the routes have changed"
 """Replanning reason: the planner was replaced because an edge was closed or opened."""
 
-ROUTINE = ""
+ROUTINE_REPLAN = ""
 """Replanning reason: a periodic search for a better path."""
 
 
@@ -95,33 +95,33 @@ class GoalDrive(Drive):
         self._give_way = None if aside else GiveWay(tools, self._drive_aside, self.timers)
         self._parts += [part for part in (self._making_room, self._give_way) if part is not None]
 
-    def step(self, state: Perceived) -> Twist:
-        state = self._possible_people.added(state, held=self._is_held_up)
-        aside = self._twist_aside(state)
+    def step(self, perceived: Perceived) -> Twist:
+        perceived = self._possible_people.added(perceived, held=self._is_held_up)
+        aside = self._twist_aside(perceived)
         if aside is not None:
-            self._making_room.stop(state.time)  # its motion begins where the robot was
+            self._making_room.stop(perceived.time)  # its motion begins where the robot was
             return aside
-        leaving = self._twist_making_room(state)
+        leaving = self._twist_making_room(perceived)
         if leaving is not None:
             return leaving
         try:
-            self._use_plan(state)
-            self._pass_goals(state.estimate.pose)
-            if self._goals.only_last_left and self._follower.reached(state):
-                self._arrive(state.estimate.pose)
+            self._use_plan(perceived)
+            self._pass_goals(perceived.estimate.pose)
+            if self._goals.only_last_left and self._follower.reached(perceived):
+                self._arrive(perceived.estimate.pose)
                 return STANDSTILL
-            if self._partial_end.reached(self.path, self._follower, state.estimate.pose):
-                self._arrive(state.estimate.pose)
+            if self._partial_end.reached(self.path, self._follower, perceived.estimate.pose):
+                self._arrive(perceived.estimate.pose)
                 return STANDSTILL
-            self._request_plan_if_needed(state)
+            self._request_plan_if_needed(perceived)
             self._report()
             if self.path is None:
-                self._follower.pause(state.time)
+                self._follower.pause(perceived.time)
                 return STANDSTILL
-            return self._follower.step(state)
+            return self._follower.step(perceived)
         except NavigationError as error:
-            if near_partial_end(self.path, self._follower) and error.failure.code in HELD:
-                self._arrive(state.estimate.pose)
+            if near_partial_end(self.path, self._follower) and error.failure.code in HELD_FAILURES:
+                self._arrive(perceived.estimate.pose)
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
 
@@ -132,7 +132,6 @@ class GoalDrive(Drive):
 
     @property
     def makes_way(self) -> bool:
-        """Whether the robot leaves the way of a person whom it faces."""
         return self._give_way is not None and self._give_way.leaves_way
 
     @property
@@ -141,33 +140,32 @@ class GoalDrive(Drive):
         return self._follower.waiting or self._patience.failing or self.makes_way
 
     def note_evasion(self) -> None:
-        """Note that an evasion is over: the robot may be beside its path."""
         self._has_evaded = True
 
-    def _twist_aside(self, state: Perceived) -> Twist | None:
+    def _twist_aside(self, perceived: Perceived) -> Twist | None:
         """Return the velocity of a robot that leaves a person's way; None when it does not."""
         if self._give_way is None:
             return None
         left_way = self._give_way.leaves_way
-        progress, alone = self._follower.progress, not state.world.tracks
-        ahead = np.empty((0, 2)) if progress is None or alone else progress.ahead(REACH)
-        twist = self._give_way.step(state, self._follower.standoff, ahead)
+        progress, alone = self._follower.progress, not perceived.world.tracks
+        ahead = np.empty((0, 2)) if progress is None or alone else progress.ahead(LOOKAHEAD)
+        twist = self._give_way.step(perceived, self._follower.standoff, ahead)
         if twist is not None:
             self.task.report("giving way to a person", 0.0)
         elif left_way:
-            self._start_again(state.time)
+            self._start_again(perceived.time)
         return twist
 
-    def _twist_making_room(self, state: Perceived) -> Twist | None:
+    def _twist_making_room(self, perceived: Perceived) -> Twist | None:
         """Return the velocity of a robot that makes room to turn; None when it does not."""
         was_driving = self._making_room.is_driving
-        twist = self._making_room.step(state, self._follower)
+        twist = self._making_room.step(perceived, self._follower)
         if twist is not None:
             self.task.report("making room to turn", 0.0)
         elif was_driving:
             self._follower.forget_obstacle()
-            self._tools.progress_checker.start(state.time)
-            self._start_again(state.time)
+            self._tools.progress_checker.start(perceived.time)
+            self._start_again(perceived.time)
         return twist
 
     def _start_again(self, now: float) -> None:
@@ -223,25 +221,26 @@ class GoalDrive(Drive):
         self._follower.update(pose)
         self._goals.pass_by(pose, progress.travelled, radius, waiting=self._follower.waiting)
 
-    def _request_plan_if_needed(self, state: Perceived) -> None:
+    def _request_plan_if_needed(self, perceived: Perceived) -> None:
         """Request a plan when there is a reason, at most once per replan_interval."""
         p = self._tools.parameters
-        self._path_check.update(self._follower.progress, state.estimate.pose)
-        if self.task.future is not None or state.time < self._requested_at + self._interval - 1e-9:
+        self._path_check.update(self._follower.progress, perceived.estimate.pose)
+        is_due = perceived.time >= self._requested_at + self._interval - 1e-9
+        if self.task.future is not None or not is_due:
             return
-        reason = self._replan_reason(state)
+        reason = self._replan_reason(perceived)
         if reason is None:
             return
-        twist = state.motion.twist
+        twist = perceived.motion.twist
         direction = 0 if twist.stands else int(copysign(1, twist.linear))
-        pose = state.estimate.pose
+        pose = perceived.estimate.pose
         copy = self._tools.global_costmap.copied()
         progress = self._follower.progress
-        current = progress.rest if progress is not None and reason == ROUTINE else None
+        current = progress.rest if progress is not None and reason == ROUTINE_REPLAN else None
         request = PlanRequest(copy.grid, pose, self._goals.left, self.partial, direction, current)
-        due = p.plan_due(state.time)
+        due = p.plan_due(perceived.time)
         self.task.future = self._tools.planner_worker.ask(request, due, over=copy.release)
-        self._reason, self._requested_at = reason, state.time
+        self._reason, self._requested_at = reason, perceived.time
         self._has_evaded = False
         self._requested_from = self._tools.planner_worker.planner
 
@@ -251,44 +250,44 @@ class GoalDrive(Drive):
         p, person = self._tools.parameters, self._follower.standoff.person
         return REPLAN_INTERVAL if person is None else p.replan_period
 
-    def _replan_reason(self, state: Perceived) -> str | None:
-        """Reason to plan now; ROUTINE to search for a better path, None for no plan."""
+    def _replan_reason(self, perceived: Perceived) -> str | None:
+        """Reason to plan now; ROUTINE_REPLAN to search for a better path, None for no plan."""
         follower, progress = self._follower, self._follower.progress
         if self.path is None or progress is None:
             return "first plan"
         if self._tools.planner_worker.planner is not self._planner:
             return OTHER_ROUTES
         if near_partial_end(self.path, self._follower):
-            return self._routine(state.time)
+            return self._routine(perceived.time)
         if follower.waiting:
-            return self._other_turning_place(state) or "an obstacle is in the way"
+            return self._other_turning_place(perceived) or "an obstacle is in the way"
         if self._path_check.blocked_at is not None:
             return "the path ahead is blocked"
-        if beside := self._beside_path(progress, state):
+        if beside := self._beside_path(progress, perceived):
             return beside
         if follower.at_position:
-            return self._correction(state)
-        if follower.idles(state.time):
+            return self._correction(perceived)
+        if follower.idles(perceived.time):
             return "stopped short of the goal"
-        return self._routine(state.time)
+        return self._routine(perceived.time)
 
-    def _beside_path(self, progress: PathProgress, state: Perceived) -> str | None:
+    def _beside_path(self, progress: PathProgress, perceived: Perceived) -> str | None:
         """Reason for a plan from where the robot is and as it faces; None if it needs none."""
         if progress.offset > OFF_PATH:
             return f"{progress.offset:.1f} m off the path"
-        if self._has_evaded and progress.offset > BESIDE:
+        if self._has_evaded and progress.offset > REPLANS_BESIDE:
             return f"{progress.offset:.1f} m beside the path after an evasion"
-        if self._backs_out and should_turn(progress.remaining, state, self._tools):
+        if self._backs_out and should_turn(progress.remaining, perceived, self._tools):
             return "there is room to turn"
         return None
 
     def _routine(self, time: float) -> str | None:
         due = time >= self._requested_at + self._tools.parameters.replan_period - 1e-9
-        return ROUTINE if due else None
+        return ROUTINE_REPLAN if due else None
 
-    def _correction(self, state: Perceived) -> str | None:
+    def _correction(self, perceived: Perceived) -> str | None:
         """Reason for another plan of a car at the goal's position; None if it needs none."""
-        off = self._follower.off_heading(state)
+        off = self._follower.off_heading(perceived)
         if not off:
             return None
         if self._corrections >= MOST_CORRECTIONS:
@@ -301,16 +300,16 @@ class GoalDrive(Drive):
         self._corrections += 1
         return "at the goal's position, but not at its heading"
 
-    def _other_turning_place(self, state: Perceived) -> str | None:
+    def _other_turning_place(self, perceived: Perceived) -> str | None:
         """Choose another end of the path if there is no room to turn at the goal; say so."""
-        tools, pose = self._tools, state.estimate.pose
+        tools, pose = self._tools, perceived.estimate.pose
         follower = self._follower
         only_turns = follower.at_position and follower.can_turn and self._goals.only_last_left
         if self._turns_elsewhere or not only_turns:
             return None
         reach = self._choice.tolerance
         place = turning_place(
-            self.goal, pose, tools.global_costmap.view, state.obstacles.points,
+            self.goal, pose, tools.global_costmap.view, perceived.obstacles.points,
             tools.robot.footprint, TURNING_DISTANCE if reach is None else reach,
         )  # fmt: skip
         if place is None:
@@ -319,10 +318,10 @@ class GoalDrive(Drive):
         self._turns_elsewhere = True
         return "no room to turn at the goal"
 
-    def _use_plan(self, state: Perceived) -> None:
+    def _use_plan(self, perceived: Perceived) -> None:
         """Use the requested plan when it is due."""
         future = self.task.future
-        answer = None if future is None else future.result(state.time)
+        answer = None if future is None else future.result(perceived.time)
         if future is None or answer is None:
             return
         self.task.future = None
@@ -331,43 +330,43 @@ class GoalDrive(Drive):
         if isinstance(answer, Failure):
             self._planner = self._requested_from
             request, costmap = future.request, self._tools.global_costmap
-            self._plan_failed(with_zones(answer, costmap, request.start, request.goals), state)
+            self._plan_failed(with_zones(answer, costmap, request.start, request.goals), perceived)
             return
         self._patience.reset()
         if future.request.goals != self._goals.left:
             self._requested_at = -inf  # a goal was passed meanwhile: the plan leads back to it
             return
         self._planner = self._requested_from
-        if self._reason != ROUTINE or self._choice.is_clearly_better(
-            answer, self.path, self._follower.progress, state.time
+        if self._reason != ROUTINE_REPLAN or self._choice.is_clearly_better(
+            answer, self.path, self._follower.progress, perceived.time
         ):
-            self._adopt(answer, state)
+            self._adopt(answer, perceived)
 
-    def _plan_failed(self, failure: Failure, state: Perceived) -> None:
+    def _plan_failed(self, failure: Failure, perceived: Perceived) -> None:
         """Handle a failed plan: continue on the current path, or retry until patience ends."""
         if failure.code in PERMANENT_FAILURES:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
-        if self._reason == ROUTINE:
+        if self._reason == ROUTINE_REPLAN:
             return
         progress = self._follower.progress
         left = progress is not None and progress.offset > OFF_PATH
         if self._reason == OTHER_ROUTES or left:
             self.path = None  # it may lead along a closed edge, or elsewhere
-            self._follower.drop_path(state.time)
+            self._follower.drop_path(perceived.time)
         if self.path is None:
-            close = nearest(state.world.tracks, state.estimate.pose, PERSON_DISTANCE)
-            self._follower.standoff.face(close, state.time)
-        self._patience.failed(failure, state, follows_path=self.path is not None)
+            close = nearest(perceived.world.tracks, perceived.estimate.pose, PERSON_DISTANCE)
+            self._follower.standoff.face(close, perceived.time)
+        self._patience.failed(failure, perceived, follows_path=self.path is not None)
 
-    def _adopt(self, plan: Plan, state: Perceived) -> None:
+    def _adopt(self, plan: Plan, perceived: Perceived) -> None:
         first = self.path is None
         if self._path_check.blocked_at is not None:
-            self._choice.note_blocked(self._path_check.blocked_at, state.time)
-        path = backed_out(plan.path, state, self._tools) if self._may_back_out else plan.path
+            self._choice.note_blocked(self._path_check.blocked_at, perceived.time)
+        path = backed_out(plan.path, perceived, self._tools) if self._may_back_out else plan.path
         self._backs_out = path is not plan.path
         self.path = self.task.path = path
         self._goals.follow(plan.leg_ends)
-        self._follower.set_path(path, state.time)
+        self._follower.set_path(path, perceived.time)
         self._path_check.start()
         length = round(plan.path.length, 3)
         if first:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from stack.components import GoalChecker, ProgressChecker
 from stack.control.path_follower import PathFollower
@@ -20,6 +20,7 @@ class DriveTools:
     """Components used by drives; the parameters may be replaced between steps.
 
     Attributes:
+        period: seconds between control steps.
         motions: by range sensors, as parts of drives.
         replans: number of plans so far that have replaced another one of the same drive.
     """
@@ -33,9 +34,13 @@ class DriveTools:
     local_costmap: Costmap
     global_costmap: Costmap
     emit: Emit
-    motions: ReactiveMotions
+    period: float
+    motions: ReactiveMotions = field(init=False)
     replans: int = 0
     _steered_by: object = None
+
+    def __post_init__(self) -> None:
+        self.motions = ReactiveMotions(self.robot, self.global_costmap, self.period)
 
     @property
     def shared(self) -> tuple[Lifecycle, ...]:

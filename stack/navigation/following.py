@@ -127,12 +127,12 @@ class Follower(Lifecycle):
             return inf
         return self._speeds.posted(self.progress.travelled)
 
-    def off_heading(self, state: Perceived) -> str:
+    def off_heading(self, perceived: Perceived) -> str:
         """Describe the heading error of a car that stands at the goal's position; else empty."""
-        stands = self.idles(state.time) and state.motion.twist.stands
+        stands = self.idles(perceived.time) and perceived.motion.twist.stands
         if self.can_turn or self.progress is None or not (stands and self.at_position):
             return ""
-        goal, pose = self.progress.path.goal, state.estimate.pose
+        goal, pose = self.progress.path.goal, perceived.estimate.pose
         off = abs(wrap_angle(goal.heading - pose.heading))
         return (
             f"{pose.distance_to(goal):.2f} m from the goal, but {degrees(off):.0f} deg off its "
@@ -154,55 +154,54 @@ class Follower(Lifecycle):
         limit = self._tools.goal_checker.tolerance.position
         return self.progress is not None and self.progress.segment.ends_within(limit)
 
-    def reached(self, state: Perceived) -> bool:
+    def reached(self, perceived: Perceived) -> bool:
         """Whether the end of the path is reached; not while another drive uses the controller."""
         if self.progress is None or not self._steers:
             return False
-        return self._tools.goal_checker.reached(self._drive_state(state, self.progress))
+        return self._tools.goal_checker.reached(self._drive_state(perceived, self.progress))
 
-    def _drive_state(self, state: Perceived, progress: PathProgress) -> DriveState:
-        still = self._last == STANDSTILL and state.motion.twist.stands
+    def _drive_state(self, perceived: Perceived, progress: PathProgress) -> DriveState:
+        still = self._last == STANDSTILL and perceived.motion.twist.stands
         top = min(self._tools.path_follower.top_speed, self.posted_limit)
-        return DriveState(
-            state.time, state.estimate.pose, still, progress.remaining, progress.reversals, top
-        )
+        pose, left = perceived.estimate.pose, progress.remaining
+        return DriveState(perceived.time, pose, still, left, progress.reversals, top)
 
-    def step(self, state: Perceived) -> Twist:
+    def step(self, perceived: Perceived) -> Twist:
         """Compute the velocity for this step.
 
         Raises:
             NavigationError: NO_PROGRESS, COLLISION_AHEAD for longer than collision_patience, or
                 BLOCKED_BY_PERSON for longer than person_patience.
         """
-        self.resume(state.time)
+        self.resume(perceived.time)
         if self.progress is None:
             return STANDSTILL
-        self.standoff.update(state, self.progress, self._tools.parameters)
+        self.standoff.update(perceived, self.progress, self._tools.parameters)
         if self.standoff.person is not None:
-            self._tools.progress_checker.start(state.time)
-        stuck = self._tools.progress_checker.stuck(self._drive_state(state, self.progress))
+            self._tools.progress_checker.start(perceived.time)
+        stuck = self._tools.progress_checker.stuck(self._drive_state(perceived, self.progress))
         if stuck:
             raise NavigationError(FailureCode.NO_PROGRESS, stuck)
-        self._last = self._command(state)
+        self._last = self._command(perceived)
         if self._last != STANDSTILL:
             self.idle.reset()
         else:
-            self.idle.start_once(state.time)
+            self.idle.start_once(perceived.time)
         return self._last
 
-    def _command(self, state: Perceived) -> Twist:
-        if self._keeps_distance(state):
+    def _command(self, perceived: Perceived) -> Twist:
+        if self._keeps_distance(perceived):
             return STANDSTILL
         control_state = ControlState(
-            state.time, state.estimate.pose, state.motion.twist, self._tools.local_costmap.grid,
-            state.world.tracks,
-            self._seen_and_mapped(state),
-            blind_behind=state.obstacles.is_blind(pi),
+            perceived.time, perceived.estimate.pose, perceived.motion.twist,
+            self._tools.local_costmap.grid, perceived.world.tracks,
+            self._seen_and_mapped(perceived),
+            blind_behind=perceived.obstacles.is_blind(pi),
         )  # fmt: skip
         try:
             twist = self._tools.path_follower.step(control_state)
         except NavigationError as error:
-            self._hold(error, state.time)
+            self._hold(error, perceived.time)
             return STANDSTILL
         self.waiting = False
         self._blocked.reset()
@@ -213,23 +212,23 @@ class Follower(Lifecycle):
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
 
-    def _seen_and_mapped(self, state: Perceived) -> FloatArray:
+    def _seen_and_mapped(self, perceived: Perceived) -> FloatArray:
         """Return the obstacle points of the controller, and the map's walls in blind sectors."""
-        points, tools = _points(state), self._tools
+        points, tools = _points(perceived), self._tools
         ground, reach = (
             tools.global_costmap.ground,
             tools.robot.footprint.circumscribed_radius + BEHIND_BLIND,
         )
-        walls = unseen_walls(ground, state.estimate.pose, state.obstacles, reach)
+        walls = unseen_walls(ground, perceived.estimate.pose, perceived.obstacles, reach)
         return np.concatenate([points, walls]) if len(walls) else points
 
-    def _keeps_distance(self, state: Perceived) -> bool:
+    def _keeps_distance(self, perceived: Perceived) -> bool:
         """Whether the robot stands before a person on its path, far enough away to turn."""
         tools, person, progress = self._tools, self.standoff.person, self.progress
         if person is None or progress is None:
             return False
         outline, keep = tools.robot.footprint, tools.parameters.person_clearance
-        pose, (x, y) = state.estimate.pose, person.position
+        pose, (x, y) = perceived.estimate.pose, person.position
         path = progress.ahead(outline.circumscribed_radius + keep + 2.0 * person.radius)
         aside = float(np.hypot(path[:, 0] - x, path[:, 1] - y).min()) if len(path) else inf
         room = hypot(x - pose.x, y - pose.y) - person.radius - outline.circumscribed_radius
@@ -239,9 +238,9 @@ class Follower(Lifecycle):
             and not self.at_position
         )
         if holds:
-            self._blocked.start_once(state.time)
+            self._blocked.start_once(perceived.time)
             self.forget_obstacle()
-            waited = self._blocked.elapsed(state.time)
+            waited = self._blocked.elapsed(perceived.time)
             self.waiting = waited >= tools.parameters.replan_patience
         return holds
 
@@ -317,31 +316,31 @@ class PathDrive(Drive):
     def start(self, now: float) -> None:
         self._follower.set_path(self.path, now)
 
-    def step(self, state: Perceived) -> Twist:
+    def step(self, perceived: Perceived) -> Twist:
         follower, task = self._follower, self.task
         try:
             if follower.progress is not None:
-                follower.update(state.estimate.pose)
+                follower.update(perceived.estimate.pose)
                 task.report(drive_feedback(follower), follower.progress.remaining)
-            if follower.ends_here and follower.reached(state):
+            if follower.ends_here and follower.reached(perceived):
                 task.succeed("reached the end of the path")
                 return STANDSTILL
-            if off := follower.off_heading(state):
+            if off := follower.off_heading(perceived):
                 raise NavigationError(FailureCode.NO_PROGRESS, off)
-            return follower.step(state)
+            return follower.step(perceived)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
 
 
-def _points(state: Perceived) -> FloatArray:
+def _points(perceived: Perceived) -> FloatArray:
     """Return the obstacle points, base frame, without those of people left to evasion."""
-    points = state.obstacles.points
-    if not state.world.evaded:
+    points = perceived.obstacles.points
+    if not perceived.world.evaded:
         return points
     from stack.control.evasion.kernels import points_outside_discs  # imports numba
 
-    discs = moving_discs(state.world.evaded, state.estimate.pose)
+    discs = moving_discs(perceived.world.evaded, perceived.estimate.pose)
     left: FloatArray = points_outside_discs(np.ascontiguousarray(points), discs, inf, TRACK_PADDING)
     return left
 

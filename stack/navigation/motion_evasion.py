@@ -11,11 +11,11 @@ from stack.control.path_follower import PathFollower
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.following import Drive
 from stack.navigation.path_speeds import slower
-from stack.navigation.recoveries import DriveFor
+from stack.navigation.recoveries import DriveForMotion
 from stack.navigation.tasks import Emit, MotionExecutor
 from stack.types import STANDSTILL, FloatArray, Perceived, Twist
 
-FORESEEN = 8.0
+PATH_FORESEEN = 8.0
 """Metres of path along which evasion expects the robot."""
 
 NO_POINTS: FloatArray = np.empty((0, 2))
@@ -41,7 +41,7 @@ class MotionEvasion:
         self._evaded_at, self._evades = -inf, False
 
     def step(
-        self, wanted: Twist, state: Perceived, motion: MotionExecutor | None, *,
+        self, wanted: Twist, perceived: Perceived, motion: MotionExecutor | None, *,
         along_path: bool, limit: float,
     ) -> Twist:  # fmt: skip
         """Return the wanted velocity, or one that leaves the way of a person.
@@ -50,7 +50,7 @@ class MotionEvasion:
 
         Args:
             wanted: velocity of the motion, base frame.
-            state: of this step.
+            perceived: in this step.
             motion: that is under way; None: none.
             along_path: whether the motion follows a path.
             limit: of the speed, while the pose is in doubt, m/s.
@@ -62,25 +62,25 @@ class MotionEvasion:
                 motion.note_evasion()
             self._rest()
             return wanted
-        if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear(state.time):
+        if wanted != STANDSTILL and along_path and self._path_follower.keeps_clear(perceived.time):
             self._rest()
             return wanted
         way = NO_POINTS
         if along_path:
-            way = self._path_follower.way_ahead(FORESEEN, backward=wanted.linear < 0.0)
+            way = self._path_follower.way_ahead(PATH_FORESEEN, backward=wanted.linear < 0.0)
         makes_way = isinstance(motion, Drive) and motion.makes_way and wanted != STANDSTILL
         situation = Situation(
-            state.time, state.estimate.pose, state.motion.twist, state.world.tracks,
-            state.obstacles, way, makes_way,
+            perceived.time, perceived.estimate.pose, perceived.motion.twist, perceived.world.tracks,
+            perceived.obstacles, way, makes_way,
         )  # fmt: skip
         twist, evades = self.evasion.step(wanted, situation)
         if self._evades and not evades and isinstance(motion, Drive):
             motion.note_evasion()
         self._evades = evades
         if evades:
-            if state.time >= self._evaded_at + NEW_EVASION:
+            if perceived.time >= self._evaded_at + NEW_EVASION:
                 self._emit("evasion", "keeping clear of a person")
-            self._evaded_at = state.time
+            self._evaded_at = perceived.time
         return twist if motion is None or motion.while_lost else slower(twist, limit)
 
     def _rest(self) -> None:
@@ -90,5 +90,5 @@ class MotionEvasion:
 
 def _gives_way(motion: MotionExecutor | None) -> bool:
     return isinstance(motion, Drive | Disambiguation) or (
-        isinstance(motion, DriveFor) and motion.order.gives_way
+        isinstance(motion, DriveForMotion) and motion.order.gives_way
     )

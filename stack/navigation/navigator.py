@@ -6,25 +6,19 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from stack.compilation import KernelTypes
-from stack.components import Estimator, GoalChecker, Planner, ProgressChecker
+from stack.components import Estimator
 from stack.control.evasion.evasion import Evasion
-from stack.control.path_follower import PathFollower
-from stack.costmap.costmap import Costmap
-from stack.drivetrain.description import RobotDescription
 from stack.navigation.activities import Activities
-from stack.navigation.capabilities.base import Base
+from stack.navigation.capabilities.base import StackBase
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
-from stack.navigation.parameters import NavigationParameters
-from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.plans.queries import PlanQueries
-from stack.navigation.reactive_motions import ReactiveMotions
-from stack.navigation.recoveries import DriveFor
-from stack.navigation.tasks import Emit, MotionExecutor
+from stack.navigation.recoveries import DriveForMotion
+from stack.navigation.tasks import MotionExecutor
 from stack.types import ContactZone, CurrentStep, Path, Perceived, Pose2D, Twist
 
 
@@ -42,24 +36,14 @@ class Navigator:
     time limit counts, and a motion that is begun meanwhile is a detour of the operator.
 
     Args:
-        robot: outline and limits.
-        planner: global planner.
-        path_follower: with the controller.
-        goal_checker: decides when a drive has reached its goal.
-        progress_checker: decides when a drive makes no progress.
-        parameters: patience, planning and recoveries.
+        tools: what its drives share.
         evasion: leaves the way of people who walk towards the robot.
         estimator: knows rival poses.
         now: what the step has perceived.
-        local_costmap: around the robot, for the controller.
-        global_costmap: for planning.
-        emit: called with (kind, text, level="info", **fields) for each event.
-        period: seconds between control steps.
-        log: receives the tracebacks of planners and controllers.
         cover: without a map, grows the costmaps to contain some poses.
+        log: receives the tracebacks of controllers.
 
     Attributes:
-        tools: what its drives share.
         localisation_monitor: decides what moves while the robot is lost.
         activities: the motions under way.
         base: begins motions, for behaviours.
@@ -74,28 +58,16 @@ class Navigator:
 
         return (*PATHS, *ESCAPE, *TRAVEL)
 
-    def __init__(  # noqa: PLR0913 - called once, by the composition root
-        self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
-        goal_checker: GoalChecker, progress_checker: ProgressChecker,
-        parameters: NavigationParameters, evasion: Evasion, estimator: Estimator,
-        now: CurrentStep, local_costmap: Costmap, global_costmap: Costmap, emit: Emit,
-        period: float, log: Callable[[str], None] = lambda _: None, *, is_real_time: bool = False,
-        cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
+    def __init__(  # noqa: PLR0913 - the parts that it connects
+        self, tools: DriveTools, evasion: Evasion, estimator: Estimator, now: CurrentStep,
+        cover: Callable[[Iterable[Pose2D]], None], log: Callable[[str], None],
     ) -> None:  # fmt: skip
-        self._evasion = MotionEvasion(evasion, path_follower, emit)
-        self.tools = DriveTools(
-            robot, path_follower, goal_checker, progress_checker,
-            PlannerWorker(planner, log, is_real_time=is_real_time), parameters, local_costmap,
-            global_costmap, emit, ReactiveMotions(robot, global_costmap, period),
-        )  # fmt: skip
-        self.localisation_monitor = LocalisationMonitor(emit, period)
-        self.activities = Activities(emit, self.localisation_monitor, log)
-        self._queries = PlanQueries(self.tools)
-        self.base = Base(
-            robot, self.tools, self.activities, self._queries, self.localisation_monitor,
-            estimator, now, cover,
-        )  # fmt: skip
-        self._now = now
+        self.tools, self._now = tools, now
+        self._evasion = MotionEvasion(evasion, tools.path_follower, tools.emit)
+        self.localisation_monitor = LocalisationMonitor(tools.emit, tools.period)
+        self.activities = Activities(tools.emit, self.localisation_monitor, log)
+        self._queries = PlanQueries(tools)
+        self.base = StackBase(tools, self.activities, self._queries, estimator, now, cover)
 
     @property
     def evasion(self) -> Evasion:
@@ -135,18 +107,20 @@ class Navigator:
         current = self.activities.current
         return current.drive or current if isinstance(current, Disambiguation) else current
 
-    def step(self, state: Perceived) -> WantedTwist:
+    def step(self, perceived: Perceived) -> WantedTwist:
         """Compute the velocity for this step; STANDSTILL without a running task."""
-        self.tools.motions.surroundings.look(state)
-        self._queries.step(state)
-        self.localisation_monitor.update(state, self.tools.parameters)
-        wanted, motion = self.activities.step(state, self.tools.parameters), self._motion
+        self.tools.motions.surroundings.look(perceived)
+        self._queries.step(perceived)
+        self.localisation_monitor.update(perceived, self.tools.parameters)
+        wanted, motion = self.activities.step(perceived, self.tools.parameters), self._motion
         limit = self.localisation_monitor.speed_limit
         twist = self._evasion.step(
-            wanted, state, motion, along_path=_follows_path(motion), limit=limit
+            wanted, perceived, motion, along_path=_follows_path(motion), limit=limit
         )
         current = self.activities.current
-        return WantedTwist(twist, current.order.contact if isinstance(current, DriveFor) else None)
+        return WantedTwist(
+            twist, current.order.contact if isinstance(current, DriveForMotion) else None
+        )
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.

@@ -9,7 +9,7 @@ from stack.navigation.escape.search import NO_FENCE
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.escape.unseen import zone_edges
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.recoveries import BackUp, RecoveryTools
+from stack.navigation.recoveries import BackUpMotion, RecoveryTools
 from stack.navigation.tasks import MotionTask
 from stack.safety.monitor import CollisionMonitor
 from stack.types import Perceived
@@ -42,18 +42,18 @@ class ReactiveMotions:
         outline = self._robot.footprint
         return max(0.15, outline.circumscribed_radius - outline.inscribed_radius + 0.05)
 
-    def back_up(self, distance: float, parameters: NavigationParameters) -> BackUp | None:
+    def back_up(self, distance: float, parameters: NavigationParameters) -> BackUpMotion | None:
         """Return a motion straight back by metres; None if the robot cannot reverse."""
         if not self._robot.limits.reverse_speed:
             return None
         task = MotionTask(f"back up {distance:.2f} m", lambda _: None)
-        return BackUp(task, distance, parameters.back_up_speed, self.tools)
+        return BackUpMotion(task, distance, parameters.back_up_speed, self.tools)
 
-    def make_room(self, state: Perceived, parameters: NavigationParameters) -> Escape:
+    def make_room(self, perceived: Perceived, parameters: NavigationParameters) -> Escape:
         """Return a motion to where the robot can turn."""
         task = MotionTask("make room to turn", lambda _: None)
         speeds = parameters.escape_speed, parameters.spin_speed
-        return self.escape(task, EscapeGoal(self.room_to_turn, MAKES_ROOM, *speeds), state)
+        return self.escape(task, EscapeGoal(self.room_to_turn, MAKES_ROOM, *speeds), perceived)
 
     def escape(self, task: MotionTask, goal: EscapeGoal, located: Perceived | None) -> Escape:
         """Return an escape that keeps out of keep-out zones, unless the robot stands in one.

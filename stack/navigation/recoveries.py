@@ -102,49 +102,48 @@ class Recovery(MotionExecutor):
         self._stall.start(now)
 
     def resume(self, now: float) -> None:
-        """Continue from standstill."""
         super().resume(now)
         self._rate = 0.0
 
-    def step(self, state: Perceived) -> Twist:
-        self._done = self._measure(state.motion)
+    def step(self, perceived: Perceived) -> Twist:
+        self._done = self._measure(perceived.motion)
         remaining = self._profile.total - self._done
         self.task.report(f"{max(0.0, remaining):.2f} {self._profile.unit} to go", remaining)
         if remaining <= DONE:
-            return self._finish(state)
-        if self._ended_early(state):
+            return self._finish(perceived)
+        if self._ended_early(perceived):
             return STANDSTILL
-        if self._blocked(state, remaining):
+        if self._blocked(perceived, remaining):
             self._rate = 0.0
             return STANDSTILL
         self._rate = self._profile.next_rate(self._rate, remaining, self._tools.period)
         return self._twist(self._rate)
 
-    def _finish(self, state: Perceived) -> Twist:
-        if state.motion.twist.stands:
+    def _finish(self, perceived: Perceived) -> Twist:
+        if perceived.motion.twist.stands:
             self.task.succeed(f"done, {self._done:.2f} {self._profile.unit}")
         return STANDSTILL
 
-    def _ended_early(self, state: Perceived) -> bool:
+    def _ended_early(self, perceived: Perceived) -> bool:
         """Fail when the robot has stalled or the deadline has passed."""
         if self._done > self._best + DONE:
             self._best = self._done
-            self._stall.start(state.time)
+            self._stall.start(perceived.time)
         driven = f"drove {self._done:.2f} of {self._profile.total:.2f} {self._profile.unit}"
-        if self._stall.elapsed(state.time) >= STALL_TIME:
+        if self._stall.elapsed(perceived.time) >= STALL_TIME:
             self.task.fail(
                 FailureCode.NO_PROGRESS,
                 f"did not move for {STALL_TIME:g} s; {driven}",
             )
-        elif self._total.elapsed(state.time) >= self._profile.deadline:
+        elif self._total.elapsed(perceived.time) >= self._profile.deadline:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"not done after {self._profile.deadline:.1f} s; {driven}"
             )
         return not self.task.running
 
-    def _blocked(self, state: Perceived, remaining: float) -> bool:
+    def _blocked(self, perceived: Perceived, remaining: float) -> bool:
         """Whether an obstacle is in the way; the task fails when patience is over."""
-        points = state.obstacles.points
+        points = perceived.obstacles.points
         ahead = min(remaining, self._profile.look_ahead)
         contact = self._tools.monitor.contact(self._twist(1.0), points, ahead, RECOVERY_PADDING)
         if contact.time == inf:
@@ -152,9 +151,9 @@ class Recovery(MotionExecutor):
                 self._block.reset()
             return False
         if not self._block.running:
-            self._block.start(state.time)
+            self._block.start(perceived.time)
             self._blocked_at = self._done
-        if self._block.elapsed(state.time) >= RECOVERY_PATIENCE:
+        if self._block.elapsed(perceived.time) >= RECOVERY_PATIENCE:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
                 f"an obstacle {contact.place} is in the way, contact in {contact.time:.2f} "
@@ -164,7 +163,7 @@ class Recovery(MotionExecutor):
         return True
 
 
-class Spin(Recovery):
+class SpinMotion(Recovery):
     """Turns in place by an angle, which may be more than a full turn.
 
     The angle is accumulated over the steps; the turn in one step is far below half a turn.
@@ -200,7 +199,7 @@ class Spin(Recovery):
         return Twist(angular=self._sign * rate)
 
 
-class BackUp(Recovery):
+class BackUpMotion(Recovery):
     """Drives straight back by a distance."""
 
     def __init__(
@@ -273,7 +272,7 @@ class StraightLine:
         return min(tops)
 
 
-class DriveOnHeading(Recovery):
+class DriveOnHeadingMotion(Recovery):
     """Drives straight by a distance and holds its initial heading by odometry."""
 
     STEERING = 2.0
@@ -329,7 +328,7 @@ class DriveOrder:
     while_lost: bool = False
 
 
-class DriveFor(MotionExecutor):
+class DriveForMotion(MotionExecutor):
     """Drives a velocity with a time to live, renewed by behaviours with their own control loop.
 
     Attributes:
@@ -347,9 +346,8 @@ class DriveFor(MotionExecutor):
         self.order, self.while_lost = order, order.while_lost
         self._age.start(now)
 
-    def step(self, state: Perceived) -> Twist:
-        """Return the velocity until its time is over."""
-        if self._age.elapsed(state.time) >= self.order.seconds - 1e-9:
+    def step(self, perceived: Perceived) -> Twist:
+        if self._age.elapsed(perceived.time) >= self.order.seconds - 1e-9:
             self.task.succeed("done")
             return STANDSTILL
         self.task.report("driving on command", 0.0)

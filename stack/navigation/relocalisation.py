@@ -40,14 +40,14 @@ class Relocalisation(MotionExecutor):
     def start(self, now: float) -> None:
         self._waiting.start(now)
 
-    def step(self, state: Perceived) -> Twist:
+    def step(self, perceived: Perceived) -> Twist:
         """Return standstill; end the task when there are enough scans."""
-        if state.motion.twist.stands:
-            self._gather(state)
+        if perceived.motion.twist.stands:
+            self._gather(perceived)
         self.task.report(f"scan {len(self._scans)} of {SEARCH_SCANS}", 0.0)
         if len(self._scans) == SEARCH_SCANS:
             self._match()
-        elif self._waiting.elapsed(state.time) >= SEARCH_TIME:
+        elif self._waiting.elapsed(perceived.time) >= SEARCH_TIME:
             self.task.fail(
                 FailureCode.LOST,
                 f"received {len(self._scans)} of {SEARCH_SCANS} lidar scans while standing still "
@@ -55,12 +55,12 @@ class Relocalisation(MotionExecutor):
             )
         return STANDSTILL
 
-    def _gather(self, state: Perceived) -> None:
+    def _gather(self, perceived: Perceived) -> None:
         """Store each scan that was taken while the robot stood."""
         if self._standing_since is None:
-            self._standing_since = state.time
+            self._standing_since = perceived.time
         newest = self._scans[-1].stamp if self._scans else self._standing_since - 1e-9
-        scan = state.newest(self._estimator.lidar, Scan)
+        scan = perceived.newest(self._estimator.lidar, Scan)
         if scan is not None and scan.stamp > newest:
             self._scans.append(scan)
 

@@ -125,7 +125,7 @@ class MotionExecutor(Lifecycle, ABC):
             self.resume(now)
 
     @abstractmethod
-    def step(self, state: Perceived) -> Twist:
+    def step(self, perceived: Perceived) -> Twist:
         """Compute the velocity for this control step; ends the task when it is done."""
 
     def way_left(self, pose: Pose2D) -> float:
@@ -133,9 +133,7 @@ class MotionExecutor(Lifecycle, ABC):
         return 0.0
 
     def pause(self, now: float) -> None:
-        """Hold the motion, and its time limits."""
         self.timers.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue the motion."""
         self.timers.resume(now)

@@ -46,11 +46,11 @@ class Teleoperation(MotionExecutor):
         super().pause(now)
         self._twist = STANDSTILL
 
-    def step(self, state: Perceived) -> Twist:
+    def step(self, perceived: Perceived) -> Twist:
         """Return the operator's velocity, standstill after its timeout."""
-        self._now = state.time
-        left = self._seconds - self._total.elapsed(state.time)
-        silent = self._since_command.elapsed(state.time)
+        self._now = perceived.time
+        left = self._seconds - self._total.elapsed(perceived.time)
+        silent = self._since_command.elapsed(perceived.time)
         if left <= 1e-9:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"the operator did not finish within {self._seconds:g} s"

@@ -1,1 +1,1 @@
-"""Fiducial markers in images, and tracking of moving objects in scans."""
+"""Perception: obstacles of all sensors, tracked objects, and what pictures and depth show."""

@@ -47,7 +47,6 @@ class Astar(CellPlanner):
 
     @staticmethod
     def kernels(parameters: AstarParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.planning.kernels import SEARCH
 
         return (*SEARCH, *CellPlanner.kernels(parameters, robot))

@@ -16,7 +16,7 @@ from stack.parameters import parameter
 from stack.planning.endpoints import Cell, Endpoints, cell_on_map
 from stack.planning.outline_check import fallback_kernels
 from stack.planning.parameters import PlannerParameters
-from stack.planning.search import SearchLimits, StepCosts
+from stack.planning.search import ExpansionLimits, StepCosts
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother_kernels, smooth
 from stack.planning.smoothing import PathCosts
 from stack.types import CostGrid, FailureCode, Path, Pose2D
@@ -41,7 +41,7 @@ class CellQuery:
     goal: Pose2D
     target: Cell
     ends: Endpoints
-    limits: SearchLimits
+    limits: ExpansionLimits
 
     def nearest(self, near: Cell | None, expanded: int | None) -> Cell:
         """Return the cell at which a search ends that did not reach the target, if acceptable."""
@@ -61,7 +61,6 @@ class CellPlanner(Planner):
 
     @staticmethod
     def kernels(parameters: Any, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.planning import kernels
 
         used = (*kernels.EXTRACTION, *kernels.ENDPOINTS)
@@ -100,7 +99,7 @@ class CellPlanner(Planner):
         ends = self._endpoints.with_options(options)
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
-        limits = SearchLimits(self.parameters.max_expansions, options.cancel)
+        limits = ExpansionLimits(self.parameters.max_expansions, options.cancel)
         target = ends.goal_cell(costs, goal)
         query = CellQuery(costs, start, start_cell, goal, target, ends, limits)
         last, cells = self._search(query)

@@ -49,7 +49,7 @@ class StepCosts:
 
 
 @dataclass(frozen=True)
-class SearchLimits:
+class ExpansionLimits:
     """Limits of a search.
 
     Attributes:
@@ -67,7 +67,7 @@ _LONGEST = 64
 _NEAR = 512
 """Cells added to the distance from start to goal in that rule: the way round a wall beside them."""
 
-UNLIMITED = SearchLimits()
+UNLIMITED = ExpansionLimits()
 """No limit on expansions, and no caller that could cancel."""
 
 
@@ -113,7 +113,7 @@ class Workspace:
         start: int,
         goal: int,
         escape_reach: int,
-        limits: SearchLimits = UNLIMITED,
+        limits: ExpansionLimits = UNLIMITED,
     ) -> bool:
         """Search from a start cell to a goal cell; return whether the goal was reached.
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stack.types import CostGrid, FloatArray, Path
 
-SPACING = 0.05
+POSE_SPACING = 0.05
 """Metres between the poses of a path; the path length is rounded to a multiple of it."""
 
 _WINDOW = 5.0  # m; length of the longest shortcut
@@ -22,7 +22,7 @@ _ITERATIONS = 80
 _EASY = 160  # rounding may enter cells up to this cost (0.11 m beyond the inscribed radius)
 _FAIRINGS = (0.15, 0.1, 0.07)  # m; likewise, after the descent: removes kinks of coarse levels
 _SURCHARGE = 0.01  # fairing may add this share to the cost of the path of the descent
-_LEVELS = ((0.4, 20), (0.2, 15), (0.1, 10), (SPACING, 6))
+_LEVELS = ((0.4, 20), (0.2, 15), (0.1, 10), (POSE_SPACING, 6))
 """Metres between points and passes of the descent; coarse levels move long parts of a path."""
 _STIFFNESS = 1500.0  # step cost x cells²; higher values bend less and cut corners at some cost
 _ROUNDING_ERROR = 1e-6  # step cost; a path equal to the unchanged one is no dearer
@@ -70,7 +70,7 @@ class PathCosts:
 
         pull: Any = kernels.round_corners
         # A kink decays over sqrt(smoothness / data) points; `length` is that many spacings.
-        weight_data = _SMOOTHNESS * (SPACING / length) ** 2
+        weight_data = _SMOOTHNESS * (POSE_SPACING / length) ** 2
         easy = self.traverse[_EASY]
         moved: FloatArray = pull(
             self.costs.cells, self.traverse, points, weight_data, _SMOOTHNESS, easy, _ITERATIONS
@@ -93,13 +93,13 @@ def smoothed(on: PathCosts, points: FloatArray, heading: float) -> Path:
         heading: heading of the last pose, radians.
 
     Returns:
-        Poses SPACING apart; their headings follow the path.
+        Poses POSE_SPACING apart; their headings follow the path.
     """
     from stack.planning import kernels
 
     straighten: Any = kernels.straighten
     scale, raw = on.costs.resolution, on.in_cells(points)
-    spacing, window = SPACING / scale, max(1, round(_WINDOW / scale / _STRIDE))
+    spacing, window = POSE_SPACING / scale, max(1, round(_WINDOW / scale / _STRIDE))
     kept = straighten(on.costs.cells, on.traverse, raw, _STRIDE, window)
     straight = resampled(raw[kept], spacing)
     rounded = resampled(on.rounded(straight, _ROUNDING), spacing)
@@ -124,12 +124,12 @@ def _settled(on: PathCosts, points: FloatArray) -> FloatArray:
     for spacing, passes in _LEVELS:
         settled = resampled(settled, spacing / scale)
         settled = descend(on.costs.cells, on.traverse, settled, _STIFFNESS, passes)
-    return resampled(settled, SPACING / scale)
+    return resampled(settled, POSE_SPACING / scale)
 
 
 def unsmoothed(points: FloatArray, heading: float) -> Path:
     """Return the path along points (n, 2) in metres, resampled but not smoothed."""
-    return with_headings(resampled(points, SPACING), heading)
+    return with_headings(resampled(points, POSE_SPACING), heading)
 
 
 def resampled(points: FloatArray, spacing: float) -> FloatArray:

@@ -40,21 +40,21 @@ class NoArguments:
 
 
 @dataclass(frozen=True)
-class EmergencyStop:
+class EmergencyStopArguments:
     """Arguments of `estop`."""
 
     reason: str = parameter("operator", help="why, shown to all operators")
 
 
 @dataclass(frozen=True)
-class Abort:
+class AbortArguments:
     """Arguments of `abort`."""
 
     reason: str = parameter("by the operator", help="why, written to the report")
 
 
 @dataclass(frozen=True)
-class Speed:
+class SpeedArguments:
     """Arguments of `speed`."""
 
     factor: float = parameter(REQUIRED, help="simulated seconds per wall second; 0: no limit")
@@ -82,7 +82,7 @@ class PoseArguments:
 
 
 @dataclass(frozen=True)
-class SetParameter:
+class ParameterArguments:
     """Arguments of `set_parameter`."""
 
     name: str = parameter(REQUIRED, help="component and parameter: `controller.cruise_speed`")
@@ -90,7 +90,7 @@ class SetParameter:
 
 
 @dataclass(frozen=True)
-class Velocity:
+class VelocityArguments:
     """Arguments of `teleop`."""
 
     linear: float = parameter(0.0, "m/s", at_least=-FASTEST, at_most=FASTEST, help="forward")
@@ -104,14 +104,14 @@ class Velocity:
 
 
 @dataclass(frozen=True)
-class Step:
+class StepArguments:
     """Arguments of `step`."""
 
     ticks: int = parameter(1, help="ticks until the next pause", at_least=1, at_most=MAX_TICKS)
 
 
 @dataclass(frozen=True)
-class Break:
+class BreakArguments:
     """Arguments of `break`."""
 
     node: str = parameter(REQUIRED, help="number, name, path or file:line of a node")
@@ -119,7 +119,7 @@ class Break:
 
 
 @dataclass(frozen=True)
-class Unbreak:
+class UnbreakArguments:
     """Arguments of `unbreak`."""
 
     node: str = parameter("", help="as for `break`; all breakpoints if it is empty")
@@ -127,7 +127,7 @@ class Unbreak:
 
 
 @dataclass(frozen=True)
-class Force:
+class ForceArguments:
     """Arguments of `force`."""
 
     node: str = parameter(REQUIRED, help="as for `break`")
@@ -141,19 +141,19 @@ class Force:
 SCHEMAS: dict[str, type] = {
     "pause": NoArguments,
     "resume": NoArguments,
-    "estop": EmergencyStop,
+    "estop": EmergencyStopArguments,
     "release": NoArguments,
-    "abort": Abort,
-    "speed": Speed,
+    "abort": AbortArguments,
+    "speed": SpeedArguments,
     "set_pose": PoseArguments,
     "set_goal": PoseArguments,
-    "set_parameter": SetParameter,
-    "teleop": Velocity,
+    "set_parameter": ParameterArguments,
+    "teleop": VelocityArguments,
     "teleop_done": NoArguments,
-    "break": Break,
-    "unbreak": Unbreak,
-    "force": Force,
-    "step": Step,
+    "break": BreakArguments,
+    "unbreak": UnbreakArguments,
+    "force": ForceArguments,
+    "step": StepArguments,
     "continue": NoArguments,
 }
 """Class of the arguments by kind of command."""
@@ -172,8 +172,8 @@ def read_arguments(kind: str, given: Mapping[str, Any]) -> Any:
     try:
         return _read(schema, given)
     except ParameterError as error:
-        if schema is EmergencyStop:
-            return EmergencyStop()
+        if schema is EmergencyStopArguments:
+            return EmergencyStopArguments()
         hint = f"; {error.hint}" if error.hint else ""
         name = f"{error.name}: " if error.name else ""
         raise InputError(f"{kind}: {name}{error.sentence}{hint}") from None

@@ -10,16 +10,16 @@ from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
 from stack.runtime.command_schema import (
-    Abort,
-    EmergencyStop,
+    AbortArguments,
+    EmergencyStopArguments,
+    ParameterArguments,
     PoseArguments,
-    SetParameter,
-    Speed,
+    SpeedArguments,
     loggable,
     read_arguments,
 )
 from stack.runtime.debug_commands import DebugCommands
-from stack.runtime.interfaces import Parts
+from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
 from stack.types import STANDSTILL, OccupancyGrid, Pose2D, TaskStatus
@@ -31,7 +31,7 @@ End = Callable[[MissionState, str], None]
 class CommandHandler:
     """Applies commands; acknowledges each and logs it with the step in which it took effect."""
 
-    def __init__(self, parts: Parts, mission: MissionStateMachine, end: End) -> None:
+    def __init__(self, parts: LoopParts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
         self._detour: Task | None = None
         self.debugging = DebugCommands(parts, mission, self._resume)
@@ -120,7 +120,7 @@ class CommandHandler:
         self._detour = None
         self.debugging.forget_steps()
 
-    def _emergency_stop(self, arguments: EmergencyStop) -> None:
+    def _emergency_stop(self, arguments: EmergencyStopArguments) -> None:
         self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
         self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
         self._cancel_detour()
@@ -130,10 +130,10 @@ class CommandHandler:
         if self._detour is not None:
             self._detour.cancel()
 
-    def _abort(self, arguments: Abort) -> None:
+    def _abort(self, arguments: AbortArguments) -> None:
         self._end(MissionState.ABORTED, arguments.reason)
 
-    def _speed(self, arguments: Speed) -> None:
+    def _speed(self, arguments: SpeedArguments) -> None:
         body = self._parts.body
         if not isinstance(body, SimulatedWorld):
             raise InputError("cannot change the speed: this robot runs in real time")
@@ -182,5 +182,5 @@ class CommandHandler:
             )
         return running
 
-    def _set_parameter(self, arguments: SetParameter) -> None:
+    def _set_parameter(self, arguments: ParameterArguments) -> None:
         self._parts.tuning.change(arguments.name, arguments.value)

@@ -11,8 +11,14 @@ from collections.abc import Callable
 from typing import Any
 
 from stack.errors import InputError
-from stack.runtime.command_schema import Break, Force, NoArguments, Step, Unbreak
-from stack.runtime.interfaces import Debugger, Parts
+from stack.runtime.command_schema import (
+    BreakArguments,
+    ForceArguments,
+    NoArguments,
+    StepArguments,
+    UnbreakArguments,
+)
+from stack.runtime.interfaces import Debugger, LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import MissionState
 
@@ -26,7 +32,7 @@ class DebugCommands:
     """
 
     def __init__(
-        self, parts: Parts, mission: MissionStateMachine, resume: Callable[[], None]
+        self, parts: LoopParts, mission: MissionStateMachine, resume: Callable[[], None]
     ) -> None:
         """Prepare the actions.
 
@@ -77,19 +83,19 @@ class DebugCommands:
     def _pause(self, why: str) -> None:
         self._mission.send(MissionEvent.PAUSE, why)
 
-    def _break(self, arguments: Break) -> str:
+    def _break(self, arguments: BreakArguments) -> str:
         return f"breakpoint set before {self._debugger.set_breakpoint(self._node(arguments))}"
 
-    def _unbreak(self, arguments: Unbreak) -> str:
+    def _unbreak(self, arguments: UnbreakArguments) -> str:
         cleared = self._debugger.clear_breakpoint(self._node(arguments))
         return f"breakpoint removed: {cleared}"
 
-    def _force(self, arguments: Force) -> str:
+    def _force(self, arguments: ForceArguments) -> str:
         status = arguments.status
         found = self._debugger.force(self._node(arguments), status, arguments.code)
         return f"{found}: {'no longer forced' if status == 'off' else status}"
 
-    def _step(self, arguments: Step) -> str:
+    def _step(self, arguments: StepArguments) -> str:
         ticks = arguments.ticks
         state = self._mission.state
         if state is MissionState.PAUSED:
@@ -103,7 +109,7 @@ class DebugCommands:
         self._resume()
         return "the mission continues"
 
-    def _node(self, arguments: Break | Unbreak | Force) -> str:
+    def _node(self, arguments: BreakArguments | UnbreakArguments | ForceArguments) -> str:
         """The named node; refused if its number is from a tree that was replaced since."""
         generation = arguments.generation
         if generation is not None and generation != self._debugger.view().generation:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from stack.body import Body, SimulationEvent
-from stack.navigation.capabilities.robot import RunningRobot
+from stack.navigation.capabilities.robot import StackRobot
+from stack.navigation.live_parameters import LiveParameters
 from stack.navigation.navigator import Navigator
-from stack.navigation.tuning import Tuning
 from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
@@ -21,42 +21,33 @@ class MissionTree(Protocol):
 
     def tick(self) -> None:
         """Tick the tree once."""
-        ...
 
     def pause(self, now: float) -> None:
         """Begin a pause: all time limits and delays of the tree stand still until `resume`."""
-        ...
 
     def resume(self, now: float) -> None:
         """End a pause; no effect while not paused."""
-        ...
 
     def halt(self) -> None:
         """Halt all running nodes, so that the robot stops."""
-        ...
 
     @property
     def outcome(self) -> str:
         """running | success | failure."""
-        ...
 
     @property
     def reason(self) -> str:
         """Names from the root to the node that failed first, and why it failed."""
-        ...
 
     @property
     def recoveries(self) -> int:
         """Number of recoveries started so far."""
-        ...
 
     def rows(self) -> tuple[TreeRow, ...]:
         """Every node with its status, in drawing order."""
-        ...
 
     def blackboard(self) -> dict[str, str]:
         """Keys and values as text."""
-        ...
 
 
 class Debugger(Protocol):
@@ -68,23 +59,18 @@ class Debugger(Protocol):
         Raises:
             InputError: there is no such node; also raised by the methods below.
         """
-        ...
 
     def clear_breakpoint(self, node: str = "") -> str:
         """Remove the breakpoint of a node, or all breakpoints; return a description."""
-        ...
 
     def force(self, node: str, outcome: str, code: str = "") -> str:
         """Force a node to success or failure until `off`, or trigger an event once with `due`."""
-        ...
 
     def pop_breakpoint_hits(self) -> tuple[str, ...]:
         """Descriptions of the nodes at which ticks stopped since the last call."""
-        ...
 
     def view(self) -> Debugging:
         """State of the debugger for snapshots."""
-        ...
 
 
 class GroundTruthScorer(Protocol):
@@ -93,28 +79,22 @@ class GroundTruthScorer(Protocol):
     @property
     def truth(self) -> Pose2D:
         """The true pose of the base, map frame."""
-        ...
 
     @property
     def people(self) -> FloatArray:
         """(n, 3) x, y, radius of the people, map frame, metres."""
-        ...
 
     def score(self, estimate: PoseEstimate) -> None:
         """Compare the estimate with the truth; called once per step."""
-        ...
 
     def take_events(self) -> list[SimulationEvent]:
         """Events of the world since the last call."""
-        ...
 
     def counters(self) -> dict[str, float]:
         """Collisions, clearance, localisation error…"""
-        ...
 
     def layers(self) -> dict[str, Layer]:
         """The scene to draw."""
-        ...
 
 
 class ObservationLog(Protocol):
@@ -122,21 +102,20 @@ class ObservationLog(Protocol):
 
     def write(self, observation: Observation) -> None:
         """Append an observation."""
-        ...
 
 
 @dataclass
-class Parts:
+class LoopParts:
     """The parts of the step loop, in the order in which it calls them."""
 
     body: Body
     perceiver: Perceiver
     now: CurrentStep
     tree: MissionTree
-    robot: RunningRobot
+    robot: StackRobot
     navigator: Navigator
     safety: Safety
-    tuning: Tuning
+    tuning: LiveParameters
     telemetry: Telemetry
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None

@@ -16,7 +16,7 @@ from stack.body import BodyCommand, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
 from stack.runtime.holdups import Holdups
-from stack.runtime.interfaces import MissionTree, Parts
+from stack.runtime.interfaces import LoopParts, MissionTree
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
@@ -46,7 +46,7 @@ class Runtime:
     """Runs a mission step by step. Its only clock is the body's."""
 
     def __init__(
-        self, parts: Parts, parameters: LoopParameters, idle: Callable[[], None] = lambda: None
+        self, parts: LoopParts, parameters: LoopParameters, idle: Callable[[], None] = lambda: None
     ) -> None:
         """Prepare the first step.
 
@@ -366,7 +366,7 @@ def _thinned(rows: FloatArray, most: int) -> FloatArray:
     return np.asarray(rows[::step], dtype=np.float32)
 
 
-def _depth_points(parts: Parts, depth: DepthPoints) -> FloatArray | None:
+def _depth_points(parts: LoopParts, depth: DepthPoints) -> FloatArray | None:
     """Return the obstacles of the depth cameras in the map frame; None while none is used."""
     if not parts.perceiver.depth.is_on:
         return None

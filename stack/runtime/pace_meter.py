@@ -6,15 +6,15 @@ from collections import deque
 from collections.abc import Callable
 from time import perf_counter
 
-WINDOW = 5.0
+AVERAGING_TIME = 5.0
 """Wall seconds over which the speed is averaged."""
 
-SPACING = 0.1
+SAMPLE_PERIOD = 0.1
 """Wall seconds between two samples."""
 
 
 class PaceMeter:
-    """Robot seconds per wall second in the last WINDOW, without the time in which it is held.
+    """Robot seconds per wall second over AVERAGING_TIME, without the time in which it is held.
 
     Args:
         clock: returns wall seconds.
@@ -40,9 +40,9 @@ class PaceMeter:
                 self._driven[0] + wall - self._wall, self._driven[1] + time - self._time,
             )  # fmt: skip
         self._wall, self._time, self._held = wall, time, held
-        if self._driven[0] - self._samples[-1][0] >= SPACING:
+        if self._driven[0] - self._samples[-1][0] >= SAMPLE_PERIOD:
             self._samples.append(self._driven)
-        while len(self._samples) > 2 and self._driven[0] - self._samples[1][0] >= WINDOW:
+        while len(self._samples) > 2 and self._driven[0] - self._samples[1][0] >= AVERAGING_TIME:
             self._samples.popleft()
 
     @property

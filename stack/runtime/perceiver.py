@@ -24,7 +24,7 @@ from stack.telemetry.records import Layer
 from stack.types import Observation, Odometry, Perceived, PoseEstimate, has_jumped
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Perceiver:
     """The parts that perceive, in the order in which a step uses them.
 

@@ -7,7 +7,7 @@ from stack.frames.deskew import Deskewer
 from stack.perception.cameras.watch import COLOUR_CAMERA
 from stack.perception.own_body import OwnBody
 from stack.perception.sensor_watch import SensorWatch
-from stack.runtime.interfaces import Parts
+from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.hub import SENSORS, reason_of
 from stack.types import DepthImage, Image, Observation, Pose2D
@@ -25,7 +25,7 @@ class Sensing:
         depth_image: the newest picture of a depth camera.
     """
 
-    def __init__(self, parts: Parts, mission: MissionStateMachine) -> None:
+    def __init__(self, parts: LoopParts, mission: MissionStateMachine) -> None:
         self._parts, self._mission = parts, mission
         robot = parts.body.description
         self._deskewer, self._sensors = Deskewer(), SensorWatch(robot)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.polygons import outline_points
-from stack.safety.parameters import SLACK
+from stack.safety.parameters import PADDING_SLACK
 from stack.types import NOTHING_MOVES, FloatArray, Pose2D, SeenGround, TrackedObject, Twist
 
 
@@ -73,14 +73,14 @@ class CollisionMonitor:
         found = NOTHING_NEAR
         if twist.linear or twist.lateral or not self._is_round:
             time, which = self._kernels.time_to_contact(
-                points, self._corners, self._radius, padding, SLACK,
+                points, self._corners, self._radius, padding, PADDING_SLACK,
                 twist.linear, twist.lateral, twist.angular, horizon,
             )  # fmt: skip
             found = Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
         if not len(moving):
             return found
         time, which = self._kernels.time_to_meeting(
-            moving, self._corners, self._radius, padding, SLACK,
+            moving, self._corners, self._radius, padding, PADDING_SLACK,
             twist.linear, twist.lateral, twist.angular, horizon, moving_padding,
         )  # fmt: skip
         if time >= found.time:

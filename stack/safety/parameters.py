@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from stack.errors import ParameterError
 from stack.parameters import parameter
 
-SLACK = 0.005
+PADDING_SLACK = 0.005
 """Metres by which a point within the padding may still come nearer: noise of the sensors."""
 
 
@@ -93,10 +93,10 @@ class SafetyParameters:
         slack to the obstacle is used up.
         """
         stops_at = self.creep_speed * self.slow_time
-        if stops_at <= SLACK:
+        if stops_at <= PADDING_SLACK:
             raise ParameterError(
                 "creep_speed",
                 f"{self.creep_speed:g} m/s times slow_time {self.slow_time:g} s is {stops_at:.2g} "
-                f"m, not above {SLACK:g} m: the robot would creep into obstacles",
-                f"use more than {SLACK / self.slow_time:.2g} m/s, or a longer slow_time",
+                f"m, not above {PADDING_SLACK:g} m: the robot would creep into obstacles",
+                f"use more than {PADDING_SLACK / self.slow_time:.2g} m/s, or a longer slow_time",
             )

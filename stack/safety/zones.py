@@ -13,7 +13,7 @@ from stack.drivetrain.kinematics import moved, scaled
 from stack.errors import ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter
-from stack.safety.parameters import SLACK
+from stack.safety.parameters import PADDING_SLACK
 from stack.types import STANDSTILL, FloatArray, Footprint, Limitation, Twist
 from stack.types.limitations import SLOWER, STOPPED, ZONE
 
@@ -74,7 +74,7 @@ class SafetyZone:
         return _METRES.read(raw[0]), _METRES.read(raw[1])
 
 
-def read_zones(raw: Any, parameters: Any = None) -> tuple[SafetyZone, ...]:
+def read_safety_zones(raw: Any, parameters: Any = None) -> tuple[SafetyZone, ...]:
     """Read safety zones from a mission or robot file.
 
     Raises:
@@ -157,7 +157,7 @@ class ZoneMonitor:
     ) -> float:
         radius = float(np.linalg.norm(outline, axis=1).max())
         time, _ = self._kernels.time_to_contact(
-            points, outline, radius, 0.0, SLACK,
+            points, outline, radius, 0.0, PADDING_SLACK,
             twist.linear, twist.lateral, twist.angular, zone.time,
         )  # fmt: skip
         return float(time)

@@ -4,8 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
-from stack.types.camera import CameraModel
-from stack.types.cameras import CameraState
+from stack.types.camera import CameraModel, CameraState
 from stack.types.detections import (
     NO_OBJECTS,
     OBJECT_COLOURS,

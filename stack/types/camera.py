@@ -1,4 +1,4 @@
-"""Camera model: pinhole with distortion (stack.types.distortion), and the mount on the robot.
+"""Cameras: their state, and the model: pinhole with distortion, and the mount on the robot.
 
 Pixel coordinates count from the outer corner of the first pixel: its centre is (0.5, 0.5), and the
 centre of a picture is (width / 2, height / 2). OpenCV and ROS count from the centre of the first
@@ -8,7 +8,7 @@ pixel; their principal points are smaller by 0.5.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan, cos, sin
+from math import atan, cos, inf, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,3 +170,20 @@ def as_maps(pixels: FloatArray, height: int) -> tuple[NDArray[np.float32], NDArr
     """Return pixels (height * width, 2) as the two maps of OpenCV's `remap`; NaN becomes -1."""
     columns, rows = np.nan_to_num(pixels.T - 0.5, nan=-1.0).astype(np.float32)
     return columns.reshape(height, -1), rows.reshape(height, -1)
+
+
+@dataclass(frozen=True, slots=True)
+class CameraState:
+    """State of a camera.
+
+    Attributes:
+        name: of the sensor.
+        is_on: whether pictures are requested.
+        age: seconds since its newest usable picture; inf before the first.
+        fault: size | type | stamp | late | invalid | uniform | frozen | silent; empty if none.
+    """
+
+    name: str
+    is_on: bool = False
+    age: float = inf
+    fault: str = ""

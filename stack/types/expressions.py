@@ -14,11 +14,9 @@ class Expression(Protocol):
 
     def __call__(self) -> Any:
         """The current value; a bool for conditions."""
-        ...
 
     def explain(self) -> str:
         """The expression with the current values of its names: `battery.charge (0.18) > 0.3`."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -128,7 +128,7 @@ class Path:
         return Pose2D(float(x), float(y), float(heading))
 
 
-CORNERS = 16
+ROUND_CORNERS = 16
 """Number of corners of a round footprint."""
 
 
@@ -145,14 +145,14 @@ class Footprint:
     @staticmethod
     def circle(radius: float) -> Footprint:
         """A regular 16-gon that contains the circle of this radius."""
-        angles = np.arange(CORNERS) * (2.0 * pi / CORNERS)
-        outer = radius / cos(pi / CORNERS)
+        angles = np.arange(ROUND_CORNERS) * (2.0 * pi / ROUND_CORNERS)
+        outer = radius / cos(pi / ROUND_CORNERS)
         return Footprint(outer * np.column_stack([np.cos(angles), np.sin(angles)]))
 
     @property
     def is_round(self) -> bool:
         """Whether it is that of `circle`, or rounder: it touches nothing by turning in place."""
-        return self.inscribed_radius >= (cos(pi / CORNERS) - 1e-9) * self.circumscribed_radius
+        return self.inscribed_radius >= (cos(pi / ROUND_CORNERS) - 1e-9) * self.circumscribed_radius
 
     @property
     def is_compact(self) -> bool:

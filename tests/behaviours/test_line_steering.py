@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from behaviours._line.steering import BRAKING, SLOWEST, CentreLine
+from behaviours._line.steering import CORNER_BRAKING, CURVE_SPEED, CentreLine
 from stack.types import Pose2D
 
 STEPS = np.arange(0.0, 2.0, 0.02)[:, None]
@@ -23,12 +23,12 @@ def limit(x, y=0.0):
 def test_it_brakes_before_a_corner_over_the_braking_distance():
     # v^2 = v_corner^2 + 2 a d; the turn is spread over the 10 cm that the line is smoothed over
     # and the 10 cm over which its curvature is measured, so it begins 10 cm before the corner.
-    assert limit(1.7) == pytest.approx(sqrt(SLOWEST**2 + 2.0 * BRAKING * 0.2), abs=0.06)
-    assert limit(1.9) == pytest.approx(SLOWEST, abs=0.06)
+    assert limit(1.7) == pytest.approx(sqrt(CURVE_SPEED**2 + 2.0 * CORNER_BRAKING * 0.2), abs=0.06)
+    assert limit(1.9) == pytest.approx(CURVE_SPEED, abs=0.06)
     assert limit(1.0) > 10.0
 
 
 def test_it_stays_slow_until_the_corner_is_behind():
     # BEHIND is 12 cm: up to there the robot still turns.
-    assert limit(2.0, 0.04) == pytest.approx(SLOWEST, abs=0.02)
+    assert limit(2.0, 0.04) == pytest.approx(CURVE_SPEED, abs=0.02)
     assert limit(2.0, 0.3) > 10.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from behaviours._sensing.object_watch import ObjectWatch, Wanted
+from behaviours._sensing.object_watch import ObjectWatch, WantedObject
 from behaviours.perception.approach_object import ApproachObject
 from behaviours.perception.find_object import FindObject
 from behaviours.testing import ScriptedRobot, tick
@@ -142,7 +142,7 @@ def test_one_picture_is_no_confirmation():
     robot = ScriptedRobot(pose=Pose2D(0.0, 0.0))
     timer = Timer(robot)
     timer.restart()
-    watch = ObjectWatch(robot, Wanted("red", None), timer)
+    watch = ObjectWatch(robot, WantedObject("red", None), timer)
     seen = Detection("red", 0.1, (2.0, 0.0), 0.05, 0.3, 0.3, (0, 0, 9, 9))
 
     def look(time, *objects):

@@ -1,9 +1,12 @@
 """The scripted robot promises to behaviours what stack.robot does, and nothing else."""
 
+from inspect import isfunction, signature
+
 import numpy as np
 import pytest
 
 from behaviours.testing import ScriptedRobot
+from stack.robot import Base
 from stack.types import Imu, TaskStatus, Twist
 
 
@@ -43,3 +46,26 @@ def test_measurements_are_asked_by_name_and_type():
     robot = ScriptedRobot(measurements={"imu": imu})
     assert robot.interface.perception.newest("imu", Imu) is imu
     assert robot.interface.perception.newest("other", Imu) is None
+
+
+TASKS = [
+    call for name, call in vars(Base).items()
+    if isfunction(call) and signature(call).return_annotation == "Task" and name != "drive_for"
+]  # fmt: skip
+"""Calls that only begin a task; a velocity is `robot.twist`."""
+
+
+@pytest.mark.parametrize("call", TASKS, ids=lambda call: call.__name__)
+def test_a_call_that_begins_a_task_is_recorded_with_all_arguments_of_the_protocol(call):
+    """Except `while_lost`, by which the scripted robot answers."""
+    _, *form = signature(call).parameters.values()
+    given = [item.name for item in form if item.default is item.empty]
+    robot = ScriptedRobot()
+    begin = getattr(robot.interface.base, call.__name__)
+    task = begin(*given)
+    ((called, arguments),) = robot.calls
+    assert called == call.__name__ and task is robot.task
+    assert list(arguments) == [item.name for item in form if item.name != "while_lost"]
+    assert [arguments[name] for name in given] == given
+    with pytest.raises(TypeError):
+        begin(*given, other=1)

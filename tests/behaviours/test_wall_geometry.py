@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviours._sensing.wall_geometry import (
-    SPACING,
-    STEP,
-    Course,
+    CONTOUR_SPACING,
+    CURVE_STEP,
+    WallCourse,
     bridges,
     chains_of,
     contour_of,
@@ -20,7 +20,7 @@ from behaviours._sensing.wall_geometry import (
 from stack.streams import stream
 
 AHEAD = np.array([1.0, 0.0])
-LEFT = Course(side=1, distance=0.5, closest=0.3)
+LEFT = WallCourse(side=1, distance=0.5, closest=0.3)
 
 
 def wall(start, end, spacing=0.05):
@@ -53,7 +53,7 @@ def test_smoothing_takes_most_of_the_noise_away():
 def test_filled_points_are_close_together_and_on_the_chain():
     chain = np.array([[0.0, 0.0], [0.25, 0.0], [0.25, 0.1]])
     points = filled(chain)
-    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() <= SPACING + 1e-12
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() <= CONTOUR_SPACING + 1e-12
     assert points[0] == pytest.approx(chain[0]) and points[-1] == pytest.approx(chain[-1])
     assert np.all((points[:, 1] == 0.0) | (points[:, 0] == 0.25))
 
@@ -75,7 +75,7 @@ def test_the_curve_runs_along_a_straight_wall():
     assert curve.wall_distance == pytest.approx(0.8, abs=1e-3)
     assert curve.tangent == pytest.approx(AHEAD, abs=0.05)
     assert curve.points[:, 1] == pytest.approx(0.3, abs=2e-3)
-    assert np.diff(curve.points[:, 0]) == pytest.approx(STEP, abs=5e-3)
+    assert np.diff(curve.points[:, 0]) == pytest.approx(CURVE_STEP, abs=5e-3)
 
 
 def test_the_curve_rounds_an_outer_corner_on_an_arc():
@@ -104,7 +104,7 @@ def test_the_right_side_is_the_mirror_of_the_left():
     points = np.vstack([wall((0.9, -2), (0.9, 0.5))[:-1], wall((0.9, 0.5), (-2, 0.5))])
     left = offset_curve(contour_of(points, 1.2), LEFT, AHEAD)
     mirror = points * (1.0, -1.0)
-    right = offset_curve(contour_of(mirror, 1.2), Course(-1, 0.5, 0.3), AHEAD)
+    right = offset_curve(contour_of(mirror, 1.2), WallCourse(-1, 0.5, 0.3), AHEAD)
     assert right.points * (1.0, -1.0) == pytest.approx(left.points)
 
 

@@ -5,7 +5,7 @@ from textual.widgets import Input, OptionList
 
 from tests.tui.sample_source import PARAMETERS, SampleSource
 from tui.app import Dashboard
-from tui.tuning import Tuning, parsed
+from tui.tuning import ParameterScreen, parsed
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ async def test_a_parameter_is_changed_by_one_command():
         assert line.value == str(PARAMETERS["controller.cruise_speed"])
         line.value = "fast"
         await pilot.press("enter")
-        assert isinstance(pilot.app.screen, Tuning) and source.sent == []
+        assert isinstance(pilot.app.screen, ParameterScreen) and source.sent == []
         line.value = "0.35"
         await pilot.press("enter")
         await pilot.pause()
@@ -67,7 +67,7 @@ async def test_space_stops_even_while_a_value_is_typed():
         await pilot.press("e", "enter", "space")
         assert [command.kind for command in source.sent] == ["estop"]
         await pilot.press("escape")
-        assert len(source.sent) == 1 and not isinstance(pilot.app.screen, Tuning)
+        assert len(source.sent) == 1 and not isinstance(pilot.app.screen, ParameterScreen)
 
 
 @pytest.mark.parametrize(("key", "kind"), [("g", "set_goal"), ("i", "set_pose")])

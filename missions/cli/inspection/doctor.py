@@ -19,13 +19,13 @@ def doctor(
 
     Of a robot, find the beams of its lidars that see the robot. Exit code 1 if there are any.
     """
-    from missions.inspection.doctor import diagnose
+    from missions.inspection.doctor import examine
     from missions.inspection.doctor_lidars import diagnose_lidars, is_robot
 
     if is_robot(place):
         found = diagnose_lidars(place)
     else:
-        found = diagnose(place, robot, png, _show_progress)
+        found = examine(place, robot, png, _show_progress)
     for line in found.lines:
         typer.echo(line)
     raise typer.Exit(1 if found.closed else 0)

@@ -24,13 +24,15 @@ from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
-from stack.navigation.capabilities.localisation import Localisation
-from stack.navigation.capabilities.map import Map
-from stack.navigation.capabilities.perception import Perception
-from stack.navigation.capabilities.robot import RunningRobot
+from stack.navigation.capabilities.localisation import StackLocalisation
+from stack.navigation.capabilities.map import StackMap
+from stack.navigation.capabilities.perception import StackPerception
+from stack.navigation.capabilities.robot import StackRobot
+from stack.navigation.drive_tools import DriveTools
+from stack.navigation.live_parameters import LiveParameters, Tunable
 from stack.navigation.navigator import Navigator
+from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import Emit
-from stack.navigation.tuning import Tunable, Tuning
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.coloured_objects import ColouredObjectDetector
@@ -45,7 +47,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
 from stack.planning.outline_check import outline_checked
-from stack.runtime.interfaces import Parts
+from stack.runtime.interfaces import LoopParts
 from stack.runtime.loop import Runtime
 from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
@@ -129,9 +131,9 @@ def build(
     safety_choice = plan.choices["safety"]
     safety = Safety(plan.robot, safety_choice.parameters, loop.period, safety_choice.parts)
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
-    robot = RunningRobot(
+    robot = StackRobot(
         navigator.base,
-        Localisation(perceiver.estimator, navigator, perceiver.frames, now, emit),
+        StackLocalisation(perceiver.estimator, navigator, perceiver.frames, now, emit),
         _map(plan, grid, perceiver, folder, emit),
         _perception(plan.robot, perceiver, coloured, now),
         body, now, PictureStore(folder), emit,
@@ -147,8 +149,8 @@ def build(
         else SimulationScorer(simulation, plan.world, plan.robot.footprint, lambda: body.time)
     )
     sensor_log = _sensor_log(plan, options, folder)
-    tuning = Tuning(_tunables(navigator, safety, perceiver, coloured), emit)
-    parts = Parts(
+    tuning = LiveParameters(_tunables(navigator, safety, perceiver, coloured), emit)
+    parts = LoopParts(
         body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry,
         scorer, debugger, sensor_log,
     )  # fmt: skip
@@ -180,47 +182,53 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
         is_real_time=body.is_real_time,
     )  # fmt: skip
     return Perceiver(
-        choices[ODOMETRY].create(robot),
-        TransformBuffer(choices["loop"].parameters.pose_history),
-        estimator,
-        CameraWatch(robot, choices["cameras"].parameters),
-        DepthScans(robot),
-        MarkerStage(_marker_detector(plan), choices["markers"].parameters),
-        _places(plan),
-        DepthObstacles(robot, choices["depth"].parameters),
-        ObstacleMemory(robot, choices["obstacle_memory"].parameters),
-        objects,
-        world_model,
-        camera,
-        CameraLease(CAMERA_TIME),
-        Layer(1, grid),
-        plan.is_mapped,
-        emitter(telemetry, "navigation"),
+        odometry=choices[ODOMETRY].create(robot),
+        frames=TransformBuffer(choices["loop"].parameters.pose_history),
+        estimator=estimator,
+        cameras=CameraWatch(robot, choices["cameras"].parameters),
+        depth_scans=DepthScans(robot),
+        markers=MarkerStage(_marker_detector(plan), choices["markers"].parameters),
+        places=_places(plan),
+        depth=DepthObstacles(robot, choices["depth"].parameters),
+        obstacle_memory=ObstacleMemory(robot, choices["obstacle_memory"].parameters),
+        objects=objects,
+        world_model=world_model,
+        camera=camera,
+        depth_camera=CameraLease(CAMERA_TIME),
+        map_layer=Layer(1, grid),
+        is_mapped=plan.is_mapped,
+        emit=emitter(telemetry, "navigation"),
     )
 
 
 def _map(
     plan: PreparedMission, grid: OccupancyGrid, perceiver: Perceiver, folder: RunFolder | None,
     emit: Emit,
-) -> Map:  # fmt: skip
-    world = perceiver.world_model
-    static = grid if plan.is_mapped else None
-    return Map(
-        plan.robot, perceiver.estimator, (world.local_costmap, world.global_costmap), static,
+) -> StackMap:  # fmt: skip
+    return StackMap(
+        plan.robot, perceiver.estimator, perceiver.world_model, grid if plan.is_mapped else None,
         FolderMapStore(folder, plan.mission.source.parent), emit, perceiver.markers.survey,
-        plan.markers, perceiver.places, world.cover, world.draw,
+        plan.markers, perceiver.places,
     )  # fmt: skip
 
 
 def _perception(
     robot: RobotDescription, perceiver: Perceiver, coloured: ColouredObjectDetector,
     now: CurrentStep,
-) -> Perception:  # fmt: skip
-    return Perception(
-        robot, now, perceiver.frames, perceiver.estimator, perceiver.camera,
-        perceiver.depth_camera, perceiver.objects, perceiver.places, perceiver.markers.detector,
-        FloorLineDetector(), coloured,
-    )  # fmt: skip
+) -> StackPerception:  # fmt: skip
+    return StackPerception(
+        robot=robot,
+        now=now,
+        frames=perceiver.frames,
+        estimator=perceiver.estimator,
+        camera=perceiver.camera,
+        depth_camera=perceiver.depth_camera,
+        objects=perceiver.objects,
+        places=perceiver.places,
+        detector=perceiver.markers.detector,
+        lines=FloorLineDetector(),
+        coloured=coloured,
+    )
 
 
 def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
@@ -284,24 +292,21 @@ def _navigator(  # noqa: PLR0913 - what it needs of the engine
 ) -> Navigator:  # fmt: skip
     choices, robot, world = plan.choices, plan.robot, perceiver.world_model
     controller, period = choices["controller"], choices["loop"].parameters.period
-    return Navigator(
+    planner = outline_checked(choices["planner"], robot)
+    tools = DriveTools(
         robot=robot,
-        planner=outline_checked(choices["planner"], robot),
         path_follower=PathFollower(controller.created_with, controller.parameters, robot, period),
         goal_checker=choices["goal_checker"].create(robot),
         progress_checker=choices["progress_checker"].create(robot),
+        planner_worker=PlannerWorker(planner, log, is_real_time=is_real_time),
         parameters=choices["navigator"].parameters,
-        evasion=Evasion(robot, choices["evasion"].parameters),
-        estimator=perceiver.estimator,
-        now=now,
         local_costmap=world.local_costmap,
         global_costmap=world.global_costmap,
         emit=emit,
         period=period,
-        log=log,
-        is_real_time=is_real_time,
-        cover=world.cover,
     )
+    evasion = Evasion(robot, choices["evasion"].parameters)
+    return Navigator(tools, evasion, perceiver.estimator, now, world.cover, log)
 
 
 def _places(plan: PreparedMission) -> PlaceMemory:

@@ -9,7 +9,7 @@ from missions.execution.prepare import MAP_ORIGIN, PreparedMission
 from missions.execution.resources import load_map
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
-from stack.costmap.unexplored import Ground, resampled, unexplored
+from stack.costmap.unexplored import GrowingMap, resampled_grid, unexplored
 from stack.navigation.world_model import WorldModel
 from stack.perception.tracking.tracker import Tracker
 from stack.types import OccupancyGrid
@@ -30,7 +30,7 @@ def map_of(plan: PreparedMission) -> OccupancyGrid:
 def world_model_of(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
     """Return costmaps, tracker and speed limits; without a map, the map grows with the robot."""
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
-    ground = None if plan.is_mapped else Ground(grid, [global_costmap])
+    ground = None if plan.is_mapped else GrowingMap(grid, [global_costmap])
     return WorldModel(
         local_costmap, global_costmap, Tracker(plan.choices["tracker"].parameters, grid),
         SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
@@ -71,7 +71,7 @@ def _replacing(*costmaps: Costmap) -> Callable[[OccupancyGrid], None]:
 
     def draw(grid: OccupancyGrid) -> None:
         for costmap in costmaps:
-            costmap.set_static(resampled(grid, costmap.marks.resolution))
+            costmap.set_static(resampled_grid(grid, costmap.marks.resolution))
 
     return draw
 

@@ -46,5 +46,5 @@ def component_findings(
     """Yield errors and warnings about components that do not fit the robot or the mission."""
     yield from period_findings(marks.mission, choices["loop"].parameters)
     yield from component_needs(choices, marks, robot)
-    yield from layer_findings(choices["costmap"], marks, robot)
+    yield from layer_findings(choices, marks, robot)
     yield from inflation_findings(choices["costmap"], marks, robot)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from missions.execution.fit.components import MISSING, Marks
 from missions.execution.fit.needs import missing
@@ -18,14 +18,17 @@ MARGIN = 0.3
 """Metres beyond the robot's inscribed radius that the suggested inflation reaches."""
 
 
-def layer_findings(choice: Choice, marks: Marks, robot: RobotDescription) -> Iterator[Finding]:
-    """Yield errors of layers without their sensor, and warnings of lidars without a layer.
+def layer_findings(
+    choices: Mapping[str, Choice], marks: Marks, robot: RobotDescription
+) -> Iterator[Finding]:
+    """Yield errors of layers without their sensor, and warnings of sensors without a layer.
 
     Args:
-        choice: of the costmap, with its layers.
+        choices: of the components, among them the costmap with its layers.
         marks: of the mission.
         robot: its sensors count.
     """
+    choice = choices["costmap"]
     layers: tuple[LayerChoice, ...] = choice.parts
     mark, read = marks.of_component("costmap", "layers"), set()
     for layer in layers:
@@ -41,12 +44,16 @@ def layer_findings(choice: Choice, marks: Marks, robot: RobotDescription) -> Ite
                 hint: str = suggestion(name, robot.all_lidars)
                 yield Finding(mark, MISSING, f"{sentence}", f"set its `source`; {hint}")
     if any(layer.use not in BUILT_IN["costmap_layer"] for layer in layers):
-        return  # a plugin's layer may read any lidar
+        return  # a plugin's layer may read any sensor
     for name in robot.real_lidars:
         if name not in read:
             sentence = f"no layer reads the lidar {name!r}: plans pass through what only it sees"
             hint = f"add {{use: obstacle, name: obstacle_{name}, source: {name}}} to `layers`"
             yield Finding(mark, "W144", sentence, hint)
+    sees_depth = bool(robot.depth_cameras) and choices["depth"].parameters.obstacles
+    if sees_depth and all(layer.use != "depth" for layer in layers):
+        sentence = "no layer draws what the depth cameras see: plans pass through what only they do"
+        yield Finding(mark, "W144", sentence, "add `depth` to `layers`")
 
 
 def inflation_findings(choice: Choice, marks: Marks, robot: RobotDescription) -> Iterator[Finding]:

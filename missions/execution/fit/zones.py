@@ -17,7 +17,7 @@ from stack.costmap.closing_zones import closing_zones, zone_words
 from stack.costmap.layer import Frame
 from stack.costmap.layers.zone_layers import KeepoutLayer
 from stack.costmap.parameters import CostmapParameters
-from stack.costmap.zones import MARGIN, Zone, ZoneCells, read_mask
+from stack.costmap.zones import ZONE_MARGIN, Zone, ZoneCells, read_mask
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.polygons import distances_to_edges, points_inside
@@ -197,7 +197,7 @@ def _closed_ways(
     names = tuple(dict.fromkeys(area.name for area in areas))
 
     def more(area: KeepoutArea) -> float:
-        return MARGIN if area.whole else -robot.footprint.circumscribed_radius
+        return ZONE_MARGIN if area.whole else -robot.footprint.circumscribed_radius
 
     floors: dict[frozenset[str], ReachableFloor] = {}
 

@@ -28,13 +28,13 @@ from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 LATERAL_SAMPLES = 5
 """Omnidirectional robots only: number of lateral speeds."""
 
-SPACING = 0.05
+PATH_SPACING = 0.05
 """Metres between the path points that the critics use."""
 
-CREEP = 0.08
+CREEP_SPEED = 0.08
 """Speed in m/s that is always allowed near the goal."""
 
-SHORTER = (1.0, 0.5, 0.25)
+EASIER_SAMPLES = (1.0, 0.5, 0.25)
 """Factors on speed and simulated time, tried in turn while no sample is clear."""
 
 CAR_ALIGNMENT = 4.0
@@ -70,7 +70,7 @@ class Dwb(PathController[DwbParameters]):
         turn = self._alignment.realigned(state) if self._alignment.held else None
         if turn is not None:
             return turn
-        for share in SHORTER:
+        for share in EASIER_SAMPLES:
             twist = self._best(segment, state, share)
             if twist is not None:
                 self._note_direction(state.pose, twist)
@@ -87,8 +87,8 @@ class Dwb(PathController[DwbParameters]):
         poses = drive(p, self._robot, state.pose, last, speeds)
         reach = top * p.simulation_time + p.forward_point
         sampling = Sampling(
-            speeds, poses, segment.sampled(reach, SPACING),
-            segment.sampled(reach, SPACING, beyond=True), SPACING, state.costs,
+            speeds, poses, segment.sampled(reach, PATH_SPACING),
+            segment.sampled(reach, PATH_SPACING, beyond=True), PATH_SPACING, state.costs,
             near_goal=segment.remaining <= p.forward_point and not self._robot.turning_radius,
         )  # fmt: skip
         scores = total_cost(sampling, p)
@@ -111,7 +111,7 @@ class Dwb(PathController[DwbParameters]):
         cruise = share * min(p.cruise_speed, limits.linear_speed)
         stopping = stopping_speed(left, brake, p.response_time + self._period)
         top = min(
-            cruise, max(stopping, self._alignment.parameters.final_speed(CREEP, self._period))
+            cruise, max(stopping, self._alignment.parameters.final_speed(CREEP_SPEED, self._period))
         )
         steps = ceil(1.5 * left / (top * p.simulation_step))
         time = min(share * p.simulation_time, max(LEAST_STEPS, steps) * p.simulation_step)

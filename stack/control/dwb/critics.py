@@ -16,10 +16,10 @@ from stack.control.swept import BoolArray
 from stack.geometry.costs_under import costs_under
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Twist
 
-PLACES = 4
+CRITIC_STRIDE = 4
 """Number of steps between the poses whose distance to the path counts."""
 
-CREEPING = 0.1
+CREEPING_SPEED = 0.1
 """Speed in m/s below which a turn counts as a turn in place."""
 
 
@@ -86,7 +86,7 @@ def to_path(path: FloatArray, spacing: float, points: FloatArray) -> tuple[Float
 
 def path_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
     """Mean distance to the path; the end alone (Nav2's default) would let the robot cut corners."""
-    places = sampling.poses[:, ::-PLACES, :2]
+    places = sampling.poses[:, ::-CRITIC_STRIDE, :2]
     distance, _ = to_path(sampling.path, sampling.spacing, places.reshape(-1, 2))
     mean: FloatArray = distance.reshape(places.shape[:2]).mean(axis=1)
     return mean
@@ -127,7 +127,7 @@ def obstacle(sampling: Sampling, p: DwbParameters) -> FloatArray:
 def prefer_forward(sampling: Sampling, p: DwbParameters) -> FloatArray:
     """1 for driving backward, up to 1 for turning in place."""
     speeds = sampling.speeds
-    slow = np.clip(1.0 - np.hypot(speeds.linear, speeds.lateral) / CREEPING, 0.0, 1.0)
+    slow = np.clip(1.0 - np.hypot(speeds.linear, speeds.lateral) / CREEPING_SPEED, 0.0, 1.0)
     twist = np.abs(speeds.angular) / p.turn_speed
     return np.where(speeds.linear < 0.0, 1.0, slow * twist)
 

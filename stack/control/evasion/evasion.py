@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stack.compilation import KernelTypes
-from stack.control.evasion.lanes import LOOKAHEAD, Lanes
+from stack.control.evasion.lanes import LANE_LOOKAHEAD, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
 from stack.control.evasion.pushing import PushingPeople
@@ -23,15 +23,15 @@ from stack.drivetrain.description import RobotDescription
 from stack.safety.monitor import moving_discs
 from stack.types import TRACK_PADDING, FloatArray, ObstaclePoints, Pose2D, TrackedObject, Twist
 
-MARGIN = 0.35
+CLOSENESS_COSTS_BELOW = 0.35
 """Distance below which being close costs, m."""
-DECAY = 1.0
+WEIGHT_DECAY = 1.0
 """Time ahead after which a meeting weighs 1/e of one now, s."""
 
-STEP = 0.1
+PREDICTION_STEP = 0.1
 """Step of the prediction, seconds."""
 
-REACH = 3.0
+FARTHEST_POINT = 3.0
 """Points farther away than this are ignored, metres."""
 
 MOST_POINTS = 160
@@ -46,7 +46,7 @@ STATIC_PADDING = 0.04
 OFF_WALLS = 0.1
 """Distance that motions off the path keep to obstacle points, metres."""
 
-ARM = 0.15
+METRES_PER_RADIAN = 0.15
 """Metres of deviation that equal one radian."""
 
 KEPT, KEPT_SHARE = 0.25, 0.2
@@ -55,10 +55,10 @@ KEPT, KEPT_SHARE = 0.25, 0.2
 KEPT_TIME = 2.0
 """Seconds after which a motion under way is no longer preferred."""
 
-WIDER = 0.05
+EVADING_MARGIN = 0.05
 """Distance, metres, that is kept to people in addition while an evasion is under way."""
 
-LONG = 10.0
+UNLIMITED_TIME = 10.0
 """Seconds of a motion that goes on for longer than the horizon."""
 
 RETREAT_SHARE = 0.5
@@ -68,7 +68,7 @@ NO_TIME = 1e-9
 """Seconds, for rounding."""
 
 NO_MOTIONS: FloatArray = np.empty((0, 7))
-STANDING: FloatArray = np.array([[0.0, 0.0, 0.0, LONG, 0.0, 0.0, 0.0]])
+STANDING: FloatArray = np.array([[0.0, 0.0, 0.0, UNLIMITED_TIME, 0.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class Situation:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class KeptMotion:
     """The lane or motion under way.
 
     Attributes:
@@ -153,13 +153,13 @@ class Evasion:
         ])  # fmt: skip
         self.configure(parameters)
         self._pushing = PushingPeople()
-        self._kept: Kept | None = None
+        self._kept: KeptMotion | None = None
         self._until = -inf
 
     def configure(self, parameters: EvasionParameters) -> None:
         """Apply new parameters."""
         self.parameters = parameters
-        self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, WIDER)
+        self._narrow, self._wide = _settings(parameters, 0.0), _settings(parameters, EVADING_MARGIN)
 
     def step(self, wanted: Twist, situation: Situation) -> Evaded:
         """Return the wanted velocity or an evasive one, slowly where it passes people.
@@ -217,11 +217,11 @@ class Evasion:
         p = self.parameters
         points = self._points(situation.obstacles.points, discs)
         walking = self._kernels.times_to_obstacles(discs, points, p.horizon, OVERLAP, TRACK_PADDING)
-        reach = p.horizon * abs(wanted.linear) + 2.0 * LOOKAHEAD
+        reach = p.horizon * abs(wanted.linear) + 2.0 * LANE_LOOKAHEAD
         way = self._lanes.way(situation.path, situation.pose, wanted, reach)
         lanes = self._lanes.beside(way, wanted)
         straight = np.array([
-            (wanted.linear, wanted.lateral, wanted.angular, LONG, 0.0, 0.0, 0.0)
+            (wanted.linear, wanted.lateral, wanted.angular, UNLIMITED_TIME, 0.0, 0.0, 0.0)
         ])  # fmt: skip
         own = NO_MOTIONS if len(lanes) else straight
         judged = self._judge(situation.twist, way, discs, walking, points)
@@ -248,7 +248,7 @@ class Evasion:
         number = best - len(lanes)
         if number == len(motions):
             return _first_twist(under_way[0])
-        self._kept = Kept(is_lane=False, number=number - len(own), began=situation.time)
+        self._kept = KeptMotion(is_lane=False, number=number - len(own), began=situation.time)
         return _first_twist(motions[number])
 
     def _hurried(self, wanted: Twist, obstacles: ObstaclePoints) -> Twist | None:
@@ -279,7 +279,7 @@ class Evasion:
         return None if best == 0 or times[best] < inf else self._follow(way, lanes, best)
 
     def _follow(self, way: FloatArray, lanes: FloatArray, number: int) -> Twist:
-        self._kept = Kept(is_lane=True, number=number, began=0.0)
+        self._kept = KeptMotion(is_lane=True, number=number, began=0.0)
         return self._lanes.twist(way, *lanes[number].tolist())
 
     def _prefer_kept(self, costs: FloatArray, lanes: FloatArray, under_way: int) -> None:
@@ -297,8 +297,8 @@ class Evasion:
             return NO_MOTIONS
         motion = possible[kept.number : kept.number + 1].copy()
         motion[0, 3] -= time - kept.began
-        if motion[0, 3] < 0.5 * STEP:
-            motion[0, :3], motion[0, 3] = motion[0, 4:], LONG
+        if motion[0, 3] < 0.5 * PREDICTION_STEP:
+            motion[0, :3], motion[0, 3] = motion[0, 4:], UNLIMITED_TIME
         return motion
 
     def _possible(self, obstacles: ObstaclePoints) -> FloatArray:
@@ -331,7 +331,7 @@ class Evasion:
     def _points(self, points: FloatArray, discs: FloatArray) -> FloatArray:
         """Return the near points that belong to no disc, thinned out."""
         near: FloatArray = self._kernels.points_outside_discs(
-            np.ascontiguousarray(points), discs, REACH + self._radius, TRACK_PADDING
+            np.ascontiguousarray(points), discs, FARTHEST_POINT + self._radius, TRACK_PADDING
         )
         every = -(-len(near) // MOST_POINTS) or 1
         return np.ascontiguousarray(near[::every])
@@ -341,8 +341,9 @@ def _settings(parameters: EvasionParameters, wider: float) -> FloatArray:
     """Return the parameters as `motion_costs` takes them, with padding that is wider by metres."""
     p = parameters
     return np.array([
-        p.horizon, STEP, p.padding + wider, p.growth, p.headway, MARGIN, STATIC_PADDING, DECAY,
-        p.meeting_weight, p.closeness_weight, 1.0, ARM, OFF_WALLS,
+        p.horizon, PREDICTION_STEP, p.padding + wider, p.growth, p.headway,
+        CLOSENESS_COSTS_BELOW, STATIC_PADDING, WEIGHT_DECAY,
+        p.meeting_weight, p.closeness_weight, 1.0, METRES_PER_RADIAN, OFF_WALLS,
     ])  # fmt: skip
 
 

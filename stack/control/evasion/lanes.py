@@ -12,19 +12,19 @@ import numpy as np
 from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
-SPACING = 0.1
+LANE_SPACING = 0.1
 """Metres between the points of a way."""
 
-LOOKAHEAD = 0.7
+LANE_LOOKAHEAD = 0.7
 """Distance to the point that is steered for, metres."""
 
-OFFSETS = (0.0, 0.2, -0.2, 0.4, -0.4, 0.6, -0.6, 0.9, -0.9)
+LANE_OFFSETS = (0.0, 0.2, -0.2, 0.4, -0.4, 0.6, -0.6, 0.9, -0.9)
 """Offsets of the lanes to the left of the path, metres."""
 
-SHARES = (1.0, 0.6, 0.3)
+SPEED_SHARES = (1.0, 0.6, 0.3)
 """Speeds on the lanes, as shares of the wanted one."""
 
-SLOWEST = 0.05
+SLOWEST_ON_PATH = 0.05
 """m/s of a wanted velocity below which the robot does not drive along its path."""
 
 LEAST_SPEED = 0.3
@@ -55,7 +55,7 @@ class Lanes:
         self._usable = not drive.can_move_sideways
         radius = drive.turning_radius
         self.steering = np.array([
-            SPACING, LOOKAHEAD, min(limits.angular_speed, TURNING_SPEED),
+            LANE_SPACING, LANE_LOOKAHEAD, min(limits.angular_speed, TURNING_SPEED),
             1.0 / radius if radius else 1e6, float(drive.turns_in_place),
         ])  # fmt: skip
 
@@ -68,9 +68,9 @@ class Lanes:
             wanted: velocity, base frame.
             reach: metres of path that are used.
         """
-        if not self._usable or len(path) < 2 or abs(wanted.linear) < SLOWEST:
+        if not self._usable or len(path) < 2 or abs(wanted.linear) < SLOWEST_ON_PATH:
             return NO_WAY
-        points = self._kernels.evenly_spaced(np.ascontiguousarray(path), reach, SPACING)
+        points = self._kernels.evenly_spaced(np.ascontiguousarray(path), reach, LANE_SPACING)
         if len(points) < 2:
             return NO_WAY
         found: FloatArray = self._kernels.way_beside(
@@ -83,7 +83,7 @@ class Lanes:
         if way is NO_WAY:
             return NO_LANES
         speed = max(wanted.linear, LEAST_SPEED) if wanted.linear > 0.0 else wanted.linear
-        rows = [(share * speed, offset) for share in SHARES for offset in OFFSETS]
+        rows = [(share * speed, offset) for share in SPEED_SHARES for offset in LANE_OFFSETS]
         return np.array([(wanted.linear, 0.0), *rows[1:]])
 
     def twist(self, way: FloatArray, speed: float, offset: float) -> Twist:

@@ -9,16 +9,16 @@ import numpy as np
 from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Twist
 
-SPEEDS = (1.0, 0.6, 0.3, -0.5, -1.0)
+SPEED_SHARES = (1.0, 0.6, 0.3, -0.5, -1.0)
 """Shares of the top speed, forward and backward."""
 
-TURNS = (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)
+TURN_SHARES = (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)
 """Shares of the turning speed of arcs."""
 
 ARC_TIMES = (0.7, 10.0)
 """Seconds of an arc before the robot goes on straight."""
 
-ANGLES = (0.25 * pi, 0.5 * pi, 0.75 * pi)
+FIRST_TURNS = (0.25 * pi, 0.5 * pi, 0.75 * pi)
 """Radians of a turn in place before the robot drives straight on, to both sides."""
 
 DIRECTIONS = 12
@@ -34,14 +34,14 @@ def motions_of(robot: RobotDescription) -> FloatArray:
     turn = min(limits.angular_speed, TURNING_SPEED)
     standing = Twist()
     found = [(standing, 10.0, standing)]
-    for share in SPEEDS:
+    for share in SPEED_SHARES:
         speed = share * (limits.linear_speed if share > 0.0 else limits.reverse_speed)
-        for turning in TURNS:
+        for turning in TURN_SHARES:
             arc = drive.feasible(Twist(speed, turning * turn))
             for seconds in ARC_TIMES if turning else ARC_TIMES[-1:]:
                 found.append((arc, seconds, Twist(speed)))
     if drive.turns_in_place:
-        for angle in ANGLES:
+        for angle in FIRST_TURNS:
             for side in (-1.0, 1.0):
                 spin = Twist(angular=side * turn)
                 seconds = angle / turn + 0.5 * turn / limits.angular_acceleration

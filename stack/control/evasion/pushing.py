@@ -11,19 +11,19 @@ import numpy as np
 from stack.safety.monitor import moving_discs
 from stack.types import FloatArray, Pose2D, TrackedObject
 
-WALKS = 0.3
+WALKING_SPEED = 0.3
 """m/s from which a person counts as walking."""
 
-STOPPED = 0.2
+STOPPED_SPEED = 0.2
 """m/s below which a person has stopped."""
 
-NEAR = 0.6
+TOUCHING = 0.6
 """Metres between the base and the surface of a person who may have run into the robot."""
 
 SETS_OFF = 1.0
 """Seconds after which a person who stands before the robot is expected to go on."""
 
-FORGOTTEN = 6.0
+FORGOTTEN_AFTER = 6.0
 """Seconds after which a person who has stopped is not expected to go on any more."""
 
 
@@ -65,10 +65,10 @@ class PushingPeople:
         found[:, :5] = discs
         for row, track in enumerate(tracks):
             walk = self._walks.get(track.id)
-            if walk is None or hypot(*track.velocity) >= STOPPED:
+            if walk is None or hypot(*track.velocity) >= STOPPED_SPEED:
                 continue
             x, y, radius = discs[row, 0], discs[row, 1], discs[row, 4]
-            if hypot(x, y) - radius > NEAR or time - walk.time > FORGOTTEN:
+            if hypot(x, y) - radius > TOUCHING or time - walk.time > FORGOTTEN_AFTER:
                 continue
             again = TrackedObject(
                 track.id, time, track.position, walk.velocity, track.radius, track.covariance
@@ -80,6 +80,6 @@ class PushingPeople:
         return found
 
     def _walk(self, track: TrackedObject, time: float) -> _Walk | None:
-        if hypot(*track.velocity) >= WALKS:
+        if hypot(*track.velocity) >= WALKING_SPEED:
             return _Walk(track.velocity, time)
         return self._walks.get(track.id)

@@ -13,7 +13,7 @@ from stack.components import ControlState
 from stack.control.mppi.critics.critics import PATH_FOLLOW_AHEAD
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import LocalPath, Obstacles, Outline, clearance_to
+from stack.control.mppi.scene import BodyArrays, LocalPath, Obstacles, clearance_to
 from stack.control.path_controller import PathController
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.path_segment import PathSegment
@@ -22,7 +22,7 @@ from stack.types import FloatArray, Twist
 PATH_SPACING = 0.05
 """Spacing of the path points used by critics, m."""
 
-SLOWER = (1.0, 0.5, 0.25)
+SLOWER_PLANS = (1.0, 0.5, 0.25)
 """Factors on the plan's speeds, tried in turn while its motion is not clear."""
 
 STALLED, STALLED_TURN = 0.04, 0.1
@@ -31,7 +31,7 @@ STALLED, STALLED_TURN = 0.04, 0.1
 AT_REST = 0.2
 """Speed in m/s below which a tracked object counts as standing; it may wait for the robot."""
 
-ROOM = 0.1
+CLEARANCE_TO_MOVING = 0.1
 """Metres of clearance to predicted positions of a plan that keeps clear."""
 
 NEAR_PERSON = 3.0
@@ -46,14 +46,13 @@ class Mppi(PathController[MppiParameters]):
 
     @staticmethod
     def kernels(parameters: MppiParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.control.mppi.critics.kernels import CRITICS
         from stack.control.mppi.kernels import ROLLOUTS
 
         return (*PathController.kernels(parameters, robot), *ROLLOUTS, *CRITICS)
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
-        self._outline = cache(partial(Outline.of, robot.footprint))
+        self._outline = cache(partial(BodyArrays.of, robot.footprint))
         self._obstacles: Obstacles | None = None
         self._keeps_clear = False
         super().__init__(parameters, robot, period)
@@ -69,7 +68,6 @@ class Mppi(PathController[MppiParameters]):
 
     @property
     def keeps_clear(self) -> bool:
-        """Whether the plan of the last command keeps clear of everybody who moves, to its end."""
         return bool(self.parameters.moving_weight) and self._keeps_clear
 
     def _stand(self) -> None:
@@ -112,7 +110,7 @@ class Mppi(PathController[MppiParameters]):
         """
         chosen: Twist | None = None
         self._keeps_clear = False
-        for share in SLOWER:
+        for share in SLOWER_PLANS:
             for controls in (self._optimiser.plan, self._optimiser.best()):
                 poses, first = self._optimiser.trajectory(
                     share * controls, state.pose, self._alignment.last
@@ -120,7 +118,7 @@ class Mppi(PathController[MppiParameters]):
                 rooms = self._rooms(poses, state)
                 if not self._is_safe(poses[: self._soon], rooms[:, : self._soon], state):
                     continue
-                self._keeps_clear = bool((rooms >= ROOM).all())
+                self._keeps_clear = bool((rooms >= CLEARANCE_TO_MOVING).all())
                 if chosen is None or self._keeps_clear:
                     chosen, self._local_plan = first, poses
                 if self._keeps_clear:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stack.control.mppi.critics.critics import CRITICS, CriticData, evaluate_obstacles
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
+from stack.control.mppi.scene import Array32, BodyArrays, LocalPath, Obstacles, Rollouts
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.savitzky_golay import savitzky_golay_weights
 from stack.streams import stream
@@ -24,15 +24,15 @@ TABLE_LENGTH = 4
 CALM_SHARE, CALMEST = 0.4, 0.03
 """Share of the rollouts with reduced noise, and the smallest factor on it."""
 
-HISTORY = 4
+FILTER_HALF_WINDOW = 4
 """Half window of the smoothing filter: the number of past commands that it uses."""
 
 PURSUITS = tuple((speed, ahead) for speed in (1.0, 0.7, 0.4, 0.2) for ahead in (0.6, 0.3, 0.15))
 """Factors on the top speed, and lookahead distances in metres, of the added path pursuits."""
 
-TURNS = (-2.6, -2.0, -1.4, -0.7, 0.0, 0.7, 1.4, 2.0, 2.6)
+TURNS_IN_PLACE = (-2.6, -2.0, -1.4, -0.7, 0.0, 0.7, 1.4, 2.0, 2.6)
 DODGES = (
-    *((speed, turn) for speed in (1.0, 0.5) for turn in TURNS),
+    *((speed, turn) for speed in (1.0, 0.5) for turn in TURNS_IN_PLACE),
     *((-1.0, turn) for turn in (-1.4, -0.7, 0.0, 0.7, 1.4)),
 )
 """Factors on the top speed forward or backward, and angles in radians, of the evasive motions added
@@ -67,8 +67,8 @@ class Optimiser:
         self._pursuits = np.array([(share * self.top_speed, ahead) for share, ahead in PURSUITS])
         self._dodging_turns = dodging_turns(p, float(self._bounds[2]))
         self._places, self._shift = np.arange(p.steps), period / p.time_step
-        self._filter = savitzky_golay_weights(HISTORY, 2)
-        self._past = np.zeros((self._axes, HISTORY))
+        self._filter = savitzky_golay_weights(FILTER_HALF_WINDOW, 2)
+        self._past = np.zeros((self._axes, FILTER_HALF_WINDOW))
         self.plan: Array32 = np.zeros((self._axes, p.steps), np.float32)
 
     @property
@@ -91,8 +91,9 @@ class Optimiser:
             axis[:] = np.interp(self._places + self._shift, self._places, axis)
 
     def improve(
-        self, heading: float, twist: Twist, path: LocalPath, obstacles: Obstacles, body: Outline
-    ) -> None:
+        self, heading: float, twist: Twist, path: LocalPath, obstacles: Obstacles,
+        body: BodyArrays,
+    ) -> None:  # fmt: skip
         """Improve the plan by sampling.
 
         Args:
@@ -189,7 +190,7 @@ class Optimiser:
     def _smooth(self) -> None:
         """Smooth the plan (Savitzky-Golay), padded with past commands and its last controls."""
         for axis, past, top in zip(self.plan, self._past, self._tops(), strict=True):
-            padded = np.concatenate([past, axis, np.repeat(axis[-1:], HISTORY)])
+            padded = np.concatenate([past, axis, np.repeat(axis[-1:], FILTER_HALF_WINDOW)])
             axis[:] = np.convolve(padded, self._filter, "valid")
             np.minimum(np.maximum(axis, -top[0]), top[1], out=axis)
 

@@ -109,7 +109,7 @@ def _distances(free: NDArray[np.uint8], resolution: float) -> tuple[Array32, NDA
 
 
 @dataclass(frozen=True, slots=True)
-class Outline:
+class BodyArrays:
     """Footprint, as arrays for the kernels; base frame, metres.
 
     Attributes:
@@ -124,7 +124,7 @@ class Outline:
     points: Array32
 
     @staticmethod
-    def of(footprint: Footprint, resolution: float) -> Outline:
+    def of(footprint: Footprint, resolution: float) -> BodyArrays:
         """Create discs in a row along the longer side, and edge points at most 0.7 cells apart."""
         corners = footprint.points
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -143,7 +143,7 @@ class Outline:
             radius = float(np.linalg.norm(part - middle, axis=1).max())
             discs.append((*(middle if axis == 0 else middle[::-1]), radius))
         points = outline_points(footprint.points, 0.7 * resolution).T
-        return Outline(
+        return BodyArrays(
             np.array(discs, np.float32),
             _core(footprint, filled, resolution),
             np.ascontiguousarray(points, np.float32),
@@ -151,7 +151,7 @@ class Outline:
 
 
 def clearance_to(
-    outline: Outline, poses: FloatArray, times: FloatArray, track: TrackedObject
+    outline: BodyArrays, poses: FloatArray, times: FloatArray, track: TrackedObject
 ) -> FloatArray:
     """Return the (k,) clearances in metres to an object at constant velocity; below 0: contact.
 

@@ -35,7 +35,7 @@ from stack.geometry.path_segment import PathSegment
 from stack.types import STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
 
-SHORTER = (1.0, 0.6, 0.35)
+LOOKAHEAD_FACTORS = (1.0, 0.6, 0.35)
 """Factors on the lookahead distance, tried in turn while the arc ahead is not clear."""
 
 
@@ -47,7 +47,6 @@ class PurePursuit(Controller):
 
     @staticmethod
     def kernels(parameters: PurePursuitParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.control.kernels import FREE_TIMES, SWEEP
 
         return (*SWEEP, *FREE_TIMES)
@@ -68,7 +67,6 @@ class PurePursuit(Controller):
         self.configure(parameters)
 
     def configure(self, parameters: PurePursuitParameters) -> None:
-        """Apply new parameters."""
         self.parameters = parameters
         self._swept.keep(parameters.padding)
         self._ramp = Ramp(self._drivetrain, self._period, parameters.response_time)
@@ -77,12 +75,10 @@ class PurePursuit(Controller):
         self._manoeuvre.configure(parameters, self._ramp, self._turns)
 
     def set_tolerance(self, tolerance: GoalTolerance) -> None:
-        """Stop within a tolerance of the goal."""
         self._tolerance, self._exact = tolerance, self.parameters.within(tolerance)
         self._turns.adopt(_style(self._exact))
 
     def start(self, now: float) -> None:
-        """Begin a drive."""
         self._manoeuvre.resume(now)
 
     def pause(self, now: float) -> None:
@@ -91,16 +87,13 @@ class PurePursuit(Controller):
         self._last = STANDSTILL
 
     def resume(self, now: float) -> None:
-        """Continue the drive."""
         self._manoeuvre.resume(now)
 
     def stop(self, now: float) -> None:
-        """End the drive."""
         self._manoeuvre.leave(now)
 
     @property
     def top_speed(self) -> float:
-        """Speed in m/s that the parameters allow at most."""
         return self.parameters.cruise_speed
 
     @property
@@ -109,15 +102,9 @@ class PurePursuit(Controller):
         return StopCriterion(self._exact.stop_distance, along_path=True)
 
     def set_segment(self, segment: PathSegment) -> None:
-        """Set the segment to drive along, map frame."""
         self._segment, self._turning = segment, False
 
     def step(self, state: ControlState) -> Twist:
-        """Compute the velocity command for this step.
-
-        Raises:
-            NavigationError: COLLISION_AHEAD when no command is safe.
-        """
         segment, self._state = self._segment, state
         self._swept.see(None if state.points is None else state.pose.transform(state.points))
         if segment is None:
@@ -159,7 +146,7 @@ class PurePursuit(Controller):
                 turn = self._turns.free_twist(self._last, arc.bearing)
             return turn
         wanted = self._speed(arc, segment.remaining)
-        for share in SHORTER[1:]:
+        for share in LOOKAHEAD_FACTORS[1:]:
             clear = arc.free >= wanted * self.parameters.time_to_collision
             if clear or self._at_end(arc, segment):
                 break
@@ -189,7 +176,7 @@ class PurePursuit(Controller):
         speed = hypot(state.twist.linear, state.twist.lateral)
         lookahead = self._lookahead_distance(speed, segment.remaining)
         best: LookaheadArc | None = None
-        for share in SHORTER:
+        for share in LOOKAHEAD_FACTORS:
             point = segment.nearer_point(state.pose, share * lookahead)
             for turning in (True, False):
                 arc = self._line(segment, state, point, turning=turning)

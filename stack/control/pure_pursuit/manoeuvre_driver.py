@@ -19,7 +19,7 @@ PRIMITIVE_DONE = 0.02
 CLEAR_AHEAD = 0.8
 """Metres of path ahead that must be clear before a manoeuvre onto it is searched."""
 
-FORGOTTEN = 0.5
+DROPPED_AFTER = 0.5
 """Seconds of interruption after which a started manoeuvre is dropped."""
 
 
@@ -62,7 +62,7 @@ class ManoeuvreDriver:
 
     def resume(self, now: float) -> None:
         """Drop a manoeuvre that was interrupted for too long."""
-        if self._left_at is None or now - self._left_at > FORGOTTEN:
+        if self._left_at is None or now - self._left_at > DROPPED_AFTER:
             self._primitives = ()
         self._left_at = None
 

@@ -21,8 +21,8 @@ from stack.drivetrain.kinematics import moved
 from stack.geometry.path_segment import PathSegment
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
-AHEAD = (0.0, 0.3, -0.3, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0, 5.0, -5.0, 8.0, -8.0)
-BACK = (0.0, 1.0, -1.0, 3.0, -3.0)
+CURVATURES_AHEAD = (0.0, 0.3, -0.3, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0, 5.0, -5.0, 8.0, -8.0)
+CURVATURES_BACK = (0.0, 1.0, -1.0, 3.0, -3.0)
 """Curvatures ahead and backward, 1/m; the largest are arcs much tighter than the robot's width."""
 
 BACK_DISTANCES, TURNS = (0.1, 0.25), (0.12, -0.12, 0.3, -0.3, 0.6, -0.6, 1.0, -1.0)
@@ -38,10 +38,10 @@ HEADING, PROGRESS, FIRST, REVERSE = 0.25, 0.6, 0.05, 0.3
 """Weights, in metres of offset from the path: per radian of heading error, per metre along the
 path that is not driven, for a first motion, and per metre of reversing."""
 
-GAIN = 0.03
+LEAST_IMPROVEMENT = 0.03
 """Improvement in metres that a manoeuvre must bring."""
 
-RETRY = 0.5
+RETRY_AFTER = 0.5
 """Seconds until three motions are tried again after nothing was found: the search takes most of a
 step (up to 40 ms), and little changes while the robot stands."""
 
@@ -127,7 +127,7 @@ class Manoeuvres:
         tightest = 1.0 / robot.turning_radius if robot.turning_radius else inf
         back = [
             (-1.0, curvature, distance)
-            for curvature in BACK
+            for curvature in CURVATURES_BACK
             for distance in BACK_DISTANCES
             if robot.limits.reverse_speed > 0.0 and abs(curvature) <= tightest
         ]
@@ -137,7 +137,7 @@ class Manoeuvres:
         self._reverses = firsts[:, 0] != 0.0
         self._first_reaches = self._first_spans + np.where(self._reverses, MARGIN, TURN_MARGIN)
         self._prices = FIRST + REVERSE * np.where(self._reverses, self._first_spans, 0.0)
-        ahead = [(1.0, curvature) for curvature in AHEAD if abs(curvature) <= tightest]
+        ahead = [(1.0, curvature) for curvature in CURVATURES_AHEAD if abs(curvature) <= tightest]
         self._arcs = _twists(np.array(ahead))
         self._reaches = np.full(len(ahead), REACH + MARGIN)
         self._found_nothing: tuple[PathSegment, float] | None = None
@@ -161,13 +161,13 @@ class Manoeuvres:
         whatever improves the pose is better than to stand.
         """
         here = _row(state.pose)
-        limit = float(_path_errors(here, segment)[0]) - GAIN
+        limit = float(_path_errors(here, segment)[0]) - LEAST_IMPROVEMENT
         once = self._begin(state, _Begun(here, np.empty((1, 0), np.int64), np.zeros(1)))
         pairs = self._with_arcs(state, segment, once)
         if pairs.errors.size and pairs.costs.min() < limit:
             return self._motions(state.pose, pairs, pairs.costs)
         if self._found_nothing and self._found_nothing[0] is segment:
-            if 0.0 <= state.time - self._found_nothing[1] < RETRY:
+            if 0.0 <= state.time - self._found_nothing[1] < RETRY_AFTER:
                 return ()
         threes = self._with_arcs(state, segment, self._begin(state, once))
         better = [np.where(some.errors < limit, some.costs, inf) for some in (pairs, threes)]

@@ -31,7 +31,6 @@ class DenoiseLayer(Layer):
 
     @staticmethod
     def kernels() -> KernelTypes:
-        """Return the kernels of the layer."""
         from stack.costmap import kernels
 
         return kernels.DENOISING

@@ -42,13 +42,11 @@ class DepthLayer(Layer):
         return self._marked
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Draw the points at the new position."""
         self.frame = frame
         self._marked = np.zeros(frame.shape, dtype=bool)
         self._draw(self._cells())
 
     def update(self, update: LayerUpdate) -> Box:
-        """Draw new points; return the box of the cells that changed."""
         if update.depth is None:
             return NO_BOX
         self._points, self._seen_at = update.depth, update.time
@@ -62,7 +60,6 @@ class DepthLayer(Layer):
         return int(rows[0]), int(rows[-1]) + 1, int(columns.min()), int(columns.max()) + 1
 
     def paint(self, canvas: Canvas) -> None:
-        """Paint the cells with an obstacle as lethal."""
         if not len(self._drawn):
             return
         canvas.cells[part(self._marked, canvas.box)] = LETHAL_COST

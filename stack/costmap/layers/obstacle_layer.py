@@ -44,14 +44,12 @@ class ObstacleLayer(SensedLayer):
 
     @staticmethod
     def kernels() -> KernelTypes:
-        """Return the kernels of the layer."""
         from stack.costmap import kernels
 
         return kernels.OBSTACLES
 
     @staticmethod
     def lidars(parameters: Parameters) -> tuple[str, ...]:
-        """Return the one lidar."""
         return (parameters.source,)
 
     @property

@@ -18,7 +18,7 @@ MARK_ABOVE = 0.8
 """Probability above which a cell is an obstacle."""
 FREE_BELOW = 0.2
 """Probability below which a cell is free."""
-ACCURACY = 0.05
+RANGE_ERROR_SHARE = 0.05
 """Error of a reading, as a share of the distance."""
 
 _PRIOR = np.float32(0.5)
@@ -60,7 +60,6 @@ class RangeLayer(SensedLayer):
 
     @staticmethod
     def kernels() -> KernelTypes:
-        """Return the kernels of the layer."""
         from stack.costmap import kernels
 
         return kernels.RANGES
@@ -97,7 +96,7 @@ class RangeLayer(SensedLayer):
             return NO_BOX
         returned = distance < reading.range_max
         sensor = pose.compose(reading.mount)
-        thickness = max(self.frame.resolution, ACCURACY * distance) if returned else 0.0
+        thickness = max(self.frame.resolution, RANGE_ERROR_SHARE * distance) if returned else 0.0
         end = distance + thickness if returned else reading.range_max
         box = self.frame.box_around(
             (sensor.x - end, sensor.y - end), (sensor.x + end, sensor.y + end)

@@ -24,7 +24,7 @@ from stack.types import INSCRIBED_COST, PERSON, Footprint
 SAME_PLACE = 0.5
 """Distance up to which a detection is a remembered thing of its label, m."""
 
-STEPS = 10
+FADING_STEPS = 10
 """Steps in which a remembered cost falls to 0; each repaints the cells around the thing."""
 
 NEW_SHARE = 0.4
@@ -182,7 +182,6 @@ class SemanticLayer(Layer):
             np.copyto(cells, cost, where=(cells < INSCRIBED_COST) & (cost > cells))
 
     def clear(self, region: Region | None) -> Box:
-        """Forget the things in a region."""
         if region is None:
             self._things = []
         else:
@@ -237,7 +236,7 @@ class SemanticLayer(Layer):
             if settings is None:
                 continue
             left = 1.0 - max(self._time - thing.seen_at, 0.0) / settings.memory
-            level = -floor(-left * STEPS) / STEPS  # rounded up
+            level = -floor(-left * FADING_STEPS) / FADING_STEPS  # rounded up
             if level > 0.0:
                 spot = _Spot(thing.x, thing.y, settings.radius, settings.cost * level)
                 spots.append(spot)

@@ -78,7 +78,6 @@ class SensedLayer(Layer):
         return changed
 
     def clear(self, region: Region | None) -> Box:
-        """Clear marks and values."""
         if region is None:
             part(self._times, self._sensed)[:] = -np.inf
             part(self._values, self._sensed)[:] = self.empty

@@ -20,13 +20,13 @@ from stack.costmap.layer import (
 from stack.parameters import parameter
 from stack.types import Footprint, TrackedObject
 
-SPREAD = 0.3
+SIDE_DEVIATION = 0.3
 """Standard deviation of the cost to the side, m."""
 
-FADE = 0.6
+FADE_AT_HORIZON = 0.6
 """Share of the cost lost at the horizon."""
 
-_REACH = 3.0
+_WIDEST = 3.0
 """Lateral distance beyond which no cost is added, in standard deviations."""
 
 
@@ -56,7 +56,6 @@ class SocialLayer(Layer):
 
     @staticmethod
     def kernels() -> KernelTypes:
-        """Return the kernels of the layer."""
         from stack.costmap.layers import kernels
 
         return kernels.SOCIAL
@@ -97,13 +96,13 @@ class SocialLayer(Layer):
             cells, frame.origin[0] + box[2] * frame.resolution,
             frame.origin[1] + box[0] * frame.resolution, frame.resolution,
             *track.position_after(self._time - track.stamp), *track.velocity,
-            settings.horizon, track.radius, _REACH * SPREAD,
-            float(settings.cost), FADE, SPREAD,
+            settings.horizon, track.radius, _WIDEST * SIDE_DEVIATION,
+            float(settings.cost), FADE_AT_HORIZON, SIDE_DEVIATION,
         )  # fmt: skip
 
     def _box(self, track: TrackedObject) -> Box:
         """The cells whose cost a person's predicted motion raises."""
-        margin = track.radius + _REACH * SPREAD
+        margin = track.radius + _WIDEST * SIDE_DEVIATION
         age = self._time - track.stamp
         ends = (track.position_after(age), track.position_after(age + self.parameters.horizon))
         (x, y), (other_x, other_y) = ends

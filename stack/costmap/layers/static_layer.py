@@ -34,7 +34,6 @@ class StaticLayer(Layer):
 
     @staticmethod
     def kernels() -> KernelTypes:
-        """Return the kernels of the layer."""
         from stack.costmap.layers import kernels
 
         return kernels.MAP
@@ -49,7 +48,6 @@ class StaticLayer(Layer):
         self._is_drawn = False
 
     def set_map(self, grid: OccupancyGrid | None) -> None:
-        """Use another map, or none; the next `lay_out` draws it."""
         super().set_map(grid)
         self._is_drawn = False
         if grid is not None:
@@ -70,7 +68,6 @@ class StaticLayer(Layer):
         self._kernels.paint_map(canvas.cells, self._cells, *canvas.box)
 
     def ground(self, box: Box) -> Costs | None:
-        """Costs of the map."""
         return part(self._cells, box)
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:

@@ -23,7 +23,7 @@ from stack.costmap.layer import (
     sampled,
 )
 from stack.costmap.way_out import Lane, WayOut
-from stack.costmap.zones import MARGIN, Zone, ZoneCells, read_mask, read_zones
+from stack.costmap.zones import ZONE_MARGIN, Zone, ZoneCells, read_mask, read_zones
 from stack.parameters import parameter
 from stack.types import FREE, LETHAL_COST, Footprint, OccupancyGrid, Pose2D
 
@@ -50,7 +50,6 @@ class _ZoneLayer(Layer):
     _cells: ZoneCells
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Draw the zones in the new frame."""
         super().lay_out(frame, shift)
         self._cells.lay_out(frame, shift)
 
@@ -71,7 +70,7 @@ class KeepoutLayer(_ZoneLayer):
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
         self._mask = read_mask(parameters.mask)
-        self._cells = ZoneCells(parameters.zones, self._mask, MARGIN)
+        self._cells = ZoneCells(parameters.zones, self._mask, ZONE_MARGIN)
         self._leaving: WayOut | None = None
         self._lane: Lane | None = None
 
@@ -98,24 +97,20 @@ class KeepoutLayer(_ZoneLayer):
         return joined([self._box_of(before), self._box_of(self._lane)])
 
     def paint(self, canvas: Canvas) -> None:
-        """Paint cells inside a zone as lethal."""
         closed = part(self._cells.cells, canvas.box) > 0
         if self._lane is not None:
             closed &= sampled(self._lane.cells, self.frame, canvas.box, FREE) == FREE
         canvas.cells[closed] = LETHAL_COST
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """The name of the zone, None outside."""
         name = self._cells.name_at(row, column)
         return None if name is None else (name, None)
 
     def forbidden(self) -> dict[str, NDArray[np.bool_]]:
-        """Cells of each zone."""
         return self._cells.by_name()
 
     @property
     def way_out(self) -> Pose2D | None:
-        """First place outside the zone in which the robot stands."""
         return None if self._lane is None else self._lane.end
 
     def _box_of(self, lane: Lane | None) -> Box:

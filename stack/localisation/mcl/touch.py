@@ -13,7 +13,7 @@ from stack.types import FloatArray, Footprint, Pose2D, Scan
 _LEAST_BEAMS = 2
 """Beams that end at what touches the robot; one alone may be noise."""
 
-TOUCH_DISTANCE = 0.05
+TOUCHING = 0.05
 """Metres from the outline within which a return is a touch."""
 
 TOUCH_SPEED = 0.15
@@ -54,14 +54,14 @@ class TouchSense:
         """
         reach = (
             self._footprint.circumscribed_radius
-            + TOUCH_DISTANCE
+            + TOUCHING
             + float(np.hypot(scan.mount.x, scan.mount.y))
         )
         beams = np.flatnonzero(scan.ranges < reach)
         if beams.size < _LEAST_BEAMS:
             return False
         away = distances_to_edges(beam_points(scan, beams), self._footprint.points)
-        beams = beams[away < TOUCH_DISTANCE]
+        beams = beams[away < TOUCHING]
         if beams.size < _LEAST_BEAMS:
             return False
         kinds, _ = self._evaluator.classified(pose, scan, beams)

@@ -1,4 +1,4 @@
-"""The base of the robot for behaviours: begins motions, each of which is a task."""
+"""The base of a robot that the stack drives: begins motions, each of which is a task."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable, Sequence
 from math import degrees
 
 from stack.components import Estimator
-from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.navigation.activities import Activities
 from stack.navigation.disambiguation import Disambiguation
-from stack.navigation.doubt import LocalisationMonitor, other_places
+from stack.navigation.doubt import other_places
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.escape import EscapeGoal
@@ -18,15 +17,16 @@ from stack.navigation.following import PathDrive
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.recoveries import (
-    BackUp,
-    DriveFor,
-    DriveOnHeading,
+    BackUpMotion,
+    DriveForMotion,
+    DriveOnHeadingMotion,
     DriveOrder,
-    Spin,
+    SpinMotion,
     StraightLine,
 )
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.navigation.teleoperation import Teleoperation
+from stack.robot import Base
 from stack.types import (
     STANDSTILL,
     ContactZone,
@@ -42,29 +42,24 @@ VIEW_TOLERANCE = 0.3
 """Goal tolerance at a place from which rival poses look different, m."""
 
 
-class Base:
-    """Implements stack.robot.Base, which documents what behaviours may call.
-
-    A new motion cancels the current one.
+class StackBase(Base):
+    """Begins the motions of the navigator; a new one cancels the current one.
 
     Args:
-        robot: outline and limits.
         tools: of drives.
-        activities: runs the motions.
+        activities: runs the motions, and decides what moves while the robot is lost.
         queries: runs plans without motion.
-        monitor: decides what moves while the robot is lost.
         estimator: knows rival poses, and where they look different.
         now: what the step has perceived.
         cover: without a map, grows the costmaps to contain some poses.
     """
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
-        self, robot: RobotDescription, tools: DriveTools, activities: Activities,
-        queries: PlanQueries, monitor: LocalisationMonitor, estimator: Estimator,
-        now: CurrentStep, cover: Callable[[Iterable[Pose2D]], None],
+        self, tools: DriveTools, activities: Activities, queries: PlanQueries,
+        estimator: Estimator, now: CurrentStep, cover: Callable[[Iterable[Pose2D]], None],
     ) -> None:  # fmt: skip
-        self._robot, self._tools, self._activities = robot, tools, activities
-        self._queries, self._monitor, self._estimator = queries, monitor, estimator
+        self._robot, self._tools, self._activities = tools.robot, tools, activities
+        self._queries, self._monitor, self._estimator = queries, activities.monitor, estimator
         self._now, self._cover = now, cover
 
     @property
@@ -87,11 +82,6 @@ class Base:
     def navigate_through(
         self, goals: Sequence[Pose2D], *, tolerance: float | None = None
     ) -> MotionTask:
-        """Drive through poses in turn to the last one, without stopping in between.
-
-        Raises:
-            ParameterError: no goals.
-        """
         if not goals:
             raise ParameterError("goals", "expected at least one pose, got an empty list")
         return self._drive_through(goals, tolerance, partial=False)
@@ -135,11 +125,6 @@ class Base:
         )
 
     def follow_path(self, path: Path) -> MotionTask:
-        """Follow a fixed path, without replanning.
-
-        Raises:
-            ParameterError: the path has fewer than two points.
-        """
         if len(path.points) < 2:
             raise ParameterError("path", f"expected at least 2 points, got {len(path.points)}")
         task = self._activities.task(f"follow a path of {path.length:.1f} m")
@@ -169,35 +154,25 @@ class Base:
     ) -> MotionTask:
         task = self._activities.task(f"spin {degrees(angle):.0f} deg", while_lost=while_lost)
         rate = _positive("speed", self._parameters.spin_speed if speed is None else speed)
-        refusal = Spin.unsupported_reason(self._robot)
+        refusal = SpinMotion.unsupported_reason(self._robot)
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(Spin(task, angle, rate, self._tools.motions.tools))
+        return self._recover(SpinMotion(task, angle, rate, self._tools.motions.tools))
 
     def back_up(
         self, distance: float, *, speed: float | None = None, while_lost: bool = False
     ) -> MotionTask:
-        """Drive straight back by a distance.
-
-        Raises:
-            ParameterError: a distance or speed that is not above 0, or a robot that cannot reverse.
-        """
         _positive("distance", distance)
         _positive("reverse_speed", self._robot.limits.reverse_speed)
         task = self._activities.task(f"back up {distance:.2f} m", while_lost=while_lost)
         rate = _positive("speed", self._parameters.back_up_speed if speed is None else speed)
-        return self._recover(BackUp(task, distance, rate, self._tools.motions.tools))
+        return self._recover(BackUpMotion(task, distance, rate, self._tools.motions.tools))
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0,
         while_lost: bool = False,
     ) -> MotionTask:  # fmt: skip
-        """Drive straight by a distance.
-
-        Raises:
-            ParameterError: a speed that is not above 0.
-        """
         rate = _positive("speed", self._parameters.straight_speed if speed is None else speed)
         line = StraightLine(distance, direction, rate)
         task = self._activities.task(
@@ -207,20 +182,12 @@ class Base:
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(DriveOnHeading(task, line, self._tools.motions.tools))
+        return self._recover(DriveOnHeadingMotion(task, line, self._tools.motions.tools))
 
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5,
         speed: float | None = None, while_lost: bool = False,
     ) -> MotionTask:  # fmt: skip
-        """Drive out of a tight spot by range sensors and odometry alone.
-
-        Sensors do not see keep-out zones. A robot that knows where it is stays out of them, and
-        drives out of one in which it stands on the map.
-
-        Raises:
-            ParameterError: a value that is not above 0.
-        """
         motions, p = self._tools.motions, self._parameters
         escape_goal = EscapeGoal(
             _positive("clearance", motions.room_to_turn if clearance is None else clearance),
@@ -245,11 +212,11 @@ class Base:
         if refused and monitor.refuses(self._parameters):
             raise NavigationError(FailureCode.LOST, monitor.refusal(self._estimator.estimate))
         order = DriveOrder(twist, seconds, contact, gives_way=gives_way, while_lost=may_move)
-        if isinstance(current, DriveFor):
+        if isinstance(current, DriveForMotion):
             current.renew(order, self._now.perceived.time)
             return current.task
         task = self._activities.task("drive on command")
-        begun = DriveFor(task, order, self._now.perceived.time)
+        begun = DriveForMotion(task, order, self._now.perceived.time)
         self._activities.start(begun, "goal", "driving on command")
         return task
 

@@ -1,4 +1,4 @@
-"""The localisation of the robot for behaviours: where it is, and how it finds its pose."""
+"""The localisation of a robot that the stack drives: asks the estimator."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from stack.frames.buffer import TransformBuffer
 from stack.navigation.navigator import Navigator
 from stack.navigation.relocalisation import Relocalisation, report_pose
 from stack.navigation.tasks import Emit, MotionTask
+from stack.robot import Localisation
 from stack.types import CurrentStep, Pose2D, PoseEstimate, Scan
 
 
-class Localisation:
-    """Implements stack.robot.Localisation.
+class StackLocalisation(Localisation):
+    """Answers from the estimator of the pose.
 
     Args:
         estimator: of the pose.

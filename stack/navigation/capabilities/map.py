@@ -1,8 +1,8 @@
-"""The map of the robot for behaviours: what is known, where to explore, saving, clearing."""
+"""The map of a robot that the stack drives: known space, where to explore, saving, clearing."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from math import degrees
 from pathlib import Path as FilePath
 from typing import Protocol
@@ -23,9 +23,11 @@ from stack.mapping.ros_map import read_ros_map
 from stack.mapping.saved_maps import MAP_YAML, folder_contents
 from stack.navigation.relocalisation import report_pose
 from stack.navigation.tasks import Emit
+from stack.navigation.world_model import WorldModel
 from stack.parameters import suggestion
 from stack.perception.markers.survey import MarkerSurvey
 from stack.perception.places.memory import PlaceMemory
+from stack.robot import Map
 from stack.types import (
     FREE,
     LETHAL_COST,
@@ -40,7 +42,7 @@ from stack.types import (
     Pose2D,
 )
 
-SPARE = 0.03
+SPARE_CLEARANCE = 0.03
 """Metres that the robot's centre stays farther from obstacles than its inscribed radius."""
 
 
@@ -53,62 +55,53 @@ class MapStore(Protocol):
         Raises:
             OSError: it cannot be written.
         """
-        ...
 
     def find(self, name: str) -> FilePath:
         """Return the path of a saved map, which may not exist."""
-        ...
 
 
-class Map:
-    """Implements stack.robot.Map; keeps only what it has computed from the newest map.
+class StackMap(Map):
+    """Answers from estimator and costmaps; keeps only what it has computed from the newest map.
 
     Args:
         robot: description of the robot.
         estimator: its map is used if it has one.
-        costmaps: the local and the global one: the map of a mission that has none.
+        world: with the costmaps, the map of a mission that has none.
         static: the mission's map; None without one.
         store: of saved maps.
         emit: called with (kind, text, level="info", **fields) for each event.
         survey: of markers; None without a camera.
         markers: the known ones, which are saved with the surveyed ones.
         places: keyframes that are saved with the map.
-        cover: without a map, grows the costmaps to contain some poses.
-        draw: replaces the map of the costmaps.
-
-    Attributes:
-        markers: the known ones, map frame.
     """
 
     def __init__(  # noqa: PLR0913 - what it needs of the stack
-        self, robot: RobotDescription, estimator: Estimator,
-        costmaps: tuple[Costmap, Costmap], static: OccupancyGrid | None, store: MapStore,
-        emit: Emit, survey: MarkerSurvey | None = None, markers: Sequence[Marker] = (),
+        self, robot: RobotDescription, estimator: Estimator, world: WorldModel,
+        static: OccupancyGrid | None, store: MapStore, emit: Emit,
+        survey: MarkerSurvey | None = None, markers: Sequence[Marker] = (),
         places: PlaceMemory | None = None,
-        cover: Callable[[Iterable[Pose2D]], None] = lambda _: None,
-        draw: Callable[[OccupancyGrid], None] = lambda _: None,
     ) -> None:  # fmt: skip
-        self._survey, self.markers = survey, tuple(markers)
-        self._robot, self._estimator = robot, estimator
-        self._costmaps = dict(zip(("local", "global"), costmaps, strict=True))
-        self._costmap = costmaps[1]
+        self._survey, self._markers = survey, tuple(markers)
+        self._robot, self._estimator, self._world = robot, estimator, world
         self._static, self._store, self._emit, self._places = static, store, emit, places
-        self._cover, self._draw = cover, draw
         self._sensed: tuple[int, OccupancyGrid] | None = None
         self._area: tuple[OccupancyGrid, float] | None = None
 
     @property
     def grid(self) -> OccupancyGrid:
-        """The map so far: the estimator's, else the mission's, else what the costmap has sensed."""
         drawn = self._estimator.grid
         if drawn is not None:
             return drawn
         if self._static is not None:
             return self._static
-        version = self._costmap.version
-        if self._sensed is None or self._sensed[0] != version:
-            self._sensed = version, _from_costs(self._costmap)
+        costmap = self._world.global_costmap
+        if self._sensed is None or self._sensed[0] != costmap.version:
+            self._sensed = costmap.version, _from_costs(costmap)
         return self._sensed[1]
+
+    @property
+    def markers(self) -> tuple[Marker, ...]:
+        return self._markers
 
     @property
     def known_area(self) -> float:
@@ -121,7 +114,7 @@ class Map:
         self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25,
         avoided: Sequence[Pose2D] = (), seen_from: Sequence[Pose2D] | None = None,
     ) -> list[Frontier]:  # fmt: skip
-        radius = self._robot.footprint.inscribed_radius + SPARE
+        radius = self._robot.footprint.inscribed_radius + SPARE_CLEARANCE
         grid = self.grid
         if seen_from is not None:
             grid = only_in_view(grid, seen_from, sensor_range)
@@ -131,7 +124,7 @@ class Map:
     def coverage(
         self, corners: Sequence[Pose2D], spacing: float, *, clearance: float | None = None
     ) -> CoveragePlan:
-        radius = self._robot.footprint.half_width + SPARE
+        radius = self._robot.footprint.half_width + SPARE_CLEARANCE
         polygon = np.array([(corner.x, corner.y) for corner in corners]) if corners else None
         return coverage_plan(
             self.grid, self._pose, clearance or radius, spacing, polygon, self._zones()
@@ -140,17 +133,13 @@ class Map:
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Clear sensed obstacles. The map stays.
-
-        Raises:
-            ParameterError: unknown costmap or layer.
-        """
-        known = (*self._costmaps, "both")
+        named = {"local": self._world.local_costmap, "global": self._world.global_costmap}
+        known = (*named, "both")
         if which not in known:
             raise ParameterError(
                 "which", f"{which!r} is not one of {', '.join(known)}", suggestion(which, known)
             )
-        costmaps = [item for name, item in self._costmaps.items() if which in (name, "both")]
+        costmaps = [item for name, item in named.items() if which in (name, "both")]
         layers = [name for costmap in costmaps for name in costmap.layers]
         if layer is not None and layer not in layers:
             raise ParameterError("layer", f"unknown layer {layer!r}", suggestion(layer, layers))
@@ -175,20 +164,16 @@ class Map:
 
     def _zones(self) -> dict[str, NDArray[np.bool_]]:
         """Return the cells (rows, columns) of the map in each keep-out zone, by name."""
-        grid, view = self.grid, self._costmap.view
+        grid, costmap = self.grid, self._world.global_costmap
+        view = costmap.view
         frame = Frame(grid.cells.shape, grid.resolution, grid.origin)
         found = {}
-        for name, cells in self._costmap.forbidden.items():
+        for name, cells in costmap.forbidden.items():
             zone = OccupancyGrid(cells.astype(np.int8), view.resolution, view.origin)
             found[name] = sampled(zone, frame, frame.everywhere, 0) > 0
         return found
 
     def save(self, name: str) -> str:
-        """Save the map, its keyframes and what the estimator adds, for example its pose graph.
-
-        Raises:
-            NavigationError: FAILED if it cannot be written or its markers cannot be computed.
-        """
         keyframes = {} if self._places is None else self._places.files()
         try:
             surveyed = self._surveyed()
@@ -231,12 +216,6 @@ class Map:
         return {MARKERS_YAML: text.encode()}
 
     def load(self, name: str, pose: Pose2D | None = None) -> None:
-        """Load a saved map into the estimator, and its keyframes, and use it from now on.
-
-        Raises:
-            NavigationError: FAILED if the files are wrong, UNSUPPORTED if the estimator cannot
-                change its map.
-        """
         path, before = self._store.find(name), self._pose
         folder = path if path.is_dir() else path.parent
         try:
@@ -250,8 +229,8 @@ class Map:
         rows, columns = grid.cells.shape
         x, y = grid.origin
         end = Pose2D(x + columns * grid.resolution, y + rows * grid.resolution)
-        self._cover([Pose2D(x, y), end])
-        self._draw(grid)
+        self._world.cover([Pose2D(x, y), end])
+        self._world.draw(grid)
         report_pose(self._emit, before, self._pose, "map")
 
 

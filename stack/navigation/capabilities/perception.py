@@ -1,4 +1,4 @@
-"""The perception of the robot for behaviours and displays: scans, tracks, pictures, detections."""
+"""The perception of a robot that the stack drives, also for displays."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from stack.perception.floor_lines import FloorLineDetector
 from stack.perception.markers.detector import MarkerDetector
 from stack.perception.objects.detection import ObjectDetection
 from stack.perception.places.memory import PlaceMemory
+from stack.robot import Perception
 from stack.types import (
     ColourMask,
     CurrentStep,
@@ -43,9 +44,9 @@ SHOWN_FOR = 2.0
 M = TypeVar("M", bound=Measurement)
 
 
-@dataclass(frozen=True)
-class Perception:
-    """Implements stack.robot.Perception.
+@dataclass(frozen=True, kw_only=True)
+class StackPerception(Perception):
+    """Answers from the newest measurements, and searches pictures when it is asked.
 
     Attributes:
         robot: description of the robot.
@@ -119,7 +120,6 @@ class Perception:
         return point_cloud(image, voxel=voxel, above=above)
 
     def newest(self, name: str, kind: type[M]) -> M | None:
-        """The newest measurement of a sensor; None before the first one of this type."""
         return self._perceived.newest(name, kind)
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:

@@ -1,4 +1,4 @@
-"""The robot of a run for behaviours: its parts by capability."""
+"""The robot that the stack drives, for behaviours: its capabilities."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from stack.body import Body, Replay
-from stack.navigation.capabilities.base import Base
-from stack.navigation.capabilities.localisation import Localisation
-from stack.navigation.capabilities.map import Map
-from stack.navigation.capabilities.perception import Perception
+from stack.navigation.capabilities.base import StackBase
+from stack.navigation.capabilities.localisation import StackLocalisation
+from stack.navigation.capabilities.map import StackMap
+from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.tasks import Emit
 from stack.robot import JsonValue
 from stack.types import Battery, CurrentStep, Image
@@ -21,11 +21,10 @@ class ImageStore(Protocol):
 
     def save(self, image: Image, name: str, details: Mapping[str, JsonValue] | None = None) -> str:
         """Save an image, and details beside it; return its path relative to the folder."""
-        ...
 
 
 @dataclass(frozen=True)
-class RunningRobot:
+class StackRobot:
     """Implements stack.robot.Robot.
 
     Attributes:
@@ -35,10 +34,10 @@ class RunningRobot:
         emit: called with (kind, text, level="info", **fields) for each event.
     """
 
-    base: Base
-    localisation: Localisation
-    map: Map
-    perception: Perception
+    base: StackBase
+    localisation: StackLocalisation
+    map: StackMap
+    perception: StackPerception
     body: Body
     now: CurrentStep
     store: ImageStore

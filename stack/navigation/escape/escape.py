@@ -6,7 +6,13 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
-from stack.navigation.escape.search import GAIN, NO_FENCE, ChosenMotion, MotionId, Search
+from stack.navigation.escape.search import (
+    LEAST_GAIN,
+    NO_FENCE,
+    ChosenMotion,
+    EscapeSearch,
+    MotionId,
+)
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.recoveries import (
     DONE,
@@ -64,7 +70,7 @@ class Escape(MotionExecutor):
     ) -> None:
         super().__init__(task)
         self._goal, self._tools, self._surroundings = escape_goal, tools, surroundings
-        self._search = Search(tools.robot, surroundings, fence)
+        self._search = EscapeSearch(tools.robot, surroundings, fence)
         self._radius = tools.robot.footprint.circumscribed_radius
         self._chosen: ChosenMotion | None = None
         self._segments: tuple[EscapeSegment, ...] = ()
@@ -93,19 +99,19 @@ class Escape(MotionExecutor):
         super().resume(now)
         self._rate, self._chosen, self._segments, self._last = 0.0, None, (), None
 
-    def step(self, state: Perceived) -> Twist:
-        pose = state.motion.pose
-        self._follow_up(state)
-        if self._out_of_time(state) or not self._sees(state):
+    def step(self, perceived: Perceived) -> Twist:
+        pose = perceived.motion.pose
+        self._follow_up(perceived)
+        if self._out_of_time(perceived) or not self._sees(perceived):
             return STANDSTILL
         if self._surroundings.updates != self._measured_at:
             self._measure(pose)
         self.task.report(f"clearance {self._clearance:.2f} m", self._remaining)
         if self._is_over():
-            return self._finish(state)
-        if self._chosen is not None and self._goes_on(state, self._chosen):
+            return self._finish(perceived)
+        if self._chosen is not None and self._goes_on(perceived, self._chosen):
             return self._drive()
-        self._search_motion(state)
+        self._search_motion(perceived)
         return STANDSTILL
 
     @property
@@ -120,27 +126,27 @@ class Escape(MotionExecutor):
         if first:
             self._first = self._clearance
 
-    def _sees(self, state: Perceived) -> bool:
+    def _sees(self, perceived: Perceived) -> bool:
         """Whether every range sensor has measured; the task fails when patience is over."""
-        missing = [name for name, age in state.obstacles.ages.items() if age == inf]
+        missing = [name for name, age in perceived.obstacles.ages.items() if age == inf]
         if self._surroundings.updates and not missing:
             return True
         which = f" from {', '.join(missing)}" if missing else ""
         self._wait(
-            state, FailureCode.FAILED,
+            perceived, FailureCode.FAILED,
             f"no measurement received{which}: an escape needs a lidar or a sonar",
         )  # fmt: skip
         return False
 
-    def _wait(self, state: Perceived, code: FailureCode, sentence: str) -> None:
+    def _wait(self, perceived: Perceived, code: FailureCode, sentence: str) -> None:
         """Stand and wait for a change; fail when patience is over."""
-        self._wait_time.start_once(state.time)
-        if self._wait_time.elapsed(state.time) >= RECOVERY_PATIENCE:
+        self._wait_time.start_once(perceived.time)
+        if self._wait_time.elapsed(perceived.time) >= RECOVERY_PATIENCE:
             self.task.fail(code, sentence)
 
-    def _follow_up(self, state: Perceived) -> None:
+    def _follow_up(self, perceived: Perceived) -> None:
         """Update the current segment with the motion of the last step."""
-        pose = state.motion.pose
+        pose = perceived.motion.pose
         if self._last is not None:
             step = pose.relative_to(self._last)
             self._driven += pose.distance_to(self._last)
@@ -155,33 +161,33 @@ class Escape(MotionExecutor):
         self._last = pose
         if self._travelled > self._moved_to + DONE:
             self._moved_to = self._travelled
-            self._rest.start(state.time)
+            self._rest.start(perceived.time)
         if self._travelled > self._stall_from + STIR:
             self._stall_from = self._travelled
-            self._stall.start(state.time)
+            self._stall.start(perceived.time)
         if self._travelled > self._banned_at + MOVED_ON:
             self._banned = []
 
-    def _out_of_time(self, state: Perceived) -> bool:
+    def _out_of_time(self, perceived: Perceived) -> bool:
         result = f"drove {self._driven:.2f} m, clearance {self._clearance:.2f} m"
-        if self._total.elapsed(state.time) >= self.deadline:
+        if self._total.elapsed(perceived.time) >= self.deadline:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"not enough clearance after {self.deadline:.0f} s; {result}"
             )
-        elif not self._wait_time.running and self._rest.elapsed(state.time) >= STALL_TIME:
+        elif not self._wait_time.running and self._rest.elapsed(perceived.time) >= STALL_TIME:
             self.task.fail(FailureCode.NO_PROGRESS, f"did not move for {STALL_TIME:g} s; {result}")
         return not self.task.running
 
     def _is_over(self) -> bool:
         return self._clearance >= self._goal.clearance or self._remaining <= DONE
 
-    def _finish(self, state: Perceived) -> Twist:
+    def _finish(self, perceived: Perceived) -> Twist:
         self._rate, self._segments, self._chosen = 0.0, (), None
-        if not state.motion.twist.stands:
+        if not perceived.motion.twist.stands:
             return STANDSTILL
         wanted = self._goal.clearance
         result = f"clearance {self._clearance:.2f} m after {self._driven:.2f} m"
-        if self._clearance >= wanted or self._clearance >= self._first + GAIN:
+        if self._clearance >= wanted or self._clearance >= self._first + LEAST_GAIN:
             self.task.succeed(result)
         else:
             self.task.fail(
@@ -189,16 +195,16 @@ class Escape(MotionExecutor):
             )
         return STANDSTILL
 
-    def _goes_on(self, state: Perceived, chosen: ChosenMotion) -> bool:
+    def _goes_on(self, perceived: Perceived, chosen: ChosenMotion) -> bool:
         """Whether to continue the chosen motion; drops finished segments and stalled motions."""
         while self._segments and self._segments[0].amount <= DONE:
             self._segments, self._rate = self._segments[1:], 0.0
-        if self._stall.elapsed(state.time) >= GIVES_UP_MOTION:
+        if self._stall.elapsed(perceived.time) >= GIVES_UP_MOTION:
             self._banned.append(chosen.motion)
             self._banned_at = self._travelled
             self._chosen = None
         elif not self._segments or not self._search.clear(
-            state.motion.pose, chosen, self._segments
+            perceived.motion.pose, chosen, self._segments
         ):
             self._chosen = None
         return self._chosen is not None
@@ -225,41 +231,43 @@ class Escape(MotionExecutor):
             top = min(top, limits.angular_speed / abs(segment.twist.angular))
         return MotionProfile(segment.amount, top, 0.5 * limits.linear_acceleration, 0.0, "m")
 
-    def _search_motion(self, state: Perceived) -> None:
+    def _search_motion(self, perceived: Perceived) -> None:
         """Search a motion from the current pose; wait and fail when there is none."""
         self._rate, self._segments = 0.0, ()
-        if not state.motion.twist.stands:
+        if not perceived.motion.twist.stands:
             return
-        looked = self._look_time.running and self._look_time.elapsed(state.time) < LOOK_AGAIN - 1e-9
+        looked = (
+            self._look_time.running and self._look_time.elapsed(perceived.time) < LOOK_AGAIN - 1e-9
+        )
         if self._wait_time.running and looked:
             return
-        self._look_time.start(state.time)
-        pose = state.motion.pose
+        self._look_time.start(perceived.time)
+        pose = perceived.motion.pose
         wanted = self._goal.clearance
         self._chosen = self._search.best(pose, wanted, self._remaining, self._banned)
         if self._chosen is not None:
             if self._wait_time.running:
                 self._wait_time.reset()
-                self._rest.start(state.time)
+                self._rest.start(perceived.time)
             self._segments = self._chosen.segments
-            self._stall.start(state.time)
+            self._stall.start(perceived.time)
         elif self._banned:  # stalled motions may work now; the stall has its own time limit
             self._banned = []
         else:
-            self._wait_without_motion(state, pose)
+            self._wait_without_motion(perceived, pose)
 
-    def _wait_without_motion(self, state: Perceived, pose: Pose2D) -> None:
+    def _wait_without_motion(self, perceived: Perceived, pose: Pose2D) -> None:
         """No motion leads to more clearance: wait for a change, then fail with the reason."""
         wanted = self._goal.clearance
         if self._search.can_leave(pose):
             self._wait(
-                state, FailureCode.NO_PROGRESS,
+                perceived, FailureCode.NO_PROGRESS,
                 f"no pose within {self._remaining:.1f} m has more clearance than the "
                 f"{self._clearance:.2f} m here; wanted {wanted:.2f} m",
             )  # fmt: skip
         else:
             self._wait(
-                state, FailureCode.COLLISION_AHEAD,
+                perceived, FailureCode.COLLISION_AHEAD,
                 "obstacles block every motion on known ground; the nearest is "
                 f"{self._clearance:.2f} m from the outline; drove {self._driven:.2f} m",
             )  # fmt: skip

@@ -12,7 +12,7 @@ from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.navigation.tasks import MotionExecutor
 from stack.types import Perceived, Pose2D, Twist
 
-PATIENCE = 0.4
+PATIENCE_SHARE = 0.4
 """Share of `collision_patience` after which a robot that cannot turn where it is makes room."""
 
 AHEAD, LEAST_TURN = 0.5, 0.3
@@ -43,21 +43,21 @@ class MakingRoom(Lifecycle):
         """Whether it drives the robot."""
         return self._motion is not None
 
-    def step(self, state: Perceived, follower: Follower) -> Twist | None:
+    def step(self, perceived: Perceived, follower: Follower) -> Twist | None:
         """Return the velocity of a robot that makes room; None when it does not.
 
         Args:
-            state: of this step.
+            perceived: in this step.
             follower: of the drive.
         """
-        if self._motion is None and self._should_begin(state, follower):
-            self._begin(state)
+        if self._motion is None and self._should_begin(perceived, follower):
+            self._begin(perceived)
         if self._motion is None:
             return None
-        twist = self._motion.step(state)
+        twist = self._motion.step(perceived)
         if self._motion.task.running:
             return twist
-        self.stop(state.time)
+        self.stop(perceived.time)
         return None
 
     def pause(self, now: float) -> None:
@@ -73,28 +73,28 @@ class MakingRoom(Lifecycle):
             self._motion.stop(now)
             self._motion = None
 
-    def _begin(self, state: Perceived) -> None:
+    def _begin(self, perceived: Perceived) -> None:
         self._held.reset()
-        self._made_at = state.motion.pose
-        self._motion = self._tools.motions.make_room(state, self._tools.parameters)
-        self._motion.start(state.time)
+        self._made_at = perceived.motion.pose
+        self._motion = self._tools.motions.make_room(perceived, self._tools.parameters)
+        self._motion.start(perceived.time)
         self._tools.emit("recovery", "no room to turn onto the path: making room")
 
-    def _should_begin(self, state: Perceived, follower: Follower) -> bool:
+    def _should_begin(self, perceived: Perceived, follower: Follower) -> bool:
         p, tools = self._tools.parameters, self._tools
         held = follower.waiting and follower.standoff.person is None
-        if not held or tools.robot.footprint.is_round or not state.motion.twist.stands:
+        if not held or tools.robot.footprint.is_round or not perceived.motion.twist.stands:
             self._held.reset()
             return False
-        self._held.start_once(state.time)
-        if self._held.elapsed(state.time) < PATIENCE * p.collision_patience:
+        self._held.start_once(perceived.time)
+        if self._held.elapsed(perceived.time) < PATIENCE_SHARE * p.collision_patience:
             return False
         before = self._made_at
-        away = inf if before is None else before.distance_to(state.motion.pose)
-        near = nearest(state.world.tracks, state.estimate.pose, 2.0 * PERSON_DISTANCE)
-        if away < ELSEWHERE or near is not None or not _turns(follower, state.estimate.pose):
+        away = inf if before is None else before.distance_to(perceived.motion.pose)
+        near = nearest(perceived.world.tracks, perceived.estimate.pose, 2.0 * PERSON_DISTANCE)
+        if away < ELSEWHERE or near is not None or not _turns(follower, perceived.estimate.pose):
             return False
-        return not can_turn(state.obstacles.points, tools.robot.footprint)
+        return not can_turn(perceived.obstacles.points, tools.robot.footprint)
 
 
 def _turns(follower: Follower, pose: Pose2D) -> bool:

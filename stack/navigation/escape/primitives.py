@@ -17,13 +17,13 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import swept_poses
 from stack.types import FloatArray, Pose2D, Twist
 
-SPACING = 0.02
+SAMPLE_SPACING = 0.02
 """Maximum motion of any point of the outline between two sampled poses, metres."""
 
 CURVATURES = (0.0, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0)
 """Curvatures of arcs, 1/m."""
 
-GENTLE = (0.3, -0.3, 0.1, -0.1, 0.04, -0.04)
+GENTLE_CURVATURES = (0.3, -0.3, 0.1, -0.1, 0.04, -0.04)
 """Curvatures tried where no other motion is clear, 1/m. A box that leaves a wall beside it on an
 arc of curvature k comes nearer by k L² / 2 with its rear corner, L behind the base."""
 
@@ -34,10 +34,10 @@ To leave a niche with 5 cm of room on both sides, a robot half a metre long must
 axis within 3 deg.
 """
 
-NUDGES = (0.1, 0.2, 0.3)
+NUDGE_LENGTHS = (0.1, 0.2, 0.3)
 """Lengths of a first segment that makes room for the second, metres."""
 
-DIRECTIONS = 24
+START_DIRECTIONS = 24
 """Number of directions in which an omnidirectional robot may start."""
 
 
@@ -95,7 +95,7 @@ def roll_out(start: Pose2D, segments: Sequence[EscapeSegment], radius: float) ->
     """
     parts, length, turned = [], 0.0, 0.0
     for number, segment in enumerate(segments):
-        amounts, poses = swept_poses(start, segment.twist, segment.amount, radius, SPACING)
+        amounts, poses = swept_poses(start, segment.twist, segment.amount, radius, SAMPLE_SPACING)
         count = len(amounts)
         driven = np.zeros(count) if segment.turns else amounts
         spun = amounts if segment.turns else np.zeros(count)
@@ -124,7 +124,7 @@ def motions(
         (_turn(a), EscapeSegment(Twist(sign), length)) for a in turns for sign in _signs(robot)
     ]
     if fine:
-        arcs = [(_arc(sign, k, length),) for sign in _signs(robot) for k in GENTLE]
+        arcs = [(_arc(sign, k, length),) for sign in _signs(robot) for k in GENTLE_CURVATURES]
         return [*straight, *arcs]
     own = _omnidirectional if robot.drivetrain.can_move_sideways else _differential
     return [*own(robot, length), *straight]
@@ -151,7 +151,7 @@ def _differential(robot: RobotDescription, length: float) -> Iterator[tuple[Esca
         for curvature in CURVATURES:
             yield (_arc(sign, curvature, length),)
     for first in _signs(robot):
-        for nudge in NUDGES:
+        for nudge in NUDGE_LENGTHS:
             for degrees in (45, -45, 90, -90, 135, -135):
                 yield (
                     EscapeSegment(Twist(first), nudge),
@@ -168,14 +168,14 @@ def _car(robot: RobotDescription, length: float) -> Iterator[tuple[EscapeSegment
             yield (_arc(sign, curvature, length),)
             if len(_signs(robot)) == 1:
                 continue
-            for nudge in NUDGES:
+            for nudge in NUDGE_LENGTHS:
                 for second in curvatures:
                     yield _arc(sign, curvature, nudge), _arc(-sign, second, length)
 
 
 def _omnidirectional(robot: RobotDescription, length: float) -> Iterator[tuple[EscapeSegment, ...]]:
-    for number in range(DIRECTIONS):
-        angle = number * 2.0 * pi / DIRECTIONS
+    for number in range(START_DIRECTIONS):
+        angle = number * 2.0 * pi / START_DIRECTIONS
         if robot.limits.reverse_speed > 0.0 or cos(angle) > -1e-9:
             yield (EscapeSegment(Twist(cos(angle), 0.0, sin(angle)), length),)
 

@@ -16,29 +16,29 @@ from stack.types import FloatArray, Pose2D
 MotionId = tuple[bool, int]
 """Whether the motion is from the fine set, and its index there."""
 
-PADDING = 0.03
+ESCAPE_PADDING = 0.03
 """Distance kept around the footprint in an escape, if free now, m."""
 
-GAIN = 0.02
+LEAST_GAIN = 0.02
 """Minimum gain of clearance by a motion, metres: more than the noise of a lidar."""
 
 OUTLINE_SPACING = 0.03
 """Metres between the outline points that must be on known ground."""
 
-WIDENED = 0.01
+TRAIL_MARGIN = 0.01
 """Metres around the trail that count as driven through: half a step of the trail."""
 
-NOISE = 0.03
+RANGE_NOISE = 0.03
 """Range error of a beam, metres: three standard deviations of a typical lidar."""
 
 LEAST_WEIGHT, LENGTH_WEIGHT, TURN_WEIGHT = 0.5, 0.04, 0.01
 """Weights of the minimum clearance, of a metre driven and of a radian turned, relative to a metre
 of clearance at the end."""
 
-LITTLE = 0.1
+ENCLOSED_BELOW = 0.1
 """Metres that the robot must be able to drive to count as not enclosed."""
 
-SLACK = 0.005
+PADDING_SLACK = 0.005
 """Metres by which a robot that is already inside the padding may come nearer."""
 
 TIGHT, LATERAL = 0.02, 0.02
@@ -64,7 +64,7 @@ class ChosenMotion:
     floor: float
 
 
-class Search:
+class EscapeSearch:
     """Sweeps the outline along each motion and checks it against the known surroundings.
 
     The outline is the robot's polygon, at poses that move it by at most 2 cm: it must keep the
@@ -87,7 +87,7 @@ class Search:
         self._radius = robot.footprint.circumscribed_radius
         self._outline = outline_points(self._corners, OUTLINE_SPACING)
         lengths = np.linalg.norm(self._corners, axis=1, keepdims=True)
-        self._widened = self._corners * (1.0 + WIDENED / lengths)
+        self._widened = self._corners * (1.0 + TRAIL_MARGIN / lengths)
 
     def _points(self, centre: Pose2D, reach: float) -> FloatArray:
         """Return the (m, 2) obstacle points around a pose, those of the fence too, odom frame."""
@@ -119,7 +119,7 @@ class Search:
         self, start: Pose2D, clearance: float, length: float, banned: Collection[MotionId], *,
         fine: bool,
     ) -> ChosenMotion | None:  # fmt: skip
-        clearance += GAIN
+        clearance += LEAST_GAIN
         points = self._points(start, length + 2.0 * self._radius)
         now = self.clearance(start, clearance)
         floor = _floor(now)
@@ -129,7 +129,7 @@ class Search:
                 continue
             rollout = roll_out(start, segments, self._radius)
             clear = self._clearances(rollout.poses, points, clearance, floor)
-            score = _scores(rollout, clear, min(now + GAIN, clearance))
+            score = _scores(rollout, clear, min(now + LEAST_GAIN, clearance))
             if score.max(initial=-np.inf) <= best:
                 continue
             score = score[: self._known_until(rollout.poses[: len(score)])]
@@ -141,12 +141,12 @@ class Search:
 
     def can_leave(self, start: Pose2D) -> bool:
         """Whether the robot can drive a short distance in any direction from a pose, odom frame."""
-        points = self._points(start, LITTLE + 2.0 * self._radius)
-        floor = _floor(self.clearance(start, PADDING + LATERAL))
-        for segments in motions(self._robot, LITTLE):
+        points = self._points(start, ENCLOSED_BELOW + 2.0 * self._radius)
+        floor = _floor(self.clearance(start, ESCAPE_PADDING + LATERAL))
+        for segments in motions(self._robot, ENCLOSED_BELOW):
             if len(segments) == 1:
                 poses = roll_out(start, segments, self._radius).poses
-                clear = self._clearances(poses, points, PADDING, floor)
+                clear = self._clearances(poses, points, ESCAPE_PADDING, floor)
                 if len(clear) == len(poses) and self._known_until(poses) == len(poses):
                     return True
         return False
@@ -164,8 +164,8 @@ class Search:
         poses = roll_out(start, segments, self._radius).poses
         length = sum(segment.amount for segment in segments if not segment.turns)
         points = self._points(start, length + 2.0 * self._radius)
-        floor = min(chosen.floor, self.clearance(start, NOISE)) - NOISE / 2.0
-        clear = self._clearances(poses, points, NOISE, floor)
+        floor = min(chosen.floor, self.clearance(start, RANGE_NOISE)) - RANGE_NOISE / 2.0
+        clear = self._clearances(poses, points, RANGE_NOISE, floor)
         return len(clear) == len(poses) and self._known_until(poses) == len(poses)
 
     def _clearances(
@@ -187,7 +187,7 @@ class Search:
             sensors[row] = (
                 sensor.x, sensor.y, sensor.heading, view.angle_min, view.angle_increment, count
             )  # fmt: skip
-            reaches[row, :count] = np.minimum(view.ranges, view.range_max) + NOISE
+            reaches[row, :count] = np.minimum(view.ranges, view.range_max) + RANGE_NOISE
         return int(
             self._kernels.known_until(
                 poses, self._outline, sensors, reaches, self._surroundings.trail, self._widened
@@ -197,7 +197,7 @@ class Search:
 
 def _floor(clearance: float) -> float:
     """Metres that a motion must keep free, for a robot with this clearance now."""
-    return min(PADDING, clearance - SLACK, max(TIGHT, clearance - LATERAL))
+    return min(ESCAPE_PADDING, clearance - PADDING_SLACK, max(TIGHT, clearance - LATERAL))
 
 
 def _scores(rollout: Rollout, clear: FloatArray, enough: float) -> FloatArray:
@@ -208,7 +208,7 @@ def _scores(rollout: Rollout, clear: FloatArray, enough: float) -> FloatArray:
     least, count = np.minimum.accumulate(clear), len(clear)
     scores: FloatArray = (
         clear
-        + LEAST_WEIGHT * np.minimum(least, PADDING)
+        + LEAST_WEIGHT * np.minimum(least, ESCAPE_PADDING)
         - LENGTH_WEIGHT * rollout.length[:count]
         - TURN_WEIGHT * rollout.turned[:count]
     )

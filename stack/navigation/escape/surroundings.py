@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stack.navigation.escape.views import View, is_near
+from stack.navigation.escape.views import BeamView, is_near
 from stack.types import FloatArray, ObstaclePoints, Perceived, Pose2D, RangeView
 
 STANDING, STANDING_TURN = 0.01, 0.01
@@ -30,9 +30,9 @@ class _Entry:
         self._measured, self.base = measured, measured.base
 
     @cached_property
-    def view(self) -> View:
+    def view(self) -> BeamView:
         """The measurement as a view."""
-        return View.of(self._measured)
+        return BeamView.of(self._measured)
 
     def near(self, pose: Pose2D, distance: float, angle: float) -> bool:
         """Whether it was taken near a pose."""
@@ -55,12 +55,12 @@ class Surroundings:
         self.updates = 0
         """Number of steps so far that brought a new view."""
 
-    def look(self, state: Perceived) -> None:
+    def look(self, perceived: Perceived) -> None:
         """Add the newest views and the pose; called once per control step."""
-        pose = state.motion.pose
+        pose = perceived.motion.pose
         if not self._trail or not is_near(self._trail[-1], pose, TRAIL_STEP, TRAIL_TURN):
             self._trail.append(pose)
-        self._add_new(state.obstacles)
+        self._add_new(perceived.obstacles)
 
     def _add_new(self, obstacles: ObstaclePoints) -> None:
         new = {
@@ -76,7 +76,7 @@ class Surroundings:
             self.updates += 1
 
     @property
-    def views(self) -> list[View]:
+    def views(self) -> list[BeamView]:
         """Stored views, the newest of each sensor last."""
         older = (entry for _, entry in self._older)
         return [entry.view for entry in (*older, *self._newest.values())]

@@ -26,7 +26,7 @@ def unseen_walls(
     """
     if not len(obstacles.blind_sectors):
         return np.empty((0, 2))
-    near, first = _around(ground, ground.cells, pose, reach)
+    near, first = cells_around(ground, ground.cells, pose, reach)
     points = _centres(ground, near == LETHAL_COST, first, pose)
     unseen: FloatArray = points[obstacles.are_blind(np.arctan2(points[:, 1], points[:, 0]))]
     return unseen
@@ -45,14 +45,14 @@ def zone_edges(
     """
     found = [np.empty((0, 2))]
     for zone in zones:
-        near, first = _around(grid, zone, pose, reach)
+        near, first = cells_around(grid, zone, pose, reach)
         padded = np.pad(near, 1, mode="edge")
         inside = padded[2:, 1:-1] & padded[:-2, 1:-1] & padded[1:-1, 2:] & padded[1:-1, :-2]
         found.append(_centres(grid, near & ~inside, first, pose))
     return np.concatenate(found)
 
 
-def _around(
+def cells_around(
     grid: CostGrid, cells: NDArray[T], pose: Pose2D, reach: float
 ) -> tuple[NDArray[T], tuple[int, int]]:
     """Return the cells of a grid around a pose, and (row, column) of the first one."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stack.types import FloatArray, Pose2D, RangeReading, RangeView, Scan, wrap_angle
 
-OCCLUDED = 0.1
+HIDDEN_BEHIND = 0.1
 """Metres behind the end of a beam beyond which the space is hidden."""
 
 SONAR_SPACING = 0.05
@@ -18,7 +18,7 @@ SONAR_SPACING = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class BeamView:
     """Evenly spaced beams of a range sensor, and the pose at which they were measured.
 
     Attributes:
@@ -39,13 +39,13 @@ class View:
     range_max: float
 
     @classmethod
-    def of(cls, view: RangeView) -> View:
+    def of(cls, view: RangeView) -> BeamView:
         """Convert a measurement."""
         measured = view.measurement
         beams = _of_sonar(measured) if isinstance(measured, RangeReading) else _of_scan(measured)
         return cls(view.base, view.base.compose(measured.mount), *beams, measured.range_max)
 
-    def filled(self, older: View) -> View:
+    def filled(self, older: BeamView) -> BeamView:
         """Return a copy whose invalid beams have the ranges of an older view of the same pose."""
         if self.ranges.shape != older.ranges.shape:
             return self
@@ -67,7 +67,7 @@ class View:
         full_turn, count = round(2.0 * np.pi / self.angle_increment), self.ranges.size
         beam %= max(full_turn, count)
         reach = np.where(beam < count, self.ranges[np.minimum(beam, count - 1)], np.nan)
-        shown: NDArray[np.bool_] = np.hypot(away[:, 0], away[:, 1]) <= reach + OCCLUDED
+        shown: NDArray[np.bool_] = np.hypot(away[:, 0], away[:, 1]) <= reach + HIDDEN_BEHIND
         return shown
 
 

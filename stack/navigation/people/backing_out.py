@@ -9,13 +9,13 @@ import numpy as np
 
 from stack.geometry.path_progress import turned
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.people.passing_place import BODY, ROOM
+from stack.navigation.people.passing_place import LEAST_BODY, PASSING_ROOM
 from stack.types import FloatArray, Footprint, Path, Perceived, Pose2D
 
-AHEAD = 0.5
+LOOKAHEAD = 0.5
 """Metres along a path to the point whose direction decides whether it leads backward."""
 
-BEHIND = 0.6 * pi
+BACKWARD_ANGLE = 0.6 * pi
 """Angle in radians to that point from which a path leads backward."""
 
 FACED = 1.2
@@ -42,7 +42,7 @@ def can_turn(points: FloatArray, outline: Footprint) -> bool:
     return not len(points) or float(np.hypot(points[:, 0], points[:, 1]).min()) > reach
 
 
-def backed_out(path: Path, state: Perceived, tools: DriveTools) -> Path:
+def backed_out(path: Path, perceived: Perceived, tools: DriveTools) -> Path:
     """Return the path as the robot should drive it: backward if that is the better way out.
 
     It backs out if the path leads backward and there is no room to turn, or a person is close in
@@ -51,34 +51,35 @@ def backed_out(path: Path, state: Perceived, tools: DriveTools) -> Path:
 
     Args:
         path: away from a person, map frame.
-        state: of this step.
+        perceived: in this step.
         tools: of the drive.
     """
-    pose, points, outline = state.estimate.pose, state.obstacles.points, tools.robot.footprint
+    pose, points = perceived.estimate.pose, perceived.obstacles.points
+    outline = tools.robot.footprint
     if not tools.path_follower.reverses or not _leads_backward(path, pose):
         return path
     if can_turn(points, outline):
-        faced = any(_faces(pose, track.position) for track in state.world.tracks)
+        faced = any(_faces(pose, track.position) for track in perceived.world.tracks)
         hindered = faced and (
             path.length <= SHORT or _is_narrow(points, outline.circumscribed_radius)
         )
-        if not hindered or state.obstacles.is_blind(pi):
+        if not hindered or perceived.obstacles.is_blind(pi):
             return path
     return replace(turned(path), speed_limits=path.speed_limits, partial=path.partial)
 
 
-def should_turn(remaining: float, state: Perceived, tools: DriveTools) -> bool:
+def should_turn(remaining: float, perceived: Perceived, tools: DriveTools) -> bool:
     """Whether a robot that backs out should turn round: nobody is near, and the way is long.
 
     Args:
         remaining: way, metres.
-        state: of this step.
+        perceived: in this step.
         tools: of the drive.
     """
-    if remaining <= SHORT or not can_turn(state.obstacles.points, tools.robot.footprint):
+    if remaining <= SHORT or not can_turn(perceived.obstacles.points, tools.robot.footprint):
         return False
-    x, y = state.estimate.pose.x, state.estimate.pose.y
-    places = (track.position for track in state.world.tracks)
+    x, y = perceived.estimate.pose.x, perceived.estimate.pose.y
+    places = (track.position for track in perceived.world.tracks)
     return all(hypot(at[0] - x, at[1] - y) > LEFT_BEHIND for at in places)
 
 
@@ -88,13 +89,13 @@ def _is_narrow(points: FloatArray, circumscribed: float) -> bool:
     left, right = beside[beside > 0.0], -beside[beside < 0.0]
     if not (len(left) and len(right)):
         return False
-    return float(left.min() + right.min()) < 2.0 * (circumscribed + BODY) + ROOM
+    return float(left.min() + right.min()) < 2.0 * (circumscribed + LEAST_BODY) + PASSING_ROOM
 
 
 def _leads_backward(path: Path, pose: Pose2D) -> bool:
     away = np.hypot(path.points[:, 0] - pose.x, path.points[:, 1] - pose.y)
-    x, y, _ = path.points[int(np.argmax(away >= AHEAD)) if away.max() >= AHEAD else -1]
-    return _angle(pose, (float(x), float(y))) >= BEHIND
+    x, y, _ = path.points[int(np.argmax(away >= LOOKAHEAD)) if away.max() >= LOOKAHEAD else -1]
+    return _angle(pose, (float(x), float(y))) >= BACKWARD_ANGLE
 
 
 def _faces(pose: Pose2D, at: tuple[float, float]) -> bool:

@@ -13,16 +13,16 @@ from math import hypot
 import numpy as np
 import numpy.typing as npt
 
-from stack.navigation.people.passing_place import BODY
+from stack.navigation.people.passing_place import LEAST_BODY
 from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, TrackedObject
 
-REACH = 10.0
+LOOKAHEAD = 10.0
 """Metres of the path ahead in which people are looked for."""
 
-NEAREST = 1.5
+TOO_LATE_WITHIN = 1.5
 """Metres of path to a person below which it is too late to wait: the drive faces them."""
 
-BESIDE = 0.6
+WALKS_ALONG_WITHIN = 0.6
 """Metres from the path within which a person walks along it."""
 
 COMING_SPEED = 0.3
@@ -31,16 +31,16 @@ COMING_SPEED = 0.3
 OWN_SPEED = 0.4
 """Least speed in m/s with which the robot is expected to go on."""
 
-AROUND = 0.5
+WIDE_AROUND_MEETING = 0.5
 """Metres of path before and after the meeting that must be wide enough."""
 
-CORRIDOR = 1.0
+CORRIDOR_LENGTH = 1.0
 """Length in metres from which a narrow part of the path is a corridor; a door is shorter."""
 
-ROOM = 0.3
+PASSING_ROOM = 0.3
 """Metres of width besides the two bodies: two who pass keep off each other and the walls."""
 
-SAMPLE = 0.05
+WIDTH_SPACING = 0.05
 """Metres between the points at which the width is measured."""
 
 
@@ -75,7 +75,7 @@ def find_narrow_meeting(
     if len(path) < 2 or not people:
         return None
     places = [(person, _nearest(path, person)) for person in people]
-    beside = [(person, nearest) for person, (nearest, away) in places if away <= BESIDE]
+    beside = [(person, nearest) for person, (nearest, away) in places if away <= WALKS_ALONG_WITHIN]
     if not beside:
         return None
     steps = path[1:] - path[:-1]
@@ -83,7 +83,7 @@ def find_narrow_meeting(
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     found: list[Meeting] = []
     for person, nearest in beside:
-        if along[nearest] < NEAREST:
+        if along[nearest] < TOO_LATE_WITHIN:
             continue
         onward = steps[min(nearest, len(steps) - 1)]
         coming = -float(onward @ person.velocity) / max(float(hypot(*onward)), 1e-9)
@@ -91,10 +91,10 @@ def find_narrow_meeting(
             continue
         own = max(speed, OWN_SPEED)
         at = float(along[nearest]) * own / (own + coming)
-        reach = AROUND + CORRIDOR
-        samples = np.arange(at - reach, at + reach, SAMPLE)
+        reach = WIDE_AROUND_MEETING + CORRIDOR_LENGTH
+        samples = np.arange(at - reach, at + reach, WIDTH_SPACING)
         points = np.interp(samples, along, np.arange(len(path)))
-        enough = 2.0 * (max(person.radius, BODY) + outline.inscribed_radius) + ROOM
+        enough = 2.0 * (max(person.radius, LEAST_BODY) + outline.inscribed_radius) + PASSING_ROOM
         on_path = (samples >= 0.0) & (samples <= along[-1])
         if _is_corridor((widths_across(costs, path, points, enough) < enough) & on_path):
             way = path[: nearest + 1][::-1]
@@ -106,9 +106,9 @@ def _is_corridor(narrow: npt.NDArray[np.bool_]) -> bool:
     """Whether a corridor is near the middle of samples (n,) along a path, each narrow or not."""
     ends = np.flatnonzero(np.diff(np.concatenate([[0], narrow, [0]])))
     first, last = ends[::2], ends[1::2]  # of each narrow part
-    middle, around = len(narrow) / 2.0, AROUND / SAMPLE
+    middle, around = len(narrow) / 2.0, WIDE_AROUND_MEETING / WIDTH_SPACING
     near = (first < middle + around) & (last > middle - around)
-    return bool((near & ((last - first) * SAMPLE >= CORRIDOR - SAMPLE)).any())
+    return bool((near & ((last - first) * WIDTH_SPACING >= CORRIDOR_LENGTH - WIDTH_SPACING)).any())
 
 
 def _nearest(path: FloatArray, person: TrackedObject) -> tuple[int, float]:

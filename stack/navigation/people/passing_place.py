@@ -13,19 +13,19 @@ from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Footprint, Pose2D,
 REACH = 6.0
 """Half the side of the square that is searched, metres."""
 
-FARTHEST = 8.0
+LONGEST_WAY = 8.0
 """Length of the longest way to a place, metres."""
 
-ROOM = 0.15
+PASSING_ROOM = 0.15
 """Metres between the robot and who passes, besides their radii."""
 
-BODY = 0.25
+LEAST_BODY = 0.25
 """Least radius that is expected of a person, metres."""
 
-APART = 1.0
+PLACES_APART = 1.0
 """Metres between a place that did not help and another one."""
 
-BEYOND = 2.0
+WAY_CONTINUED = 2.0
 """Metres for which the way of a person is continued if it is not known."""
 
 
@@ -42,9 +42,9 @@ def way_of(person: TrackedObject, pose: Pose2D, trail: FloatArray) -> FloatArray
     here, there = np.array([pose.x, pose.y]), np.array(person.position)
     back = trail[::-1]
     length = float(np.hypot(*np.diff(back, axis=0).T).sum()) if len(back) > 1 else 0.0
-    if length < BEYOND:
+    if length < WAY_CONTINUED:
         away = (here - there) / max(hypot(*(here - there)), 1e-6)
-        back = np.concatenate([back, [here + BEYOND * away]])
+        back = np.concatenate([back, [here + WAY_CONTINUED * away]])
     return np.concatenate([[there, here], back])
 
 
@@ -73,7 +73,7 @@ def find_passing_place(  # noqa: PLR0913 - of one robot at one place
     cells = costs.cells[top : row + half + 1, left : column + half + 1]
     corner = np.array(costs.origin) + step * np.array([left, top])
     passable = (cells < INSCRIBED_COST).astype(np.uint8)
-    radius = max([BODY, *(person.radius for person in people)])
+    radius = max([LEAST_BODY, *(person.radius for person in people)])
     for person in people:
         _fill(passable, person.position, corner, step, person.radius + outline.inscribed_radius)
     row, column = row - top, column - left
@@ -85,10 +85,10 @@ def find_passing_place(  # noqa: PLR0913 - of one robot at one place
     pixels = [np.rint((way - corner) / step - 0.5).astype(np.int32) for way in ways]
     cv2.polylines(canvas, pixels, False, 0)
     beside = np.asarray(cv2.distanceTransform(canvas, cv2.DIST_L2, 5)) * step
-    enough = beside >= radius + outline.circumscribed_radius + ROOM
+    enough = beside >= radius + outline.circumscribed_radius + PASSING_ROOM
     for place in tried:
-        enough &= _away(cells.shape, (place.x, place.y), corner, step) > APART
-    fits = enough & (travel <= round(10.0 * FARTHEST / step))
+        enough &= _away(cells.shape, (place.x, place.y), corner, step) > PLACES_APART
+    fits = enough & (travel <= round(10.0 * LONGEST_WAY / step))
     if not fits.any():
         return None
     price = np.where(fits, travel + 20 * (cells > 0), np.iinfo(np.int32).max)

@@ -14,7 +14,7 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.types import Perceived
 
-LARGEST = 0.4
+LARGEST_PERSON = 0.4
 """Radius in metres above which what stands is no person."""
 
 GAP = 1.0
@@ -33,28 +33,28 @@ class PossiblePeople:
         self._tools, self._timers, self._held = tools, timers, timers.new()
         self._seen: dict[int, Timer] = {}
 
-    def added(self, state: Perceived, *, held: bool) -> Perceived:
-        """Return the state with those who may be people among its tracks.
+    def added(self, perceived: Perceived, *, held: bool) -> Perceived:
+        """Return what is perceived, with those who may be people among the tracks.
 
         Args:
-            state: of this step.
+            perceived: in this step.
             held: whether the robot stands before an obstacle, finds no path or gives way.
         """
-        p, now = self._tools.parameters, state.time
+        p, now = self._tools.parameters, perceived.time
         if held and p.give_way_attempts:
             self._held.start(now)
-        if not self._held.running or self._held.elapsed(now) > GAP or not state.world.standing:
-            return state
+        if not self._held.running or self._held.elapsed(now) > GAP or not perceived.world.standing:
+            return perceived
         near = [
-            thing for thing in state.world.standing
-            if thing.radius <= LARGEST
-            and nearest([thing], state.estimate.pose, PERSON_DISTANCE) is not None
+            thing for thing in perceived.world.standing
+            if thing.radius <= LARGEST_PERSON
+            and nearest([thing], perceived.estimate.pose, PERSON_DISTANCE) is not None
             and self._may_be_person(thing.id, now)
         ]  # fmt: skip
         if not near:
-            return state
-        tracks = (*state.world.tracks, *near)
-        return replace(state, world=replace(state.world, tracks=tracks, standing=()))
+            return perceived
+        tracks = (*perceived.world.tracks, *near)
+        return replace(perceived, world=replace(perceived.world, tracks=tracks, standing=()))
 
     def _may_be_person(self, number: int, now: float) -> bool:
         timer = self._seen.setdefault(number, self._timers.new())

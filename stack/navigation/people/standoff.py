@@ -19,13 +19,13 @@ PERSON_DISTANCE = 1.5
 BESIDE = 0.5
 """Metres between the surface of a person and the path within which they are in the way."""
 
-GONE = 1.0
+GONE_AFTER = 1.0
 """Seconds after which a person who is not in the way any more does not come back."""
 
-STANDS = 0.2
+STANDING_SPEED = 0.2
 """m/s below which the person in the way stands."""
 
-GAIN = 0.5
+OVER_AFTER_WAY = 0.5
 """Metres of way after which a standoff is over although there is still a person ahead."""
 
 
@@ -60,25 +60,27 @@ class Standoff:
         self.person = None
 
     def update(
-        self, state: Perceived, progress: PathProgress, parameters: NavigationParameters
+        self, perceived: Perceived, progress: PathProgress, parameters: NavigationParameters
     ) -> None:
         """Look who is in the way.
 
         Args:
-            state: of this step.
+            perceived: in this step.
             progress: on the path of the drive.
             parameters: the patience.
 
         Raises:
             NavigationError: BLOCKED_BY_PERSON when the patience is over.
         """
-        path = progress.ahead(PERSON_DISTANCE + BESIDE) if state.world.tracks else np.empty((0, 2))
-        near_path = [track for track in state.world.tracks if _is_beside(path, track)]
-        now, person = state.time, nearest(near_path, state.estimate.pose, PERSON_DISTANCE)
+        path = (
+            progress.ahead(PERSON_DISTANCE + BESIDE) if perceived.world.tracks else np.empty((0, 2))
+        )
+        near_path = [track for track in perceived.world.tracks if _is_beside(path, track)]
+        now, person = perceived.time, nearest(near_path, perceived.estimate.pose, PERSON_DISTANCE)
         self.face(person, now)
         if person is None:
             return
-        if progress.remaining < self._best - GAIN:
+        if progress.remaining < self._best - OVER_AFTER_WAY:
             self._since.start(now)
             self._best = progress.remaining
         if self._since.elapsed(now) >= parameters.person_patience:
@@ -88,13 +90,13 @@ class Standoff:
     def face(self, person: TrackedObject | None, now: float) -> None:
         """Set the person in the way; None: nobody."""
         self.person = person
-        if person is None or person.speed >= STANDS:
+        if person is None or person.speed >= STANDING_SPEED:
             self._stood.reset()
         else:
             self._stood.start_once(now)
         if person is None:
             self._away.start_once(now)
-            if self._away.elapsed(now) >= GONE:
+            if self._away.elapsed(now) >= GONE_AFTER:
                 self._since.reset()
             return
         self._away.reset()

@@ -25,7 +25,7 @@ NEAR_ENOUGH = 0.5
 stops there has reached the end of the path and does not search for another end.
 """
 
-CLOSER = 0.02
+CLOSER_BY = 0.02
 """Metres by which a path must end closer to the goal to be better whatever it costs."""
 
 LEAST_GAIN = 0.1
@@ -126,7 +126,7 @@ class PlanChoice:
         closer = path.goal.distance_to(self._goal) - plan.path.goal.distance_to(self._goal)
         if plan.path.partial and path.partial:
             return closer > NEAR_ENOUGH  # the other side of a table may be nearer by one cell
-        if closer > CLOSER:
+        if closer > CLOSER_BY:
             return True
         costs = self._tools.global_costmap.view
         old = route_cost(costs, progress.ahead(inf))

@@ -7,7 +7,7 @@ from math import inf
 
 from stack.types import Pose2D
 
-RECEDING = 0.02
+PASSED_WHEN_RECEDING = 0.02
 """Increase of the distance to a via pose, in metres, after which the pose is passed."""
 
 
@@ -63,7 +63,7 @@ class GoalSequence:
         while len(self.left) > 1 and len(self._leg_ends) == len(self.left):
             distance = pose.distance_to(self.left[0])
             self._nearest = min(self._nearest, distance)
-            receding = distance > self._nearest + RECEDING or waiting
+            receding = distance > self._nearest + PASSED_WHEN_RECEDING or waiting
             near = self._nearest <= radius
             if not (near and receding) and travelled < self._leg_ends[0]:
                 break

@@ -8,10 +8,10 @@ from stack.navigation.drive_tools import DriveTools
 from stack.navigation.people.standoff import PERSON_DISTANCE, blocked_by, nearest
 from stack.types import Failure, FailureCode, Perceived, Pose2D, TrackedObject
 
-CLOSED = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
+CLOSED_BY_PERSON = frozenset({FailureCode.NO_VALID_PATH, FailureCode.GOAL_OCCUPIED})
 """Failures of a plan that a person in the way can cause."""
 
-MOVED = 0.1
+PATIENCE_RESTARTS_AT = 0.1
 """Metres that the robot must move to restart the patience after a failed plan. Smaller motions in
 front of an obstacle do not count.
 """
@@ -40,36 +40,37 @@ class PlanPatience:
         """Start over: a plan was found."""
         self._failing.reset()
 
-    def failed(self, failure: Failure, state: Perceived, *, follows_path: bool) -> None:
+    def failed(self, failure: Failure, perceived: Perceived, *, follows_path: bool) -> None:
         """Note that a plan failed.
 
         Args:
             failure: of the plan.
-            state: of this step.
+            perceived: in this step.
             follows_path: whether the robot goes on along an earlier path meanwhile.
 
         Raises:
             NavigationError: the failure, when the patience is over; BLOCKED_BY_PERSON if a person
                 is near the robot, the goal, or the place at which the way ends.
         """
-        p, here = self._tools.parameters, state.motion.pose
-        moved = follows_path and self._failing_at.distance_to(here) > MOVED
+        p, here = self._tools.parameters, perceived.motion.pose
+        moved = follows_path and self._failing_at.distance_to(here) > PATIENCE_RESTARTS_AT
         if moved or not self._failing.running:
-            self._failing.start(state.time)
+            self._failing.start(perceived.time)
             self._failing_at = here
-        waited, person = self._failing.elapsed(state.time), self._person_near(state, failure)
+        waited = self._failing.elapsed(perceived.time)
+        person = self._person_near(perceived, failure)
         if person is not None and waited < p.person_patience:
             return
         if waited >= p.patience:
-            if person is not None and failure.code in CLOSED:
+            if person is not None and failure.code in CLOSED_BY_PERSON:
                 raise blocked_by(person, p.person_patience)
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 
-    def _person_near(self, state: Perceived, failure: Failure) -> TrackedObject | None:
+    def _person_near(self, perceived: Perceived, failure: Failure) -> TrackedObject | None:
         """Return a person who may be why there is no path: near the robot, the goal or its end."""
         around = 2.0 * PERSON_DISTANCE
-        places = [(state.estimate.pose, around), (self._goal, around)]
+        places = [(perceived.estimate.pose, around), (self._goal, around)]
         if failure.place is not None:
             places.append((Pose2D(*failure.place), PERSON_DISTANCE))
-        found = (nearest(state.world.tracks, place, reach) for place, reach in places)
+        found = (nearest(perceived.world.tracks, place, reach) for place, reach in places)
         return next((person for person in found if person is not None), None)

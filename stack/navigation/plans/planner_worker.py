@@ -190,10 +190,10 @@ def plan_through(planner: Planner, request: PlanRequest, cancel: CancelToken | N
         legs.append(path)
         start, options = path.goal, replace(options, direction=last_direction(path))
     ends = tuple(float(end) for end in np.cumsum([leg.length for leg in legs]))
-    return Plan(joined(legs), ends)
+    return Plan(joined_legs(legs), ends)
 
 
-def joined(legs: Sequence[Path]) -> Path:
+def joined_legs(legs: Sequence[Path]) -> Path:
     """Join legs, each beginning where the one before ends, into one path.
 
     The heading of a via goal is that of the leg that begins there.

@@ -36,23 +36,23 @@ class PlanQueries:
         for planning in self._under_way:
             planning.task.cancel(why)
 
-    def step(self, state: Perceived) -> None:
+    def step(self, perceived: Perceived) -> None:
         """Request plans and deliver finished ones."""
         for planning in self._under_way:
             if planning.task.running:
-                self._step(planning, state)
+                self._step(planning, perceived)
         self._under_way = [item for item in self._under_way if item.task.running]
 
-    def _step(self, planning: _Planning, state: Perceived) -> None:
+    def _step(self, planning: _Planning, perceived: Perceived) -> None:
         tools, p, task = self._tools, self._tools.parameters, planning.task
         if task.future is None:
-            start = planning.start or state.estimate.pose
+            start = planning.start or perceived.estimate.pose
             copy = tools.global_costmap.copied()
             request = PlanRequest(copy.grid, start, (planning.goal,))
-            due = p.plan_due(state.time)
+            due = p.plan_due(perceived.time)
             task.future = tools.planner_worker.ask(request, due, over=copy.release)
             task.report("planning", 0.0)
-        answer = task.future.result(state.time)
+        answer = task.future.result(perceived.time)
         if isinstance(answer, Plan):
             task.path = answer.path
             task.succeed(f"plan found, {answer.path.length:.1f} m")

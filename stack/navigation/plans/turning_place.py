@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from stack.navigation.escape.unseen import cells_around
 from stack.navigation.people.backing_out import TURNING_ROOM, can_turn
 from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Footprint, Pose2D
 
 TURNING_DISTANCE = 0.25
 """Metres from the goal at which it may turn, if the task sets no tolerance."""
 
-STOPS = 0.05
+STOPS_WITHIN = 0.05
 """Metres from the end of its path at which a robot may stop: room that is better left."""
 
 
@@ -35,18 +36,15 @@ def turning_place(  # noqa: PLR0913 - of one robot at one goal
     if can_turn(points, outline) and pose.distance_to(goal) <= reach:
         return Pose2D(pose.x, pose.y, goal.heading)
     points = pose.transform(points)
-    row, column = costs.cell_at(goal.x, goal.y)
-    half = int(reach / costs.resolution) + 1
-    top, left = max(row - half, 0), max(column - half, 0)
-    near = costs.cells[top : row + half + 1, left : column + half + 1]
+    near, first = cells_around(costs, costs.cells, goal, reach)
     rows, columns = np.nonzero(near < INSCRIBED_COST)
-    corner = np.array(costs.centre_of(top, left))
+    corner = np.array(costs.centre_of(*first))
     places = corner + costs.resolution * np.column_stack((columns, rows))
     away = np.hypot(*(places - (goal.x, goal.y)).T)
-    beside = np.hypot(*(points - (goal.x, goal.y)).T) <= reach + need + STOPS
+    beside = np.hypot(*(points - (goal.x, goal.y)).T) <= reach + need + STOPS_WITHIN
     gaps = places[:, None] - points[None, beside]
     room = np.hypot(gaps[..., 0], gaps[..., 1]).min(axis=1, initial=np.inf)
-    for more in (STOPS, 0.0):
+    for more in (STOPS_WITHIN, 0.0):
         fits = np.flatnonzero((away <= reach) & (room > need + more))
         if len(fits):
             x, y = places[fits[np.argmin(away[fits])]].tolist()

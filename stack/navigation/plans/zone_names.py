@@ -10,7 +10,7 @@ from stack.costmap.closing_zones import zone_words
 from stack.costmap.costmap import Costmap
 from stack.types import Failure, FailureCode, Pose2D
 
-CLOSED = frozenset(
+CLOSED_BY_ZONE = frozenset(
     {FailureCode.START_OCCUPIED, FailureCode.GOAL_OCCUPIED, FailureCode.NO_VALID_PATH}
 )
 """Failures of a plan that a zone can cause."""
@@ -27,7 +27,7 @@ def with_zones(
         pose: its start, map frame.
         goals: in turn, map frame.
     """
-    if failure.code not in CLOSED:
+    if failure.code not in CLOSED_BY_ZONE:
         return failure
     for start, goal in pairwise((costmap.way_out or pose, *goals)):
         names = costmap.zones_between(start, goal)

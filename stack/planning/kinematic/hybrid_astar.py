@@ -17,7 +17,7 @@ from stack.parameters import parameter
 from stack.planning.kinematic.moves import HEADINGS, Penalties, pack_moves, steering_moves
 from stack.planning.kinematic.parameters import PosePlannerParameters
 from stack.planning.kinematic.planning import PosePlanner
-from stack.planning.kinematic.search import Method
+from stack.planning.kinematic.search import SearchMethod
 from stack.planning.kinematic.shortcuts import CurveShortcut
 
 _TABLE_REACH, _TABLE_STEP, _TABLE_TURNS = 16, 0.25, 36  # cells to a side; radii; headings
@@ -75,7 +75,6 @@ class HybridAstar(PosePlanner):
 
     @staticmethod
     def kernels(parameters: HybridAstarParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.planning.curves.kernels import DISTANCES
 
         return (*DISTANCES, *PosePlanner.kernels(parameters, robot))
@@ -86,11 +85,11 @@ class HybridAstar(PosePlanner):
         super().__init__(p, robot, _radius_for(robot, p.turning_radius), penalties)
         self._both_ways = p.motion == "reeds_shepp" and robot.limits.reverse_speed > 0.0
 
-    def _new_method(self, resolution: float) -> Method:
+    def _new_method(self, resolution: float) -> SearchMethod:
         p, radius, both_ways = self.parameters, self._radius, self._both_ways
         moves = steering_moves(radius, resolution, both_ways)
         headings = np.linspace(0.0, 2.0 * pi, HEADINGS, endpoint=False)
-        return Method(
+        return SearchMethod(
             moves=pack_moves([moves] * HEADINGS, self._penalties, headings),
             shortcuts=(CurveShortcut(both_ways, radius, self._penalties),),
             table=_curve_lengths(both_ways) * np.float32(radius),

@@ -19,7 +19,7 @@ from stack.planning.kinematic.moves import (
 )
 from stack.planning.kinematic.parameters import PosePlannerParameters
 from stack.planning.kinematic.planning import PosePlanner
-from stack.planning.kinematic.search import CollisionChecker, Drive, Method
+from stack.planning.kinematic.search import CollisionChecker, PoseDrive, SearchMethod
 from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn
 from stack.types import Pose2D, wrap_angle
 
@@ -87,10 +87,10 @@ class Lattice(PosePlanner):
         super().__init__(p, robot, radius, penalties)
         self._reverse = p.allow_reverse and robot.limits.reverse_speed > 0.0
 
-    def _new_method(self, resolution: float) -> Method:
+    def _new_method(self, resolution: float) -> SearchMethod:
         p, penalties = self.parameters, self._penalties
         moves = lattice_moves(self._radius, resolution, self._reverse)
-        return Method(
+        return SearchMethod(
             moves=pack_moves(moves, penalties, lattice_headings()),
             shortcuts=(
                 TurnDriveTurn(penalties),
@@ -104,7 +104,7 @@ class Lattice(PosePlanner):
             penalties=penalties,
         )
 
-    def _seeds(self, checker: CollisionChecker, start: Pose2D) -> list[Drive]:
+    def _seeds(self, checker: CollisionChecker, start: Pose2D) -> list[PoseDrive]:
         """Return the start turned to the two nearest lattice headings.
 
         If the robot has no room to turn that far, the start itself is the only seed, and its moves
@@ -118,5 +118,5 @@ class Lattice(PosePlanner):
             poses = np.vstack([pose, turned(pose, angle)])
             if checker.weight(poses, contacts) > 0.0:
                 cost = self._penalties.rotation * abs(angle)
-                seeds.append(Drive(poses, np.zeros(len(poses), np.int64), cost))
+                seeds.append(PoseDrive(poses, np.zeros(len(poses), np.int64), cost))
         return seeds or super()._seeds(checker, start)

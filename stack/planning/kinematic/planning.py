@@ -27,11 +27,11 @@ from stack.planning.endpoints import (
 from stack.planning.kinematic.moves import Penalties
 from stack.planning.kinematic.search import (
     CollisionChecker,
-    Drive,
-    Method,
-    Outcome,
-    PoseSearch,
-    Query,
+    KinematicSearch,
+    PoseDrive,
+    PoseQuery,
+    SearchMethod,
+    SearchOutcome,
 )
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.search import StepCosts
@@ -46,7 +46,7 @@ _ANY_HEADING = 8  # number of headings tried near a blocked goal of a partial pl
 
 _SAME_END = 0.02  # m and rad between the ends of two paths to the same goal
 
-_GRAZED = 0.02
+_GRAZED_SHARE = 0.02
 """Share of the footprint in contact up to which a path is free. Scans with noise put a cell in the
 way of most long paths through narrow doors now and then; the controller gets past.
 """
@@ -77,17 +77,16 @@ class PosePlanner(Planner):
 
     @staticmethod
     def kernels(parameters: Any, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         return pose_planner_kernels(parameters.smoother)
 
     @abstractmethod
-    def _new_method(self, resolution: float) -> Method:
+    def _new_method(self, resolution: float) -> SearchMethod:
         """Return the search method for cells of a side in metres."""
 
-    def _seeds(self, checker: CollisionChecker, start: Pose2D) -> list[Drive]:
+    def _seeds(self, checker: CollisionChecker, start: Pose2D) -> list[PoseDrive]:
         """Return the first drives: the start itself, for vehicles that cannot turn in place."""
         pose = np.array([[start.x, start.y, start.heading]])
-        return [Drive(pose, np.zeros(1, np.int64), 0.0)]
+        return [PoseDrive(pose, np.zeros(1, np.int64), 0.0)]
 
     def plan(
         self,
@@ -127,15 +126,15 @@ class PosePlanner(Planner):
             float(field[begin]), contacts,
         )  # fmt: skip
         below = _cost_of(options.current, end, method, checker)
-        query = Query(self._seeds(checker, start), target, options.direction, below)
-        outcome = PoseSearch(method, checker, query).run(options.cancel)
+        query = PoseQuery(self._seeds(checker, start), target, options.direction, below)
+        outcome = KinematicSearch(method, checker, query).run(options.cancel)
         if outcome.drive is None and query.below < inf:
             raise NavigationError(
                 FailureCode.NO_VALID_PATH, "found no path cheaper than the current one"
             )
         drive = outcome.drive or _nearest(ends, outcome, start, goal)
         if len(drive.poses) < 2:
-            drive = Drive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
+            drive = PoseDrive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
         path = ends.mark_partial(self._shaping.path(checker, drive), goal)
         turned = abs(wrap_angle(path.goal.heading - goal.heading))
         return replace(path, partial=True) if turned > _HEADING_TOLERANCE else path
@@ -219,7 +218,7 @@ def _clear_goal(ends: Endpoints, checker: CollisionChecker, goal: Pose2D) -> Pos
     )
 
 
-def _nearest(ends: Endpoints, outcome: Outcome, start: Pose2D, goal: Pose2D) -> Drive:
+def _nearest(ends: Endpoints, outcome: SearchOutcome, start: Pose2D, goal: Pose2D) -> PoseDrive:
     """Return the drive to the reached pose nearest to the goal, if it is acceptable."""
     reached = outcome.reached
     if not len(reached):
@@ -261,7 +260,9 @@ def _cells_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[flo
     return [(x, y) for _, x, y in sorted(found)]
 
 
-def _cost_of(path: Path | None, end: Pose2D, method: Method, checker: CollisionChecker) -> float:
+def _cost_of(
+    path: Path | None, end: Pose2D, method: SearchMethod, checker: CollisionChecker
+) -> float:
     """Return the cost of a path to the end; inf without one, if it ends elsewhere or is blocked.
 
     It is a little too low: curves are counted as straight.
@@ -274,5 +275,5 @@ def _cost_of(path: Path | None, end: Pose2D, method: Method, checker: CollisionC
     for part in parts:
         cost += part.path.length * (method.penalties.reverse if part.backward else 1.0)
     mean, share = checker.judged(path.points)
-    blocked = share > _GRAZED
+    blocked = share > _GRAZED_SHARE
     return inf if blocked else mean * cost + method.penalties.change * (len(parts) - 1)

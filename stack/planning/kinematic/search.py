@@ -26,7 +26,7 @@ TILE = 5.0
 
 
 @dataclass(frozen=True)
-class Drive:
+class PoseDrive:
     """Sequence of poses with driving directions and a cost.
 
     Attributes:
@@ -40,13 +40,13 @@ class Drive:
     cost: float
 
 
-Shortcut = Callable[[FloatArray, FloatArray, float], Drive]
+Shortcut = Callable[[FloatArray, FloatArray, float], PoseDrive]
 """Connects two poses (3,) without a collision check: start, goal and spacing in metres to the poses
 without the start, and the cost if free."""
 
 
 @dataclass(frozen=True)
-class Method:
+class SearchMethod:
     """Search method: motion primitives, analytic expansions and heuristic of a pose planner.
 
     Attributes:
@@ -158,7 +158,7 @@ def tiled(samples: FloatArray, width: float) -> tuple[FloatArray, FloatArray]:
 
 
 @dataclass(frozen=True)
-class Query:
+class PoseQuery:
     """Query of a search.
 
     Attributes:
@@ -168,14 +168,14 @@ class Query:
         below: only drives that cost less are of use; a search for them is short.
     """
 
-    seeds: list[Drive]
+    seeds: list[PoseDrive]
     target: Any
     direction: int = 0
     below: float = np.inf
 
 
 @dataclass
-class Outcome:
+class SearchOutcome:
     """Result of a search.
 
     Attributes:
@@ -186,22 +186,22 @@ class Outcome:
         numbers: (n,) their nodes.
     """
 
-    drive: Drive | None
+    drive: PoseDrive | None
     limited: bool
     expanded: int
     reached: FloatArray
     numbers: NDArray[np.int64]
-    _search: PoseSearch = field(repr=False)
+    _search: KinematicSearch = field(repr=False)
 
-    def drive_to(self, index: int) -> Drive:
+    def drive_to(self, index: int) -> PoseDrive:
         """Return the drive to `reached[index]`."""
         return self._search.drive_to(int(self.numbers[index]))
 
 
-class PoseSearch:
+class KinematicSearch:
     """One search over poses."""
 
-    def __init__(self, method: Method, checker: CollisionChecker, query: Query) -> None:
+    def __init__(self, method: SearchMethod, checker: CollisionChecker, query: PoseQuery) -> None:
         from stack.planning.kinematic import kernels
 
         self._kernels: Any = kernels
@@ -211,14 +211,14 @@ class PoseSearch:
         for seed in query.seeds:
             self._seed(seed)
 
-    def run(self, cancel: CancelToken) -> Outcome:
+    def run(self, cancel: CancelToken) -> SearchOutcome:
         """Search until a drive is found and refined, no node is left, or the limit is reached.
 
         Raises:
             NavigationError: CANCELLED when the cancel token is set.
         """
         kernels, state = self._kernels, self._state
-        best: tuple[int, Drive] | None = None
+        best: tuple[int, PoseDrive] | None = None
         bound, most = self._query.below, self._method.max_expansions
         if bound < np.inf:
             most = max(_LEAST_MORE, int(_SHARE_FOR_BETTER * most))
@@ -245,18 +245,18 @@ class PoseSearch:
         drive = None if best is None else _joined(self.drive_to(best[0]), best[1])
         return self._outcome(drive, status == kernels.LIMIT and best is None)
 
-    def drive_to(self, node: int) -> Drive:
+    def drive_to(self, node: int) -> PoseDrive:
         """Return the drive from the start to a node."""
         poses, directions = self._kernels.trace(self._method.moves, self._nodes, node)
         cost = float(self._nodes.costs[node])
         seeds = [seed for seed in self._query.seeds if np.array_equal(seed.poses[-1], poses[0])]
         if not seeds:
-            return Drive(poses, directions, cost)
+            return PoseDrive(poses, directions, cost)
         before = seeds[0]
         joined = np.append(before.directions, directions[1:])
-        return Drive(np.vstack([before.poses, poses[1:]]), joined, cost)
+        return PoseDrive(np.vstack([before.poses, poses[1:]]), joined, cost)
 
-    def _seed(self, seed: Drive) -> None:
+    def _seed(self, seed: PoseDrive) -> None:
         x, y, heading = (float(value) for value in seed.poses[-1])
         contacts = self._checker.contacts(Pose2D(x, y, heading))
         self._kernels.add_node(
@@ -270,13 +270,13 @@ class PoseSearch:
         moves = np.flatnonzero(self._method.moves.kinds == kinds.get(self._query.direction, -99))
         return int(moves[0]) if moves.size else -1
 
-    def _attempt(self, node: int) -> Drive | None:
+    def _attempt(self, node: int) -> PoseDrive | None:
         """Return the cheapest collision-free analytic expansion from a node, or None."""
         before = int(self._nodes.parents[node, 1])
         kind = int(self._method.moves.kinds[before]) if before >= 0 else self._kernels.IN_PLACE
         start = self._nodes.poses[node].copy()
         allowed = self._query.target.contacts if self._nodes.contacts[node] > 0 else 0
-        best: Drive | None = None
+        best: PoseDrive | None = None
         for shortcut in self._method.shortcuts:
             drive = shortcut(start, self._query.target.goal, self._checker.costs.resolution)
             weight = self._checker.weight(drive.poses, allowed)
@@ -284,14 +284,14 @@ class PoseSearch:
             if _reverses(kind, drive.directions):
                 cost += self._method.moves.change
             if weight > 0.0 and (best is None or cost < best.cost):
-                best = Drive(drive.poses, drive.directions, cost)
+                best = PoseDrive(drive.poses, drive.directions, cost)
         return best
 
-    def _outcome(self, drive: Drive | None, limited: bool) -> Outcome:
+    def _outcome(self, drive: PoseDrive | None, limited: bool) -> SearchOutcome:
         count = int(self._state[self._kernels.NODES])
         done = np.flatnonzero(self._nodes.closed[:count] & (self._nodes.contacts[:count] == 0))
         expanded = int(self._state[self._kernels.EXPANDED])
-        return Outcome(drive, limited, expanded, self._nodes.poses[done], done, self)
+        return SearchOutcome(drive, limited, expanded, self._nodes.poses[done], done, self)
 
     def _allocate(self, size: int) -> Any:
         slots = np.full(4 * size, self._kernels.EMPTY, np.int64)
@@ -323,8 +323,8 @@ def _reverses(kind: int, directions: NDArray[np.int64]) -> bool:
     return bool(directions[0] * (-1 if kind >= 2 else 1) < 0)
 
 
-def _joined(one: Drive, other: Drive) -> Drive:
-    return Drive(
+def _joined(one: PoseDrive, other: PoseDrive) -> PoseDrive:
+    return PoseDrive(
         np.vstack([one.poses, other.poses]),
         np.append(one.directions, other.directions),
         one.cost + other.cost,

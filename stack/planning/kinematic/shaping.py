@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.planning.kinematic.search import CollisionChecker, Drive
+from stack.planning.kinematic.search import CollisionChecker, PoseDrive
 from stack.planning.smoothers.choice import shape
-from stack.planning.smoothing import SPACING, PathCosts
+from stack.planning.smoothing import POSE_SPACING, PathCosts
 from stack.types import FloatArray, Path
 
 _ROUNDING = 1.05  # uneven chords of an arc bend up to this factor more than the arc
@@ -33,7 +33,7 @@ class Shaping:
     radius: float
     traverse: NDArray[np.int64]
 
-    def path(self, checker: CollisionChecker, drive: Drive) -> Path:
+    def path(self, checker: CollisionChecker, drive: PoseDrive) -> Path:
         """Return the path along a drive, with each segment of one direction smoothed separately.
 
         A segment is moved towards its smooth line by the largest of three shares at which the
@@ -83,7 +83,7 @@ def evenly(poses: FloatArray, direction: int) -> FloatArray:
     keep = np.append(True, steps > _SAME_PLACE)
     poses, steps = poses[keep], steps[keep[1:]]
     along = np.append(0.0, np.cumsum(steps))
-    at = np.linspace(0.0, along[-1], max(1, round(float(along[-1]) / SPACING)) + 1)
+    at = np.linspace(0.0, along[-1], max(1, round(float(along[-1]) / POSE_SPACING)) + 1)
     before = np.clip(np.searchsorted(along, at, side="right") - 1, 0, max(len(steps) - 1, 0))
     if not len(steps):
         return poses

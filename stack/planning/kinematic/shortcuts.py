@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stack.planning.kinematic.moves import Penalties, turned
-from stack.planning.kinematic.search import Drive
+from stack.planning.kinematic.search import PoseDrive
 from stack.types import FloatArray, wrap_angle
 
 
@@ -27,7 +27,7 @@ class CurveShortcut:
     radius: float
     penalties: Penalties
 
-    def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
+    def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> PoseDrive:
         """Return the poses from start to goal, without the start, with the cost on free ground."""
         from stack.planning.curves import kernels
 
@@ -50,7 +50,7 @@ class CurveShortcut:
             before = letter, length
         if len(poses):
             poses[-1] = goal
-        return Drive(poses, directions, cost)
+        return PoseDrive(poses, directions, cost)
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class TurnDriveTurn:
 
     penalties: Penalties
 
-    def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
+    def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> PoseDrive:
         """Return the poses from start to goal, without the start, with the cost on free ground."""
         length = hypot(goal[0] - start[0], goal[1] - start[1])
         bearing = atan2(goal[1] - start[1], goal[0] - start[0]) if length > 1e-9 else start[2]
@@ -82,4 +82,4 @@ class TurnDriveTurn:
         poses = np.vstack([turns[0], driven, turns[1]])
         if len(poses):
             poses[-1] = goal
-        return Drive(poses, directions.astype(np.int64), cost)
+        return PoseDrive(poses, directions.astype(np.int64), cost)

@@ -35,11 +35,11 @@ FILE, FEATURE, IDS, LEFT_OUT = "E430", "E431", "E432", "W430"
 AT_NODE = 0.1
 """Metres; the end of a line within this distance of its node is moved to it."""
 
-FAR = 1e5
+LARGEST_COORDINATE = 1e5
 """Metres; larger coordinates are rejected."""
 
-SPEED = Declaration("speed", float, "speed limit", "m/s", above=0.0)
-SHARE = Declaration("speed", float, "share of the top speed", above=0.0, at_most=1.0)
+SPEED_LIMIT = Declaration("speed", float, "speed limit", "m/s", above=0.0)
+SPEED_SHARE = Declaration("speed", float, "share of the top speed", above=0.0, at_most=1.0)
 WEIGHT = Declaration("weight", float, "factor on the cost", above=0.0, at_most=1e6)
 FLAGS = {name: Declaration(name, bool) for name in ("one_way", "closed")}
 _KNOWN = {
@@ -257,10 +257,10 @@ def _speed(feature: _Feature, reading: _Reading) -> tuple[float, float]:
     """Return the limit in m/s and the limit as a share of the top speed (a text ending in %)."""
     raw = feature.properties.get("speed")
     if not isinstance(raw, str) or not raw.strip().endswith("%"):
-        return _value(feature, SPEED, inf, reading), 1.0
+        return _value(feature, SPEED_LIMIT, inf, reading), 1.0
     try:
         share = read_quantity(raw, "")
-        SHARE.check(share)
+        SPEED_SHARE.check(share)
     except ParameterError as error:
         reading.wrong(feature, f"speed: {error.sentence}", error.hint)
         return inf, 1.0
@@ -285,7 +285,7 @@ def _position(raw: Any) -> tuple[float, float] | None:
     for number in raw[:2]:
         if isinstance(number, bool) or not isinstance(number, int | float):
             return None
-        if not abs(number) <= FAR:  # also rejects NaN and infinity
+        if not abs(number) <= LARGEST_COORDINATE:  # also rejects NaN and infinity
             return None
     return float(raw[0]), float(raw[1])
 

@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from stack.geometry.costs_under import costs_under
 from stack.planning.routes.graph import RouteEdge, RouteGraph
 from stack.planning.routes.parameters import RouteParameters
-from stack.planning.routes.search import Arc
+from stack.planning.routes.search import RouteArc
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Pose2D, wrap_angle
 
 LEAD, LEAD_SHARE = 0.3, 0.5
 """Metres, and share of the distance to the lane: entries and exits are this far ahead of the
 nearest point and behind it, so that a robot on the lane drives on along it."""
 
-SLACK = 1.0
+CONNECTION_SLACK = 1.0
 """Metres by which an entry or exit may be longer than the shortest one."""
 
-TOUCH = 0.2
+TOUCHING = 0.2
 """Metres; a connection within this distance of a lane touches it."""
 
-MARGIN = 0.5
+DETOUR_MARGIN = 0.5
 """Metres before and after an obstacle on a lane where a detour leaves and rejoins the lane."""
 
 
@@ -91,19 +91,19 @@ class Network:
             [lane for lane in lanes.values() if lane.edge.closed]
         )
         self.direct = self._connection(0, 1)
-        self.entries: list[Arc] = []
-        self.exits: list[Arc] = []
-        self._detours: list[Arc] = []
+        self.entries: list[RouteArc] = []
+        self.exits: list[RouteArc] = []
+        self._detours: list[RouteArc] = []
         self._samples = self._free_samples()
         self._find_detours()
         self._find_entries_and_exits()
 
-    def arcs(self) -> list[Arc]:
+    def arcs(self) -> list[RouteArc]:
         """Return the parts of lanes that can be driven, and all connections."""
         found = [arc for lane in self._lanes.values() for arc in self._drivable_parts(lane)]
         return [self.direct, *self.entries, *self.exits, *self._detours, *found]
 
-    def straight_length(self, arc: Arc) -> float:
+    def straight_length(self, arc: RouteArc) -> float:
         """Return the straight-line distance between the ends of an arc, metres."""
         (x, y), (u, v) = self.places[arc.start], self.places[arc.end]
         return hypot(u - x, v - y)
@@ -116,7 +116,7 @@ class Network:
         if not len(self._samples[0]):
             return None
         near = np.linalg.norm(points[:, None] - self._samples[0][None], axis=2)
-        hits = np.flatnonzero(near.min(axis=1) <= TOUCH)
+        hits = np.flatnonzero(near.min(axis=1) <= TOUCHING)
         if not hits.size:
             return None
         lane, _ = self._samples[1][int(near[hits[0]].argmin())]
@@ -135,7 +135,7 @@ class Network:
         turned = abs(wrap_angle(direction - bearing)) > 0.5 * pi
         return wrap_angle(direction + pi) if turned else direction
 
-    def connect(self, arc: Arc) -> None:
+    def connect(self, arc: RouteArc) -> None:
         """Add an entry or an exit."""
         (self.entries if arc.start == 0 else self.exits).append(arc)
 
@@ -170,31 +170,31 @@ class Network:
         return not any(begin <= along <= end for begin, end in lane.obstacles)
 
     def _free_samples(self) -> tuple[FloatArray, list[tuple[_Lane, float]]]:
-        """Return (k, 2) free points on lanes, TOUCH apart, with their lanes and arc lengths."""
+        """Return (k, 2) free points on lanes, TOUCHING apart, with their lanes and arc lengths."""
         owners = [
             (lane, float(along))
             for lane in self._lanes.values()
-            for along in lane.edge.line.samples(TOUCH)
+            for along in lane.edge.line.samples(TOUCHING)
             if self._is_free(lane, float(along))
         ]
         points = [lane.edge.line.at(np.array([along])) for lane, along in owners]
         return (np.vstack(points) if points else np.empty((0, 2))), owners
 
-    def _drivable_parts(self, lane: _Lane) -> Iterator[Arc]:
+    def _drivable_parts(self, lane: _Lane) -> Iterator[RouteArc]:
         for (begin, start), (end, last) in pairwise(sorted(lane.cuts.items())):
             if any(low <= end and high >= begin for low, high in lane.obstacles):
                 continue
             cost = self._rates.of_lane(lane.edge, end - begin)
             line = lane.edge.line
-            yield Arc(start, last, cost, line.between(begin, end), lane.edge)
+            yield RouteArc(start, last, cost, line.between(begin, end), lane.edge)
             if not lane.edge.one_way:
-                yield Arc(last, start, cost, line.between(end, begin), lane.edge)
+                yield RouteArc(last, start, cost, line.between(end, begin), lane.edge)
 
-    def _connection(self, start: int, end: int, longest: float = inf) -> Arc:
+    def _connection(self, start: int, end: int, longest: float = inf) -> RouteArc:
         (x, y), (u, v) = self.places[start], self.places[end]
         straight = hypot(u - x, v - y)
         cost = self._rates.of_connection(straight) if straight <= longest else inf
-        return Arc(start, end, cost, evaluated=False, longest=longest)
+        return RouteArc(start, end, cost, evaluated=False, longest=longest)
 
     def _find_entries_and_exits(self) -> None:
         on = {self._cut(*place): None for place in self._near(self.places[0])}
@@ -202,7 +202,7 @@ class Network:
         self.entries = [self._connection(0, vertex) for vertex in on]
         self.exits = [self._connection(vertex, 1) for vertex in off]
 
-    def _exit_from_closed(self, lanes: list[_Lane]) -> Arc | None:
+    def _exit_from_closed(self, lanes: list[_Lane]) -> RouteArc | None:
         nearest = [(*lane.edge.line.nearest(*self.places[1]), lane) for lane in lanes]
         able = [item for item in nearest if self._is_free(item[2], item[0])]
         if not able:
@@ -289,10 +289,10 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _widened(obstacles: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
-    """Return the intervals extended by MARGIN at both ends, joined where they overlap."""
+    """Return the intervals extended by DETOUR_MARGIN at both ends, joined where they overlap."""
     wide: list[tuple[float, float]] = []
     for begin, end in obstacles:
-        low, high = max(0.0, begin - MARGIN), min(length, end + MARGIN)
+        low, high = max(0.0, begin - DETOUR_MARGIN), min(length, end + DETOUR_MARGIN)
         if wide and low <= wide[-1][1]:
             low = wide.pop()[0]
         wide.append((low, high))

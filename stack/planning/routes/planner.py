@@ -24,11 +24,11 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.planning.routes.geojson import read_route_graph
 from stack.planning.routes.graph import RouteGraph
-from stack.planning.routes.network import LEAD, LEAD_SHARE, SLACK, Network, Rates
+from stack.planning.routes.network import CONNECTION_SLACK, LEAD, LEAD_SHARE, Network, Rates
 from stack.planning.routes.parameters import RouteParameters
-from stack.planning.routes.search import Arc, cheapest_evaluated
-from stack.planning.routes.shaping import Shape, path_along
-from stack.planning.smoothing import SPACING, resampled
+from stack.planning.routes.search import RouteArc, cheapest_evaluated
+from stack.planning.routes.shaping import RouteShape, path_along
+from stack.planning.smoothing import POSE_SPACING, resampled
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
 
 _SAME_PLACE = 0.1  # m; a connection that ends farther from its target is discarded
@@ -73,11 +73,10 @@ class Route(Planner):
         top = robot.limits.linear_speed
         self._rates = Rates(parameters, top)
         radius = max(parameters.corner_radius, 1.1 * robot.turning_radius)
-        self._shape = Shape(radius, top, keeps_connections=self._is_car)
+        self._shape = RouteShape(radius, top, keeps_connections=self._is_car)
 
     @staticmethod
     def kernels(parameters: RouteParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         return choose("planner", _connecting(parameters, robot), {}).kernels(robot)
 
     @staticmethod
@@ -88,11 +87,6 @@ class Route(Planner):
         return replace(parameters, graph=str(folder / FilePath(parameters.graph).expanduser()))
 
     def with_edge(self, edge: str, *, closed: bool) -> Route:
-        """Return a copy with an edge closed or opened; running plans keep the old graph.
-
-        Raises:
-            ParameterError: there is no such edge.
-        """
         changed = copy(self)
         changed.graph = self.graph.with_edge(edge, closed=closed)
         return changed
@@ -124,7 +118,7 @@ class Route(Planner):
             return arcs[0].path
         return path_along(arcs, costs, self._shape, goal.heading)
 
-    def _limit(self, network: Network, evaluate: Callable[[Arc], None]) -> None:
+    def _limit(self, network: Network, evaluate: Callable[[RouteArc], None]) -> None:
         """Discard entries and exits that are much longer than the shortest.
 
         Else a long connection through free space could replace a closed lane. For exits, closed
@@ -142,11 +136,11 @@ class Route(Planner):
                 paths = (item.path for item in (*considered, *connections))
                 least = min([least, *(path.length for path in paths if path is not None)])
             for arc in connections:
-                arc.longest = least + max(SLACK, LEAD_SHARE * least)
+                arc.longest = least + max(CONNECTION_SLACK, LEAD_SHARE * least)
                 arc.cost = inf if network.straight_length(arc) > arc.longest else arc.cost
                 arc.cost = inf if arc.path and arc.path.length > arc.longest else arc.cost
             shortest.append(least)
-        network.direct.longest = sum(shortest) + SLACK
+        network.direct.longest = sum(shortest) + CONNECTION_SLACK
 
     def _evaluate(
         self,
@@ -154,7 +148,7 @@ class Route(Planner):
         costs: CostGrid,
         ends: tuple[Pose2D, Pose2D],
         cancel: CancelToken,
-        arc: Arc,
+        arc: RouteArc,
     ) -> None:
         """Plan a connection through free space and set its path and cost."""
         cancel.check()
@@ -178,7 +172,7 @@ class Route(Planner):
             self._shorten(network, arc, path)
 
     def _poses(
-        self, network: Network, ends: tuple[Pose2D, Pose2D], arc: Arc
+        self, network: Network, ends: tuple[Pose2D, Pose2D], arc: RouteArc
     ) -> tuple[Pose2D, Pose2D]:
         """Return start and goal of a connection; on a lane they have its direction."""
         (x, y), (u, v) = network.places[arc.start], network.places[arc.end]
@@ -187,7 +181,7 @@ class Route(Planner):
         goal = ends[1] if arc.end == 1 else Pose2D(u, v, network.heading(arc.end, bearing))
         return start, goal
 
-    def _shorten(self, network: Network, arc: Arc, path: Path) -> None:
+    def _shorten(self, network: Network, arc: RouteArc, path: Path) -> None:
         """Add the part of an entry or exit up to the first lane that it touches."""
         points = path.points[:, :2]
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
@@ -208,13 +202,13 @@ class Route(Planner):
             return
         if ends[0] == 0:
             gap = np.array([points[-1], network.places[ends[1]]])
-            joined = np.vstack([points, resampled(gap, SPACING)[1:]])
+            joined = np.vstack([points, resampled(gap, POSE_SPACING)[1:]])
         else:
             gap = np.array([network.places[ends[0]], points[0]])
-            joined = np.vstack([resampled(gap, SPACING)[:-1], points])
+            joined = np.vstack([resampled(gap, POSE_SPACING)[:-1], points])
         path = Path(np.column_stack([joined, np.zeros(len(joined))]))
         cost = self._rates.of_connection(path.length)
-        network.connect(Arc(*ends, cost, path=path))
+        network.connect(RouteArc(*ends, cost, path=path))
 
     def _failure_text(self, network: Network, start: Pose2D, goal: Pose2D) -> str:
         """Return the error message: nearest nodes, blocked edges and closed edges."""

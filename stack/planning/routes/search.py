@@ -19,7 +19,7 @@ from stack.types import FloatArray, Path
 
 
 @dataclass(eq=False, slots=True)
-class Arc:
+class RouteArc:
     """Directed arc between two vertices: part of a lane, or a connection through free space.
 
     Attributes:
@@ -43,16 +43,16 @@ class Arc:
     longest: float = inf
 
 
-def cheapest(arcs: Iterable[Arc], start: int, end: int) -> list[Arc] | None:
+def cheapest(arcs: Iterable[RouteArc], start: int, end: int) -> list[RouteArc] | None:
     """Return the cheapest arcs from vertex to vertex (Dijkstra 1959), or None if unreachable.
 
     Among paths of equal cost, arcs that come first in `arcs` are preferred.
     """
-    leaving: dict[int, list[Arc]] = {}
+    leaving: dict[int, list[RouteArc]] = {}
     for arc in arcs:
         if arc.cost < inf:
             leaving.setdefault(arc.start, []).append(arc)
-    best: dict[int, tuple[float, Arc | None]] = {start: (0.0, None)}
+    best: dict[int, tuple[float, RouteArc | None]] = {start: (0.0, None)}
     queue, done, count = [(0.0, 0, start)], set[int](), 0
     while queue:
         cost, _, vertex = heappop(queue)
@@ -71,8 +71,9 @@ def cheapest(arcs: Iterable[Arc], start: int, end: int) -> list[Arc] | None:
 
 
 def cheapest_evaluated(
-    arcs: Callable[[], Sequence[Arc]], start: int, end: int, evaluate: Callable[[Arc], None]
-) -> list[Arc] | None:
+    arcs: Callable[[], Sequence[RouteArc]], start: int, end: int,
+    evaluate: Callable[[RouteArc], None],
+) -> list[RouteArc] | None:  # fmt: skip
     """Return the cheapest arcs, all of them evaluated, or None if the end is unreachable.
 
     Args:
@@ -89,8 +90,8 @@ def cheapest_evaluated(
         evaluate(unsure)
 
 
-def _back(best: dict[int, tuple[float, Arc | None]], end: int) -> list[Arc]:
-    arcs: list[Arc] = []
+def _back(best: dict[int, tuple[float, RouteArc | None]], end: int) -> list[RouteArc]:
+    arcs: list[RouteArc] = []
     arc = best[end][1]
     while arc is not None:
         arcs.append(arc)

@@ -10,9 +10,9 @@ from math import ceil, cos, inf, sin
 import numpy as np
 
 from stack.planning.routes.graph import RouteEdge
-from stack.planning.routes.network import TOUCH, blocked
-from stack.planning.routes.search import Arc
-from stack.planning.smoothing import SPACING, resampled, with_headings
+from stack.planning.routes.network import TOUCHING, blocked
+from stack.planning.routes.search import RouteArc
+from stack.planning.smoothing import POSE_SPACING, resampled, with_headings
 from stack.types import CostGrid, FloatArray, Path, wrap_angle
 
 _CORNER, _REVERSAL = 0.09, 2.6
@@ -22,7 +22,7 @@ _LOOK = 3  # points before and after a point between which its change of directi
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class RouteShape:
     """Shape of the joined path.
 
     Attributes:
@@ -45,8 +45,10 @@ class _Piece:
     limits: FloatArray
 
 
-def path_along(arcs: Sequence[Arc], costs: CostGrid, shape: Shape, heading: float) -> Path:
-    """Return the path along arcs, its poses SPACING apart; the last one has this heading."""
+def path_along(
+    arcs: Sequence[RouteArc], costs: CostGrid, shape: RouteShape, heading: float
+) -> Path:
+    """Return the path along arcs, its poses POSE_SPACING apart; the last one has this heading."""
     parts = []
     for piece in _joined(_pieces(arcs, shape), shape):
         if piece.points.shape[1] == 3:
@@ -62,7 +64,7 @@ def path_along(arcs: Sequence[Arc], costs: CostGrid, shape: Shape, heading: floa
     return Path(poses, limits if bool(np.isfinite(limits).any()) else None)
 
 
-def _pieces(arcs: Sequence[Arc], shape: Shape) -> Iterator[_Piece]:
+def _pieces(arcs: Sequence[RouteArc], shape: RouteShape) -> Iterator[_Piece]:
     for number, arc in enumerate(arcs):
         if arc.edge is None:
             assert arc.path is not None
@@ -78,17 +80,17 @@ def _pieces(arcs: Sequence[Arc], shape: Shape) -> Iterator[_Piece]:
 
 
 def _beside(points: FloatArray, lanes: Iterable[RouteEdge], top_speed: float) -> FloatArray:
-    """Return (n,) speed limits of points off the lanes: a lane's limit within TOUCH of it."""
+    """Return (n,) speed limits of points off the lanes: a lane's limit within TOUCHING of it."""
     limits = np.full(len(points), inf)
     for lane in lanes:
         limit = lane.limit(top_speed)
         if limit < inf:
             away = np.array([lane.line.nearest(float(x), float(y))[1] for x, y in points[:, :2]])
-            limits[away <= TOUCH] = np.minimum(limits[away <= TOUCH], limit)
+            limits[away <= TOUCHING] = np.minimum(limits[away <= TOUCHING], limit)
     return limits
 
 
-def _joined(pieces: Iterable[_Piece], shape: Shape) -> list[_Piece]:
+def _joined(pieces: Iterable[_Piece], shape: RouteShape) -> list[_Piece]:
     """Join successive pieces without headings; at the joint the limit of the second applies."""
     joined: list[_Piece] = []
     for piece in pieces:
@@ -102,8 +104,8 @@ def _joined(pieces: Iterable[_Piece], shape: Shape) -> list[_Piece]:
 
 
 def _dense(points: FloatArray) -> FloatArray:
-    """Return points along a polyline, SPACING apart, including its own points."""
-    parts = [resampled(np.array(pair), SPACING)[:-1] for pair in pairwise(points)]
+    """Return points along a polyline, POSE_SPACING apart, including its own points."""
+    parts = [resampled(np.array(pair), POSE_SPACING)[:-1] for pair in pairwise(points)]
     return np.vstack([*parts, points[-1:]])
 
 
@@ -118,7 +120,7 @@ def _rounded(points: FloatArray, costs: CostGrid, radius: float) -> FloatArray:
     rounded = points.copy()
     for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
         half = 0.5 * abs(float(turns[corner]))
-        legs = ceil(radius * sin(half) / cos(half) ** 2 / SPACING)
+        legs = ceil(radius * sin(half) / cos(half) ** 2 / POSE_SPACING)
         # The ends of the path are not rounded: the full distance to them is available.
         room = min((corner - before) // (2 if before else 1),
                    (after - corner) // (2 if after < corners[-1] else 1))  # fmt: skip

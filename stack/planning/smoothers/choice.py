@@ -8,7 +8,7 @@ from typing import Any
 from stack.compilation import KernelTypes
 from stack.planning.smoothers.shapes import constrained, savitzky_golay
 from stack.planning.smoothing import (
-    SPACING,
+    POSE_SPACING,
     PathCosts,
     resampled,
     smoothed,
@@ -59,12 +59,12 @@ def smooth(name: str, on: PathCosts, points: FloatArray, heading: float) -> Path
         return smoothed(on, points, heading)
     if name == "none":
         return unsmoothed(points, heading)
-    raw = resampled(points, SPACING)
+    raw = resampled(points, POSE_SPACING)
     before = on.in_cells(raw)
     after = on.in_cells(shape(name, on.costs, raw, _GENTLE, pinned=1))
     allowed, dearest = on.blocked_steps(before), on.of(before)
     for candidate in _candidates(on, before, after):
-        even = resampled(candidate, SPACING / on.costs.resolution)
+        even = resampled(candidate, POSE_SPACING / on.costs.resolution)
         if on.blocked_steps(even) <= allowed and on.of(even) <= dearest:
             return with_headings(on.in_metres(even), heading)
     return unsmoothed(points, heading)
@@ -76,7 +76,7 @@ def _candidates(on: PathCosts, before: FloatArray, after: FloatArray) -> Iterato
 
     blend: Any = kernels.blend
     yield after
-    step = float(on.traverse[0]) * SPACING / on.costs.resolution
+    step = float(on.traverse[0]) * POSE_SPACING / on.costs.resolution
     for surcharge in _SURCHARGES:
         yield blend(on.costs.cells, on.traverse, before, after, surcharge * step, _SWITCH * step)
 

@@ -47,7 +47,6 @@ class ThetaStar(CellPlanner):
 
     @staticmethod
     def kernels(parameters: ThetaStarParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of a run with this component."""
         from stack.planning.theta_star.kernels import SEARCH
 
         return (*SEARCH, *CellPlanner.kernels(parameters, robot))

@@ -24,6 +24,7 @@ SENSORS = {
     "rear lidar": "lidars: {rear: {position: [-10 cm, 0], yaw: 180 deg}}\n",
     "camera": "camera: {position: [10 cm, 0, 30 cm], width: 320, height: 240, "
     "field_of_view: 70 deg}\n",
+    "depth camera": "depth_cameras: {depth: {position: [10 cm, 0, 30 cm]}}\n",
 }
 HEAD = "mission: a\nformat: 1\nworld: office\n"
 GUARDED = {
@@ -152,6 +153,22 @@ def test_lists_that_read_every_lidar_and_the_default_are_fine(tmp_path):
         assert found(tmp_path / name, text, "lidar", "rear lidar") == []
     (tmp_path / "usual").mkdir()
     assert found(tmp_path / "usual", "run: {wait: 3 s}\n", "lidar", "rear lidar") == []
+
+
+@pytest.mark.parametrize(
+    ("depth", "layers", "expected"),
+    [
+        ("obstacles: true", "static, obstacle", ["W144 5"]),
+        ("obstacles: true", "static, sensors", []),
+        ("obstacles: true", "static, obstacle, {use: depth, name: tables}", []),
+        ("obstacles: false", "static, obstacle", []),
+    ],
+)
+def test_depth_obstacles_that_no_layer_draws_are_reported(tmp_path, depth, layers, expected):
+    costmap = f"costmap: {{layers: [{layers}]}}"
+    text = f"navigation: {{depth: {{{depth}}}, {costmap}}}\nrun: {{wait: 3 s}}\n"
+    items = found(tmp_path, text, "lidar", "depth camera")
+    assert codes(items) == expected
 
 
 @pytest.mark.parametrize(

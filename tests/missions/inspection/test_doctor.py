@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from missions.execution.resources import MISSIONS
-from missions.inspection.doctor import diagnose, show_world
+from missions.inspection.doctor import examine, show_world
 from missions.inspection.doctor_lidars import is_robot
 from missions.inspection.map_picture import FOOTER, GRID, TEXT
 from robots.load import find_robot
@@ -37,7 +37,7 @@ def world_with_a_gap(tmp_path, width):
 
 @pytest.mark.pain("n5625")
 def test_a_gap_narrower_than_the_robot_closes_the_place_behind_it(tmp_path):
-    found = diagnose(world_with_a_gap(tmp_path, 0.40), "scout", None)
+    found = examine(world_with_a_gap(tmp_path, 0.40), "scout", None)
     text = "\n".join(found.lines)
     assert "closed; the footprint needs 0.44 m" in text
     assert "place east (4.00, 1.50): not reachable" in text
@@ -51,7 +51,7 @@ def test_a_world_too_large_for_a_map_is_the_finding_of_check(tmp_path):
     post = "boxes:\n  - {at: [9, 9, 0], size: [1, 1, 1]}\n"
     file.write_text(f"world: wide\nbounds: [0, 0, 205, 205]\nstart: [1, 1, 0]\n{post}", "utf-8")
     with pytest.raises(InputError) as refused:
-        diagnose(str(file), "scout", None)
+        examine(str(file), "scout", None)
     (finding,) = refused.value.findings
     assert finding.code == "E413" and finding.mark.file == str(file)
     assert finding.sentence == (
@@ -63,7 +63,7 @@ def test_a_world_too_large_for_a_map_is_the_finding_of_check(tmp_path):
 @pytest.mark.pain("n5625")
 def test_a_wide_gap_is_open_and_the_picture_is_drawn(tmp_path):
     picture = tmp_path / "found.png"
-    found = diagnose(world_with_a_gap(tmp_path, 0.9), "scout", picture)
+    found = examine(world_with_a_gap(tmp_path, 0.9), "scout", picture)
     assert found.closed == 1  # the corner stays too small
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert found.lines[-2] == "1 passage or place closed to scout"
@@ -94,7 +94,7 @@ def test_a_place_at_the_face_of_a_dock_is_the_place_before_it(tmp_path, heading,
     """docs/worlds.md: "Give the mission a place at the face, with `facing` as its heading"."""
     file = tmp_path / "bay.yaml"
     file.write_text(DOCK_WORLD.format(heading=heading, post=post), "utf-8")
-    found = diagnose(str(file), "scout", None)
+    found = examine(str(file), "scout", None)
     assert found.closed == closed
     assert any("before the face of the dock" in line for line in found.lines) == (
         "180" not in heading
@@ -112,14 +112,14 @@ def test_a_gazebo_world_is_diagnosed_drawn_and_its_parts_are_announced(tmp_path)
     file = tmp_path / "room.world"
     file.write_text(gazebo_world("".join(models)), "utf-8")
     said: list[str] = []
-    found = diagnose(str(file), "scout", None, said.append)
+    found = examine(str(file), "scout", None, said.append)
     assert "0.38 m wide: closed" in found.lines[1]  # cells of 2.5 cm that the walls touch
     assert said == [f"reading {file}", "passages of 288 x 288 cells"]
     assert show_world(str(file), tmp_path / "room.png").endswith("default, 7.2 x 7.2 m, 0 places")
 
 
 def test_a_clean_world_says_so():
-    found = diagnose("small_room", "scout", None)
+    found = examine("small_room", "scout", None)
     assert found.closed == 0
     assert found.lines[-1] == "clean: scout can use 0 passages and 5 places without difficulty"
 
@@ -154,7 +154,7 @@ def test_pictures_show_coordinates(tmp_path):
 
 def test_a_door_askew_to_the_cells_is_open_to_whom_it_lets_through():
     """54 cm, of which at 5 cm a cell no more than 45 would be seen; the robot needs 44."""
-    found = diagnose(str(MISSIONS / "bench" / "narrow_door.yaml"), "scout", None)
+    found = examine(str(MISSIONS / "bench" / "narrow_door.yaml"), "scout", None)
     assert found.closed == 0
     passage = next(line for line in found.lines if "passage" in line)
     assert "2.5 cm" in found.lines[0]
@@ -172,7 +172,7 @@ def test_the_width_of_a_robot_does_not_depend_on_the_place_of_its_base(tmp_path,
     (tmp_path / "robot.yaml").write_text("\n".join([*lines, f"footprint: {shape}"]), "utf-8")
     for gap, closed in ((0.6, True), (0.8, False)):
         world = world_with_a_gap(tmp_path, gap)
-        found = diagnose(world, str(tmp_path / "robot.yaml"), None)
+        found = examine(world, str(tmp_path / "robot.yaml"), None)
         text = "\n".join(found.lines)
         assert "is 0.70 m wide" in text
         assert ("place east (4.00, 1.50): not reachable" in text) is closed
@@ -188,5 +188,5 @@ def test_findings_name_the_file_as_it_was_given(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hall.yaml").write_text("world: hall\nwals: []\n")
     with pytest.raises(InputError) as refused:
-        diagnose("hall.yaml", "scout", None)
+        examine("hall.yaml", "scout", None)
     assert {finding.mark.file for finding in refused.value.findings} == {"hall.yaml"}

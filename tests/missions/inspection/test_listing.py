@@ -12,6 +12,8 @@ from missions.inspection.listing import COMPONENTS, description_of, installed, r
 from missions.inspection.parameter_descriptions import LISTS
 from missions.inspection.scaffold import new_component
 from stack.components import available, component
+from stack.costmap.choosing import read_layers
+from stack.costmap.parameters import CostmapParameters
 from stack.documents import value_of
 from stack.errors import InputError
 from stack.parameters import declarations
@@ -107,6 +109,20 @@ def test_what_a_description_says_to_write_is_accepted():
         ((kind, wanted),) = written.get("navigation", written).items()
         use = wanted.pop("use", None)
         assert chosen(kind, use, wanted).parameters == chosen(kind, use, {}).parameters, name
+
+
+@pytest.mark.parametrize(
+    ("name", "layers"),
+    [
+        ("social.cost", ["static", "obstacle", "social"]),
+        ("obstacle.decay", ["static", "obstacle"]),
+        ("keepout.zones", ["static", "obstacle", "keepout"]),
+    ],
+)
+def test_the_layers_that_a_description_says_to_write_include_the_usual_ones(name, layers):
+    line = re.search(r"^  write    (.+)$", description_of(name, installed()), re.MULTILINE)[1]
+    listed = value_of(f"{{{line.replace('…', '[]')}}}")["navigation"]["costmap"]["layers"]
+    assert [layer.use for layer in read_layers(listed, CostmapParameters())] == layers
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from stack.control.evasion import kernels
 from stack.control.evasion.evasion import Evaded, Evasion, Situation
-from stack.control.evasion.lanes import LOOKAHEAD, NO_LANES, NO_WAY, Lanes
+from stack.control.evasion.lanes import LANE_LOOKAHEAD, NO_LANES, NO_WAY, Lanes
 from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
 from stack.control.evasion.pushing import SETS_OFF, PushingPeople
@@ -285,7 +285,7 @@ def test_a_lane_is_reached_and_kept(kind, offset, speed):
     lanes = Lanes(robot)
     way = lanes.way(STRAIGHT, Pose2D(0.0, 0.0), Twist(speed), 12.0)
     pose, passed, least = Pose2D(0.0, 0.0), 0, inf
-    while pose.x < 8.0 * LOOKAHEAD:
+    while pose.x < 8.0 * LANE_LOOKAHEAD:
         here = np.array([pose.x, pose.y, pose.heading])
         linear, angular, passed = kernels.lane_twist(
             way, passed, here, speed, offset, lanes.steering

@@ -7,7 +7,7 @@ from stack.components import ControlState
 from stack.control.mppi.critics import critics
 from stack.control.mppi.critics import kernels as critic_kernels
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Obstacles, Outline, clearance_to
+from stack.control.mppi.scene import BodyArrays, Obstacles, clearance_to
 from stack.errors import NavigationError
 from stack.types import STANDSTILL, CostGrid, Footprint, Pose2D, TrackedObject
 from tests.stack.control.courses import controller
@@ -103,7 +103,7 @@ def near(poses, tracks, **parameters):
     rollouts = placed(poses)
     costs = CostGrid(np.zeros((80, 80), np.uint8), 0.05, (-2.0, -2.0))
     around = Obstacles.of(costs, Pose2D(0.0, 0.0), np.zeros((1, 2)), tracks)
-    outline = Outline.of(Footprint.circle(0.2), 0.05)
+    outline = BodyArrays.of(Footprint.circle(0.2), 0.05)
     critics.evaluate_obstacles(
         critic_kernels, MppiParameters(**parameters), rollouts, around, outline
     )
@@ -126,7 +126,7 @@ def test_closeness_is_the_clearance_that_is_missing_when_the_rollout_comes_by():
 
 def test_the_room_beside_somebody_is_what_is_left_between_two_circles():
     """A walker from (1, 2) with (0.5, -0.25) m/s is at (2, 1.5) after 2 s."""
-    outline = Outline.of(Footprint.circle(0.2), 0.05)
+    outline = BodyArrays.of(Footprint.circle(0.2), 0.05)
     radius = float(outline.discs[0, 2])
     poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [2.0, 0.0, 1.0], [-1.0, -2.5, 0.3]])
     rooms = clearance_to(
@@ -139,7 +139,7 @@ def test_the_room_beside_somebody_is_what_is_left_between_two_circles():
 def test_the_room_beside_a_long_robot_turns_with_it():
     """1 m by 0.2 m: along it, it reaches 0.5 m, across it 0.1 m; discs stand out a little."""
     long = Footprint(np.array([[-0.5, -0.1], [0.5, -0.1], [0.5, 0.1], [-0.5, 0.1]]))
-    outline = Outline.of(long, 0.05)
+    outline = BodyArrays.of(long, 0.05)
     headings = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.pi / 2]])
     for side in (2.0, -2.0):
         somebody = track((0.0, side), (0.0, 0.0), 0.3)

@@ -16,7 +16,7 @@ from stack.control.mppi.critics import kernels as critic_kernels
 from stack.control.mppi.critics.critics import CriticData, aim
 from stack.control.mppi.optimiser import NoiseTable, bounds
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
+from stack.control.mppi.scene import BodyArrays, LocalPath, Obstacles, Rollouts
 from stack.drivetrain.limits import limit_speed
 from stack.geometry.path_segment import PathSegment
 from stack.geometry.polygons import fill_polygon
@@ -218,7 +218,9 @@ def scene(lethal, footprint=RECTANGLE, pose=Pose2D(1.025, 1.025), shape=(41, 41)
 
 def seen(rollouts, obstacles, footprint=RECTANGLE, **parameters):
     p = MppiParameters(**parameters)
-    critics.evaluate_obstacles(critic_kernels, p, rollouts, obstacles, Outline.of(footprint, 0.05))
+    critics.evaluate_obstacles(
+        critic_kernels, p, rollouts, obstacles, BodyArrays.of(footprint, 0.05)
+    )
     return rollouts
 
 
@@ -379,7 +381,7 @@ def test_the_pull_is_the_inverse_covariance_times_the_plan():
 
 def test_discs_cover_a_footprint_and_its_core_lies_within():
     for footprint in (RECTANGLE, Footprint.circle(0.22)):
-        body = Outline.of(footprint, 0.05)
+        body = BodyArrays.of(footprint, 0.05)
         away = np.hypot(
             *(fill_polygon(footprint.points, 0.01)[:, None] - body.discs[:, :2]).transpose(2, 0, 1)
         )

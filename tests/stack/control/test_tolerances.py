@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from stack.components import GoalTolerance, component
 from stack.control.checkers import StoppedGoalChecker, StoppedGoalParameters
-from stack.control.parameters import SHARE
+from stack.control.parameters import STOP_SHARE
 from stack.types import Pose2D, TaskStatus, wrap_angle
 from tests.stack.control.courses import toy_drive
 from tests.stack.navigation.toy_world import heading_error, room
@@ -86,7 +86,7 @@ def test_parameters_stop_the_robot_inside_the_tolerance_and_never_less_exactly(n
     assert parameters.within(GoalTolerance()) == parameters
     assert parameters.within(GoalTolerance(0.15, 0.15)) == parameters  # the defaults
     fine = parameters.within(GoalTolerance(0.004, 0.002))
-    assert (fine.stop_distance, fine.turn_precision) == (SHARE * 0.004, SHARE * 0.002)
+    assert (fine.stop_distance, fine.turn_precision) == (STOP_SHARE * 0.004, STOP_SHARE * 0.002)
     assert replace(fine, stop_distance=parameters.stop_distance,
                    turn_precision=parameters.turn_precision) == parameters  # fmt: skip
 

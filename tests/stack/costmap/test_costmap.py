@@ -321,7 +321,7 @@ def test_clearing_everything_repaints_only_what_was_sensed():
 
 
 def test_large_boxes_are_painted_in_bands_with_the_same_costs(monkeypatch):
-    monkeypatch.setattr("stack.costmap.layer_compositor.BAND", 500)  # four rows of 120 cells
+    monkeypatch.setattr("stack.costmap.layer_compositor.BAND_CELLS", 500)  # four rows of 120 cells
     whole, banded = room(), Costmap(CostmapParameters(), ROUND, room())
     whole.cells[::9, ::7] = OCCUPIED
     banded.set_static(whole)

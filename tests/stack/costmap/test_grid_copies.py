@@ -3,7 +3,7 @@
 import numpy as np
 
 from stack.costmap.costmap import Costmap
-from stack.costmap.grid_copies import REMEMBERED
+from stack.costmap.grid_copies import CHANGES_REMEMBERED
 from stack.costmap.parameters import CostmapParameters
 from stack.types import FREE, Footprint, OccupancyGrid, Pose2D, Scan
 from tests.stack.costmap.marks import seen
@@ -60,7 +60,7 @@ def test_a_copy_older_than_the_changes_remembered_is_made_anew():
     costmap = Costmap(CostmapParameters(), ROUND, floor())
     old = costmap.copied()
     old.release()
-    for step in range(REMEMBERED + 1):
+    for step in range(CHANGES_REMEMBERED + 1):
         see(costmap, 1.0 + 0.5 * (step % 2), 0.1 * step)
     new = costmap.copied()
     assert new.grid.cells is not old.grid.cells

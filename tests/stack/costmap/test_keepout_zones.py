@@ -11,7 +11,7 @@ from stack.costmap.choosing import read_layers
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.way_out import WayOut
-from stack.costmap.zones import MARGIN, Zone
+from stack.costmap.zones import ZONE_MARGIN, Zone
 from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.types import (
     FREE,
@@ -73,7 +73,7 @@ def test_a_zone_is_drawn_7_cm_larger_and_no_more(heading):
     cells = costmap_of(("star", corners.tolist())).grid.cells
     rows, columns = np.indices(cells.shape)
     middles = (np.column_stack([columns.ravel(), rows.ravel()]) + 0.5) * 0.05
-    near = points_inside(middles, corners) | (distances_to_edges(middles, corners) <= MARGIN)
+    near = points_inside(middles, corners) | (distances_to_edges(middles, corners) <= ZONE_MARGIN)
     assert ((cells == LETHAL_COST).ravel() == near).all()
 
 
@@ -91,7 +91,7 @@ def test_a_robot_in_a_zone_gets_the_shortest_way_out_and_no_other(x, y):
     length = way_out.distance_to(Pose2D(x, y))
     # It ends one to three cells beyond the inscribed radius and the margin; octagons are up to
     # 8 % longer than circles.
-    assert depth + 0.22 <= length <= 1.1 * (depth + 0.22 + MARGIN) + 0.2
+    assert depth + 0.22 <= length <= 1.1 * (depth + 0.22 + ZONE_MARGIN) + 0.2
     cells = costmap.grid.cells
     for pose in (Pose2D(x, y), way_out):
         assert cells[costmap.grid.cell_at(pose.x, pose.y)] < INSCRIBED_COST

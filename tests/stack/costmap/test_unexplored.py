@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
-from stack.costmap.unexplored import MARGIN, Ground, unexplored
+from stack.costmap.unexplored import MARGIN, GrowingMap, unexplored
 from stack.errors import ParameterError
 from stack.types import LETHAL_COST, UNKNOWN, UNKNOWN_COST, Footprint, Pose2D, Scan
 from tests.stack.costmap.marks import seen
@@ -44,7 +44,7 @@ def test_sensed_obstacles_keep_their_place_when_the_ground_grows():
     costmap.update(seen(Pose2D(0.0, 0.0), scan, 0.0))
     assert costmap.grid.cells[costmap.grid.cell_at(1.02, 0.01)] == LETHAL_COST
 
-    ground = Ground(grid, [costmap])
+    ground = GrowingMap(grid, [costmap])
     ground.cover([Pose2D(2.0, 2.0)])
     assert ground.grid is grid  # it was there already
     ground.cover([Pose2D(-30.0, 25.0)])
@@ -57,6 +57,6 @@ def test_sensed_obstacles_keep_their_place_when_the_ground_grows():
 
 def test_a_place_beyond_all_bounds_stays_outside():
     grid = unexplored([Pose2D(0.0, 0.0)], 0.05)
-    ground = Ground(grid, [])
+    ground = GrowingMap(grid, [])
     ground.cover([Pose2D(1e6, 0.0)])
     assert ground.grid is grid

@@ -1,17 +1,18 @@
 from dataclasses import replace
 from math import pi
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
-from stack.navigation.capabilities.localisation import Localisation
-from stack.navigation.capabilities.map import Map
-from stack.navigation.capabilities.perception import Perception
-from stack.navigation.capabilities.robot import RunningRobot
-from stack.navigation.tuning import Tuning
+from stack.navigation.capabilities.localisation import StackLocalisation
+from stack.navigation.capabilities.map import StackMap
+from stack.navigation.capabilities.perception import StackPerception
+from stack.navigation.capabilities.robot import StackRobot
+from stack.navigation.live_parameters import LiveParameters
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     STANDSTILL,
@@ -115,7 +116,7 @@ class Rig:
 
         toy = self.toy = ToyDrive(world, estimator=self.estimator, cover=cover)
         self.camera, navigator, self.now = CameraLease(), toy.navigator, toy.now
-        self.tuning = Tuning(
+        self.tuning = LiveParameters(
             {
                 "controller": toy.follower,
                 "navigation": navigator.tools,
@@ -124,16 +125,20 @@ class Rig:
             toy.emit,
         )
         self.base = navigator.base
-        self.localisation = Localisation(self.estimator, navigator, world.frames, toy.now, toy.emit)
-        self.map = Map(
-            world.robot, self.estimator, (toy.local, toy.globe), None, self.maps, toy.emit,
+        self.localisation = StackLocalisation(
+            self.estimator, navigator, world.frames, toy.now, toy.emit
+        )
+        seen = SimpleNamespace(local_costmap=toy.local, global_costmap=toy.globe)
+        self.map = StackMap(
+            world.robot, self.estimator, seen, None, self.maps, toy.emit,
             markers=(MARKER,),
         )  # fmt: skip
-        self.perception = Perception(
-            world.robot, toy.now, world.frames, self.estimator, self.camera, CameraLease(),
-            None, None, self.detector, None, None,
+        self.perception = StackPerception(
+            robot=world.robot, now=toy.now, frames=world.frames, estimator=self.estimator,
+            camera=self.camera, depth_camera=CameraLease(), objects=None, places=None,
+            detector=self.detector, lines=None, coloured=None,
         )  # fmt: skip
-        self.robot = RunningRobot(
+        self.robot = StackRobot(
             self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
             toy.emit,
         )  # fmt: skip

@@ -14,9 +14,9 @@ from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import ParameterError
 from stack.navigation.escape import kernels
 from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
-from stack.navigation.escape.search import Search
+from stack.navigation.escape.search import EscapeSearch
 from stack.navigation.escape.surroundings import Surroundings
-from stack.navigation.escape.views import View
+from stack.navigation.escape.views import BeamView
 from stack.types import (
     STANDSTILL,
     FailureCode,
@@ -430,7 +430,7 @@ def test_what_a_second_lidar_sees_counts_and_is_kept_when_the_robot_turns_away()
 
 
 def test_the_cone_of_a_sonar_is_known_ground_up_to_its_reading():
-    search = Search(
+    search = EscapeSearch(
         replace(ROUND, footprint=Footprint.circle(0.05)), surroundings := Surroundings()
     )
     look(surroundings, HERE, left=reading(1.0, yaw=pi / 2))
@@ -448,10 +448,10 @@ def test_a_deskewed_scan_is_seen_along_its_true_bearings():
     scan = Scan(
         0.0, np.array([2.0, 1.0, 3.0], np.float32), -pi / 2, pi / 2, 0.05, 10.0, bearings=bearings
     )
-    view = View.of(RangeView(HERE, scan))
+    view = BeamView.of(RangeView(HERE, scan))
     assert view.ranges == pytest.approx([2.0, 1.0, 3.0])
     shifted = replace(scan, bearings=np.radians([10.0, 90.0, 170.0]))
-    view = View.of(RangeView(HERE, shifted))
+    view = BeamView.of(RangeView(HERE, shifted))
     assert np.isnan(view.ranges).tolist() == [False, False, False]
     # -90 is 100 deg from the beam at 10 and from the one at 170: nearer than 1.5 increments
     assert view.ranges[1:] == pytest.approx([2.0, 1.0])

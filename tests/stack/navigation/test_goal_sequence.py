@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stack.navigation.plans.goal_sequence import RECEDING, GoalSequence
+from stack.navigation.plans.goal_sequence import PASSED_WHEN_RECEDING, GoalSequence
 from stack.types import Pose2D
 
 RADIUS = 0.5
@@ -20,7 +20,7 @@ def test_a_via_goal_is_passed_when_the_robot_moves_away_from_it():
     for x in (1.0, 1.8, 1.9):
         goals.pass_by(driven(x), x, RADIUS, waiting=False)
     assert goals.next == VIAS[0]
-    goals.pass_by(driven(1.9 - 1.5 * RECEDING), 1.9, RADIUS, waiting=False)
+    goals.pass_by(driven(1.9 - 1.5 * PASSED_WHEN_RECEDING), 1.9, RADIUS, waiting=False)
     assert goals.next == VIAS[1]
 
 

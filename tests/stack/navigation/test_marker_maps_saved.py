@@ -9,7 +9,7 @@ import pytest
 from robots.load import find_robot, read_robot
 from stack.errors import InputError, NavigationError
 from stack.mapping.marker_maps import MARKERS_YAML, read_marker_map
-from stack.navigation.capabilities.map import Map
+from stack.navigation.capabilities.map import StackMap
 from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.survey import MarkerSurvey
 from stack.types import FREE, Marker, OccupancyGrid
@@ -42,8 +42,8 @@ def service(mapped, store):
     )
     robot = read_robot(find_robot("scout", Path()))
     survey = MarkerSurvey(MarkerParameters(survey=True))
-    return Map(
-        robot, estimator, (None, None), None, store, lambda *_, **__: None, survey, (EXACT, EARLIER)
+    return StackMap(
+        robot, estimator, None, None, store, lambda *_, **__: None, survey, (EXACT, EARLIER)
     )
 
 

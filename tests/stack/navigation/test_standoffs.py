@@ -17,9 +17,9 @@ from stack.errors import NavigationError
 from stack.navigation.people.give_way import WalkingDirections
 from stack.navigation.people.narrow_meeting import find_narrow_meeting, widths_across
 from stack.navigation.people.passing_place import (
-    APART,
-    BODY,
-    ROOM,
+    LEAST_BODY,
+    PASSING_ROOM,
+    PLACES_APART,
     find_passing_place,
     way_of,
 )
@@ -64,7 +64,7 @@ def test_the_nearest_niche_behind_the_robot_is_the_passing_place():
     assert place is not None
     assert abs(place.x - 4.0) < 0.7
     # 0.25 m of a person, 0.33 m of the robot and 0.15 m between them
-    assert place.y - 1.5 >= BODY + SCOUT.circumscribed_radius + ROOM - 0.05
+    assert place.y - 1.5 >= LEAST_BODY + SCOUT.circumscribed_radius + PASSING_ROOM - 0.05
     assert find_passing_place(corridor_with_niche(None), here, [way], SCOUT, people=[faced]) is None
     beyond = find_passing_place(corridor_with_niche(9.3), here, [way], SCOUT, people=[faced])
     assert beyond is None  # the person is in between
@@ -92,7 +92,7 @@ def test_a_passing_place_is_free_reachable_and_off_the_way(x, y, px, py):
     along = np.linspace(0.0, 1.0, 200)[:, None]
     points = np.concatenate([a + along * (b - a) for a, b in pairwise(way)])
     off = np.hypot(points[:, 0] - place.x, points[:, 1] - place.y).min()
-    assert off >= BODY + SCOUT.circumscribed_radius + ROOM - 0.06
+    assert off >= LEAST_BODY + SCOUT.circumscribed_radius + PASSING_ROOM - 0.06
     assert hypot(place.x - px, place.y - py) >= faced.radius + SCOUT.inscribed_radius - 0.06
 
 
@@ -251,7 +251,7 @@ def test_a_place_that_did_not_help_is_not_tried_again():
     place = find_passing_place(costs, here, [way], SCOUT, people=[faced])
     assert place is not None
     again = find_passing_place(costs, here, [way], SCOUT, people=[faced], tried=[place])
-    assert again is None or again.distance_to(place) > APART - costs.resolution
+    assert again is None or again.distance_to(place) > PLACES_APART - costs.resolution
 
 
 def test_the_way_of_who_stands_is_where_they_walked_to():

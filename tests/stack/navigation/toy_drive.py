@@ -15,8 +15,10 @@ from stack.control.evasion.parameters import EvasionParameters
 from stack.control.path_follower import PathFollower
 from stack.control.pure_pursuit.controller import PurePursuit
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
+from stack.navigation.drive_tools import DriveTools
 from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.safety.parameters import SafetyParameters
 from stack.types import CurrentStep, Perceived, WorldView
 from tests.stack.navigation.toy_world import ToyCostmap, ToyPlanner, ToyWorld
@@ -68,13 +70,17 @@ class ToyDrive:
         )
         self.estimator = estimator or Belief(self)
         self.now = CurrentStep(Perceived(world.time, self.estimator.estimate))
-        self.navigator = Navigator(
-            world.robot, self.planner, self.follower,
-            StoppedGoalChecker(StoppedGoalParameters(), world.robot), self.progress_checker,
-            replace(NavigationParameters(), **settings),
-            Evasion(world.robot, EvasionParameters()), self.estimator, self.now, self.local,
-            self.globe, self.emit, world.period, is_real_time=is_real_time, cover=cover,
+        tools = DriveTools(
+            world.robot, self.follower, StoppedGoalChecker(StoppedGoalParameters(), world.robot),
+            self.progress_checker,
+            PlannerWorker(self.planner, lambda _: None, is_real_time=is_real_time),
+            replace(NavigationParameters(), **settings), self.local, self.globe, self.emit,
+            world.period,
         )  # fmt: skip
+        evasion = Evasion(world.robot, EvasionParameters())
+        self.navigator = Navigator(
+            tools, evasion, self.estimator, self.now, cover, log=lambda _: None
+        )
         self.safety = SafetyStage(world.robot, SafetyParameters(), world.period)
         self.commands, self.distance = [], 0.0
 

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.planning.geodesic import kernels
-from stack.planning.kinematic.search import CollisionChecker, Drive
+from stack.planning.kinematic.search import CollisionChecker, PoseDrive
 from stack.planning.kinematic.shaping import Shaping, evenly
 from stack.planning.search import StepCosts
 from stack.planning.smoothers.choice import SMOOTHERS, shape, smooth
-from stack.planning.smoothing import SPACING, PathCosts, resampled
+from stack.planning.smoothing import POSE_SPACING, PathCosts, resampled
 from stack.types import INSCRIBED_COST, CostGrid, Footprint, Pose2D
 from tests.benchmarks.navfn import navfn_path, path_cost
 from tests.benchmarks.planners import measured, queries_for
@@ -26,7 +26,9 @@ BENDS = [(5.5, 20.5), (60.5, 20.5)]
 
 
 def floor(cells=None):
-    return CostGrid(np.zeros((SIDE, SIDE), np.uint8) if cells is None else cells, SPACING, (0, 0))
+    return CostGrid(
+        np.zeros((SIDE, SIDE), np.uint8) if cells is None else cells, POSE_SPACING, (0, 0)
+    )
 
 
 corners = st.lists(
@@ -42,9 +44,9 @@ def test_a_smoothed_path_never_costs_more_than_it_did(smoother, seed, cells_of_p
     random = np.random.default_rng(seed)
     blocks = random.integers(0, INSCRIBED_COST, (SIDE // 5, SIDE // 5)).astype(np.uint8)
     costs = floor(np.kron(blocks, np.ones((5, 5), np.uint8)))
-    raw = (np.array(cells_of_path, float) + 0.5) * SPACING
+    raw = (np.array(cells_of_path, float) + 0.5) * POSE_SPACING
     before, after = (
-        kernels.path_cost(costs.cells, TRAVERSE, path.points[:, :2] / SPACING)
+        kernels.path_cost(costs.cells, TRAVERSE, path.points[:, :2] / POSE_SPACING)
         for path in (
             smooth(name, PathCosts(costs, TRAVERSE), raw, 0.0) for name in ("none", smoother)
         )
@@ -58,9 +60,9 @@ def path_with_two_bends():
     cells[:, SIDE:] = 252
     cells[20, SIDE : SIDE + 21] = cells[5:21, SIDE + 20] = 0
     raw = resampled(
-        np.array([[5.5, 5.5], [5.5, 20.5], [60.5, 20.5], [60.5, 5.5]]) * SPACING, SPACING
+        np.array([[5.5, 5.5], [5.5, 20.5], [60.5, 20.5], [60.5, 5.5]]) * POSE_SPACING, POSE_SPACING
     )
-    return CostGrid(cells, SPACING, (0, 0)), raw
+    return CostGrid(cells, POSE_SPACING, (0, 0)), raw
 
 
 def test_only_the_parts_of_a_path_that_cost_no_more_are_smoothed():
@@ -68,8 +70,8 @@ def test_only_the_parts_of_a_path_that_cost_no_more_are_smoothed():
     shaped = shape("constrained", costs, raw, 0.5, 1)
     path = smooth("constrained", PathCosts(costs, TRAVERSE), raw, 0.0).points[:, :2]
     price = partial(kernels.path_cost, costs.cells, TRAVERSE)
-    assert price(shaped / SPACING) > price(raw / SPACING) >= price(path / SPACING)
-    far = [min(np.hypot(*(path - SPACING * np.array(corner)).T)) for corner in BENDS]
+    assert price(shaped / POSE_SPACING) > price(raw / POSE_SPACING) >= price(path / POSE_SPACING)
+    far = [min(np.hypot(*(path - POSE_SPACING * np.array(corner)).T)) for corner in BENDS]
     assert far[0] > 0.05 and far[1] < 0.02  # rounded over open floor, kept among dear cells
 
 
@@ -114,7 +116,7 @@ def test_the_reference_goes_round_a_wall():
     assert path is not None
     # over the corner at (1.025, 1.525): 2 hypot(0.5, 1.0) = 2.24
     assert np.hypot(*np.diff(path, axis=0).T).sum() == pytest.approx(2.24, rel=0.04)
-    column, row = np.floor(path / SPACING).astype(int).T
+    column, row = np.floor(path / POSE_SPACING).astype(int).T
     assert cells[row, column].max() == 0
 
 
@@ -144,16 +146,16 @@ def winding_poses(random, count=50):
 def test_a_smoothed_segment_of_poses_never_costs_more_than_it_did(smoother, seed):
     random = np.random.default_rng(seed)
     blocks = random.integers(0, INSCRIBED_COST, (10, 20)).astype(np.uint8)
-    costs = CostGrid(np.kron(blocks, np.ones((5, 5), np.uint8)), SPACING, (-1.0, -0.25))
+    costs = CostGrid(np.kron(blocks, np.ones((5, 5), np.uint8)), POSE_SPACING, (-1.0, -0.25))
     checker = CollisionChecker.of(costs, Footprint.circle(0.1), TABLES)
     poses = winding_poses(random)
-    drive = Drive(poses, np.ones(len(poses), np.int64), 0.0)
+    drive = PoseDrive(poses, np.ones(len(poses), np.int64), 0.0)
     smooth = Shaping(smoother, 0.3, TRAVERSE).path(checker, drive).points
     if np.array_equal(smooth, poses):
         return
     origin = np.array(costs.origin)
     before, after = (
-        kernels.path_cost(costs.cells, TRAVERSE, (points[:, :2] - origin) / SPACING)
+        kernels.path_cost(costs.cells, TRAVERSE, (points[:, :2] - origin) / POSE_SPACING)
         for points in (evenly(poses, 1), smooth)
     )
     assert after <= before

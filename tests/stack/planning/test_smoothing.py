@@ -6,7 +6,7 @@ import pytest
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.planning.search import StepCosts
-from stack.planning.smoothing import SPACING, PathCosts, resampled, smoothed, unsmoothed
+from stack.planning.smoothing import POSE_SPACING, PathCosts, resampled, smoothed, unsmoothed
 from stack.types import (
     FREE,
     INSCRIBED_COST,
@@ -48,7 +48,7 @@ def test_a_right_angle_round_an_obstacle_is_rounded_and_evenly_spaced():
     grid = Costmap(CostmapParameters(), Footprint.circle(0.22), static).grid
     raw = resampled(np.array([[0.0, 2.3], [2.3, 2.3], [2.3, 0.0]]), 0.05)
     path = smoothed(PathCosts(grid, TABLES.traverse), raw, 0.0)
-    assert gaps(path) == pytest.approx(SPACING, rel=0.02)
+    assert gaps(path) == pytest.approx(POSE_SPACING, rel=0.02)
     assert turns(path).max() < 0.25  # per 5 cm: a turning radius of 0.2 m
     assert turns(unsmoothed(raw, 0.0)).max() > 0.7
     for x, y, _ in path.points:

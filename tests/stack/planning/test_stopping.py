@@ -18,7 +18,7 @@ from stack.errors import NavigationError
 from stack.navigation.plans.planner_worker import PlannerWorker, PlanRequest
 from stack.patience import Patience
 from stack.planning import kernels
-from stack.planning.search import SearchLimits, StepCosts, Workspace
+from stack.planning.search import ExpansionLimits, StepCosts, Workspace
 from stack.types import (
     FREE,
     INSCRIBED_COST,
@@ -86,7 +86,7 @@ def test_the_search_checks_the_cancel_flag_every_1024_expansions():
     cancel.request()
     workspace = Workspace(400, 400, StepCosts.of(3.0, True))
     with pytest.raises(NavigationError, match="CANCELLED"):
-        workspace.run(grid, 0, 399 * 400, 0, SearchLimits(cancel=cancel))
+        workspace.run(grid, 0, 399 * 400, 0, ExpansionLimits(cancel=cancel))
     assert workspace.expanded == 0
     assert kernels.CHECKED == 1024  # 0.1 ms of work
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stack.errors import InputError
-from stack.runtime.command_schema import MAX_TEXT, SCHEMAS, Speed, loggable, read_arguments
+from stack.runtime.command_schema import MAX_TEXT, SCHEMAS, SpeedArguments, loggable, read_arguments
 from stack.telemetry.event_log import event_line
 from stack.telemetry.records import Event
 
@@ -135,9 +135,9 @@ def test_the_log_of_a_hostile_command_is_short():
 def test_the_speeds_of_the_command_line_are_those_of_the_command():
     from missions.execution.supervision.engine import speed_factor as of_option
 
-    assert of_option("max") == Speed(0.0).factor
+    assert of_option("max") == SpeedArguments(0.0).factor
     for limit in ("0.01", "1000"):
-        assert of_option(limit) == Speed(float(limit)).factor
+        assert of_option(limit) == SpeedArguments(float(limit)).factor
     for beyond in ("0.009", "1000.1", "1e-300", "nan", "inf", "-1", "0", "1e400"):
         with pytest.raises(InputError, match=r"max, or a number from 0\.01 to 1000"):
             of_option(beyond)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from stack.errors import ParameterError
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import beyond_dead_band
-from stack.safety.zones import SafetyZone, ZoneMonitor, read_zones
+from stack.safety.zones import SafetyZone, ZoneMonitor, read_safety_zones
 from stack.types import STANDSTILL, Footprint, Pose2D, Twist
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 from tests.stack.safety.obstacles import SafetyStage, standing
@@ -23,7 +23,7 @@ SOMETHING = np.array([[0.8, y] for y in (-0.1, 0.0, 0.1, 0.2)])
 
 
 def monitor(**values):
-    return ZoneMonitor(read_zones([{"corners": FRONT, **values}]), ROUND)
+    return ZoneMonitor(read_safety_zones([{"corners": FRONT, **values}]), ROUND)
 
 
 def limited(twist, things=SOMETHING, **values):
@@ -92,7 +92,7 @@ def test_a_zone_for_driving_backward_leaves_driving_forward_alone():
 
 
 def test_the_strictest_zone_has_its_say():
-    zones = read_zones([
+    zones = read_safety_zones([
         {"action": "slow_down", "radius": 2.0, "ratio": 0.5, "name": "wide"},
         {"action": "slow_down", "radius": 1.0, "ratio": 0.2, "name": "near"},
     ])  # fmt: skip
@@ -102,7 +102,7 @@ def test_the_strictest_zone_has_its_say():
 
 def test_a_zone_without_outline_is_the_footprint():
     touching = np.array([[0.24, 0.0]] * 4)
-    zones = read_zones([{"action": "stop"}])
+    zones = read_safety_zones([{"action": "stop"}])
     assert ZoneMonitor(zones, ROUND).limited(Twist(0.3), touching)[0] == STANDSTILL
     assert ZoneMonitor(zones, ROUND).limited(Twist(0.3), SOMETHING)[0] == Twist(0.3)
 
@@ -121,7 +121,7 @@ def test_a_zone_without_outline_is_the_footprint():
 )
 def test_a_zone_that_will_not_do_is_named(entry, words):
     with pytest.raises(ParameterError, match="zone 2: ") as raised:
-        read_zones([{}, entry])
+        read_safety_zones([{}, entry])
     assert words in str(raised.value)
 
 
@@ -205,6 +205,6 @@ def test_the_edge_of_the_dead_band(smooth, wanted, expected):
 
 
 def test_an_outline_may_end_with_the_corner_that_it_began_with():
-    closed = ZoneMonitor(read_zones([{"corners": [*FRONT, FRONT[0]], "ratio": 0.3}]), ROUND)
+    closed = ZoneMonitor(read_safety_zones([{"corners": [*FRONT, FRONT[0]], "ratio": 0.3}]), ROUND)
     open_ = monitor(ratio=0.3)
     assert closed.limited(Twist(0.8), SOMETHING) == open_.limited(Twist(0.8), SOMETHING)

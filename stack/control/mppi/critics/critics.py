@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
+from stack.control.mppi.scene import Array32, BodyArrays, LocalPath, Obstacles, Rollouts
 from stack.types import wrap_angle
 
 COLLISION_COST = 100.0
@@ -76,7 +76,7 @@ class CriticData:
 
 
 def evaluate_obstacles(
-    kernels: Any, p: MppiParameters, rollouts: Rollouts, obstacles: Obstacles, body: Outline
+    kernels: Any, p: MppiParameters, rollouts: Rollouts, obstacles: Obstacles, body: BodyArrays
 ) -> None:
     """Compute costs, clearances and collisions of each rollout, for the obstacle critics."""
     ratio = OBSTACLES_CRITICAL_WEIGHT / p.obstacles_weight if p.obstacles_weight else 0.0

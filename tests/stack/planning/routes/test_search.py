@@ -6,7 +6,7 @@ from math import inf
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.planning.routes.search import Arc, cheapest, cheapest_evaluated
+from stack.planning.routes.search import RouteArc, cheapest, cheapest_evaluated
 
 VERTICES = 6
 
@@ -32,7 +32,7 @@ def least_by_trying(costs):
 @given(ARCS)
 @settings(deadline=None, max_examples=100)
 def test_the_cheapest_path_costs_the_least_of_all(given_arcs):
-    found = cheapest([Arc(a, b, float(c)) for a, b, c in given_arcs], 0, 1)
+    found = cheapest([RouteArc(a, b, float(c)) for a, b, c in given_arcs], 0, 1)
     least = least_by_trying(given_arcs)
     assert (found is None) == (least == inf)
     if found is not None:
@@ -46,7 +46,7 @@ def test_the_cheapest_path_costs_the_least_of_all(given_arcs):
 def test_lazy_evaluation_finds_the_same_cost_as_full_evaluation(given_arcs, extra, unsure):
     """Costs are a lower bound until evaluated; the true cost adds `extra`."""
     arcs = [
-        Arc(a, b, float(c), evaluated=not doubt)
+        RouteArc(a, b, float(c), evaluated=not doubt)
         for (a, b, c), doubt in zip(given_arcs, unsure, strict=False)
     ]
     more = {id(arc): add for arc, add in zip(arcs, extra, strict=False)}
@@ -66,7 +66,7 @@ def test_lazy_evaluation_finds_the_same_cost_as_full_evaluation(given_arcs, extr
 
 
 def test_arcs_off_the_best_path_are_not_evaluated():
-    near, far = Arc(0, 1, 1.0, evaluated=False), Arc(0, 1, 5.0, evaluated=False)
+    near, far = RouteArc(0, 1, 1.0, evaluated=False), RouteArc(0, 1, 5.0, evaluated=False)
     evaluated = []
 
     def evaluate(arc):

@@ -18,14 +18,12 @@ class Tunable(Protocol):
     @property
     def parameters(self) -> Any:
         """The current ones."""
-        ...
 
     def configure(self, parameters: Any) -> None:
         """Apply new ones."""
-        ...
 
 
-class Tuning:
+class LiveParameters:
     """The current parameters of running components by their full names.
 
     Every snapshot contains them, so they are collected again only after a change.
