@@ -90,7 +90,7 @@ run: {wait: 1 s}
 BESIDE = FIRST.replace("first", "beside").replace("dock", "[1.0, 3.2, 0 deg]")
 """Run in place of missions that take minutes; robots that begin side by side."""
 
-TIME_LIMIT, RULES = "missions.bench.people.runs.TIME_LIMIT", "missions.bench.course_bench.RULES"
+TIME_LIMIT, RULES = "missions.bench.people_runs.TIME_LIMIT", "missions.bench.course_bench.RULES"
 """Limits of the runs of benches. They end after BRIEF simulated seconds here: a command only has to
 write its table. Outcomes of whole runs are tested in tests/missions/bench."""
 

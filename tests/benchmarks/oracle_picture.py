@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from missions.bench.people.oracle import Verdict
 from missions.bench.picture import BODY, GOAL, OBSTACLE, UNREACHED, write_page
 from stack.types import Pose2D
+from tests.benchmarks.oracle import Verdict
 
 SMALLEST = 600
 """Pixels of the longer side, at least."""
