@@ -23,6 +23,7 @@ TOP = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
+    "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.patience", "stack.child_process", "stack.worker_thread",
     "stack.optional_packages",
@@ -47,6 +48,7 @@ MAY_IMPORT = {
     "stack.child_process": {"stack.errors", "stack.patience"},
     "stack.worker_thread": {"stack.errors", "stack.patience"},
     "stack.optional_packages": {"stack.errors"},
+    "stack.columns": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -51,6 +52,21 @@ def test_the_settings_of_fixed_parts_are_described():
     assert "pose_history" in whole and "--expert" not in whole
     with pytest.raises(InputError, match="did you mean 'obstacle_memory'"):
         description_of("obstacle_memor", installed())
+
+
+def test_everything_with_a_name_is_described(mission):
+    text = description_of("depth", installed())
+    layer, settings = text.split("\n\nsettings ")
+    assert layer.startswith("costmap layer depth: Obstacles from depth cameras")
+    assert settings.startswith("depth: Use of the depth cameras") and "obstacles " in settings
+    Path(mission).with_name("mine").joinpath("jackal.py").write_text(
+        "from treepilot import Behaviour, Status\n\n\n"
+        "class Jackal(Behaviour):\n"
+        '    """Howl."""\n\n'
+        "    def update(self) -> Status:\n        return Status.SUCCESS\n"
+    )
+    both = description_of("jackal", installed(mission))
+    assert both.startswith("behaviour jackal: Howl.") and "\n\nrobot jackal" in both
 
 
 @pytest.mark.parametrize("name", ["controller", "controllers"])
