@@ -292,10 +292,10 @@ FILES = [
     ("run: {use: a}\ntrees: {a: {do: {use: a}}}", "E125 2:18"),
     ("run: {use: a}\ntrees: {a: {do: {use: b}}, b: {do: {use: a}}}", "E125 2:37"),
     ("run: {use: a}\ntrees: {a: {in: {n: integer}, do: {say: hi}}}", "E131 1:12", "E107 2:21"),
-    ("run: {use: a}\ntrees: {a: {}}", "E101 2:12"),
+    ("run: {use: a}\ntrees: {a: {}}", "E101 2:9"),
     ("run: {use: a}\ntrees: {a: {in: {n: {type: int, default: soon}}, do: {say: hi}}}",
      "E108 2:42"),
-    ("run: {use: a}\ntrees: {a: {in: {n: {default: 3}}, do: {say: hi}}}", "E101 2:21"),
+    ("run: {use: a}\ntrees: {a: {in: {n: {default: 3}}, do: {say: hi}}}", "E101 2:18"),
     ("run: {use: a}\ntrees: {a: {in: {n: {type: int, defalt: 3}}, do: {say: hi}}}",
      "E101 2:33"),
     ("blackboard: {k: {type: int, initial: 1}}\nrun: {use: a}\n"
