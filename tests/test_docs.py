@@ -45,6 +45,7 @@ from missions.cli.app import app
 from missions.execution.resources import MISSIONS, find_mission
 from missions.inspection.check import check_files
 from missions.testing.session import run_files
+from robots.bodies import GROUP as BODY_GROUP
 from robots.load import read_robot
 from stack.components import GROUPS
 from stack.documents import read_text
@@ -300,7 +301,7 @@ class Follower:
         groups = content.get("project", {}).get("entry-points", {})
         servers = content.get("language-server", {})
         assert groups or servers, "neither entry points nor a language server"
-        assert set(groups) <= {GROUP, *GROUPS.values()}
+        assert set(groups) <= {GROUP, BODY_GROUP, *GROUPS.values()}
         for server in servers.values():
             assert server["command"] == "treepilot"
             parse(server["args"])

@@ -273,7 +273,7 @@ FILES = [
     ("blackboard: {n: {type: int, init: 3}}\nrun: {say: a}", "E101 1:29"),
     ("blackboard: {n: {type: float, unit: cm}}\nrun: {say: a}", "E107 1:37"),
     ("blackboard: {n: {type: int, unit: m}}\nrun: {say: a}", "E107 1:35"),
-    ("blackboard: {n: {}}\nrun: {say: a}", "E101 1:17"),
+    ("blackboard: {n: {}}\nrun: {say: a}", "E101 1:14"),
     ("blackboard: {n: {type: int, initial: soon}}\nrun: {say: a}", "E108 1:38"),
     ("arguments: {n: {type: int, default: soon}}\nrun: {say: a}", "E108 1:37"),
     ("arguments: {n: {type: int}}\nrun: {say: a}", "E108 1:13"),
