@@ -86,6 +86,7 @@ MAY_IMPORT = {
         "stack.navigation", "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
     },
     "missions.run_options": {"stack.telemetry"},
+    "missions.map_picture": {"stack.errors", "stack.types"},
     "missions.language": {  # the file of a node kind holds its node of the tree
         "missions.trees", "behaviours", "stack.documents", "stack.telemetry", *BEHAVIOUR_API,
     },
@@ -101,14 +102,14 @@ MAY_IMPORT = {
         "behaviours", "robots", "tui", "stack",
     },
     "missions.inspection": {
-        "missions.execution", "missions.language", "missions.trees", "behaviours", "robots",
-        "stack",
+        "missions.execution", "missions.language", "missions.map_picture", "missions.trees",
+        "behaviours", "robots", "stack",
     },
     "missions.testing": {
         "missions.execution", "missions.language", "missions.trees", "behaviours", "robots",
         "stack",
     },
-    "missions.bench": {"missions.execution", "stack"},
+    "missions.bench": {"missions.execution", "missions.map_picture", "stack"},
     "missions.tuning": {"missions.execution", "missions.bench", "stack"},
     "missions.editor": {
         "missions.execution", "missions.inspection", "missions.language", "behaviours", "robots",

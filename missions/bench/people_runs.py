@@ -242,7 +242,7 @@ def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
         longest_stand=people["longest_stand"], standoffs=people["standoffs"],
     )  # fmt: skip
     if not row.success:
-        draw_run(picture, plan, Drawn((recorder.trace,), case.goals), [row.line])
+        draw_run(picture, plan, Drawn((recorder.trace,), case.goals), row.line)
     return row
 
 

@@ -125,9 +125,9 @@ def run_trial(entry: Entry, picture: Path) -> TrialRow:
     """
     trial = driven(entry)
     if not trial.run.success:
-        draw_run(picture, trial.plan, Drawn((trial.trace,), (trial.goal,), trial.walkers), [
-            f"{trial.run.title}: {trial.run.status}. {trial.run.cause}"
-        ])  # fmt: skip
+        drawn = Drawn((trial.trace,), (trial.goal,), trial.walkers)
+        caption = f"{trial.run.title}: {trial.run.status}. {trial.run.cause}"
+        draw_run(picture, trial.plan, drawn, caption)
     return trial.run
 
 

@@ -97,7 +97,7 @@ def run_case(entry: LocalisationEntry, picture: Path) -> LocalisationRow:
     row = _row(entry, monitor, recorder, driven)
     if not row.success:
         truths, estimates = zip(*monitor.trace, strict=True) if monitor.trace else ((), ())
-        caption = [f"{row.title}: {row.cause}", case.command(entry.seed)]
+        caption = f"{row.title}: {row.cause}; {case.command(entry.seed)}"
         draw_run(picture, plan, Drawn((truths, estimates)), caption)
     return row
 
