@@ -29,10 +29,10 @@ class Retry(Decorator):
     """Runs the child again `delay` seconds after a failure; fails with the last failure."""
 
     def __init__(
-        self, child: Behaviour, execution: Execution, attempts: Attempts,
+        self, name: str, child: Behaviour, execution: Execution, attempts: Attempts,
         delay: Callable[[], float],
     ) -> None:  # fmt: skip
-        super().__init__("retry", child, execution)
+        super().__init__(name, child, execution)
         self.attempts, self.delay, self.seconds = attempts, delay, 0.0
         self.timer = Timer(execution)
 
@@ -68,13 +68,13 @@ class Recover(InnerNode, composites.Composite):
     run starts with the first recovery. A skipped recovery passes its turn on, in the same tick.
     """
 
-    def __init__(
-        self, children: Items[Behaviour], execution: Execution, attempts: Attempts,
-        unless: Expression | None, handled: HandledFailure | None = None,
+    def __init__(  # noqa: PLR0913 - one call from one place
+        self, name: str, children: Items[Behaviour], execution: Execution, attempts: Attempts,
+        unless: Expression | None, handled: HandledFailure,
     ) -> None:  # fmt: skip
-        super().__init__("recover", children)
+        super().__init__(name, children)
         self.execution, self.attempts, self.unless = execution, attempts, unless
-        self.handled = handled or HandledFailure()
+        self.handled = handled
         self.recoveries, self.turn = self.children[1:], 0
 
     def advance(self, fresh: bool) -> Status:

@@ -8,7 +8,7 @@ py_trees' own tools, is built on it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Self
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -16,7 +16,7 @@ from py_trees.decorators import Decorator as PyTreesDecorator
 
 from behaviours.timer import Timer
 from missions.trees.context import Execution, Record, halt
-from missions.trees.latch import Latch
+from missions.trees.latch import Latch, Read
 from stack.errors import EvaluationError, ParameterError
 from stack.types import Failure, FailureCode
 
@@ -31,7 +31,7 @@ def run(node: Behaviour) -> Status:
 
 
 class Node(Behaviour):
-    """A node of a compiled tree. The tree sets `record`; the compiler sets `latches`.
+    """A node of a compiled tree. The tree sets `record`.
 
     A held mission is not ticked: `pause` and `resume` are called on all nodes, with the time on the
     robot's clock.
@@ -42,6 +42,12 @@ class Node(Behaviour):
     skipped: bool = False
     """Its last run was skipped; its status is then SUCCESS."""
     latches: tuple[Latch, ...] = ()
+    """Values that it takes when it starts."""
+
+    def taking(self, *reads: Read) -> Self:
+        """Let the node take these values when it starts; those without a latch are read at once."""
+        self.latches = tuple(read for read in reads if isinstance(read, Latch))
+        return self
 
     def execute_tick(self) -> Status:
         """Tick the node and return its status."""
