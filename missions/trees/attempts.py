@@ -89,8 +89,7 @@ class Recover(InnerNode, composites.Composite):
             halt_if_done(first)
             run(first)
             if first.status is not Status.FAILURE:
-                skipped = first.skipped and first.status is Status.SUCCESS
-                return self.skip() if skipped else first.status
+                return self.outcome_of(first)
             self.handled.code = self.execution.code_of(first)
             if self.attempts.number >= self.attempts.most() or (self.unless and self.unless()):
                 return self.execution.propagate_failure(self, first)
@@ -112,7 +111,7 @@ class Recover(InnerNode, composites.Composite):
             halt_if_done(recovery)
             self.current_child = recovery
             run(recovery)
-            if not (recovery.skipped and recovery.status is Status.SUCCESS):
+            if not recovery.was_skipped:
                 self._report(recovery)
                 return
 

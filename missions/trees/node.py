@@ -49,6 +49,11 @@ class Node(Behaviour):
         self.latches = tuple(read for read in reads if isinstance(read, Latch))
         return self
 
+    @property
+    def was_skipped(self) -> bool:
+        """Whether it has ended and was skipped."""
+        return self.skipped and self.status is Status.SUCCESS
+
     def execute_tick(self) -> Status:
         """Tick the node and return its status."""
         raise NotImplementedError
@@ -126,6 +131,13 @@ class InnerNode(Node):
         self.skipped, self.feedback_message = True, why
         return Status.SUCCESS
 
+    def outcome_of(self, child: Any) -> Status:
+        """Return the status of a child as that of this node, with its failure or its skip."""
+        if child.status is Status.FAILURE:
+            return self.execution.propagate_failure(self, child)
+        status: Status = child.status
+        return self.skip() if child.was_skipped else status
+
     def _fail(self, error: Exception) -> Status:
         """Halt the children; return FAILURE because of a missing or invalid value."""
         for child in self.children:
@@ -168,18 +180,7 @@ class Decorator(InnerNode, PyTreesDecorator):
 
     def outcome_of_child(self) -> Status:
         """Return the status of the child as that of this node, with its failure or its skip."""
-        child: Any = self.child
-        if child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, child)
-        if child.skipped and child.status is Status.SUCCESS:
-            return self.skip()
-        status: Status = child.status
-        return status
-
-    def outcome_of_child_is_skip(self) -> bool:
-        """Return whether the child has ended and was skipped."""
-        child: Any = self.child
-        return bool(child.skipped and child.status is Status.SUCCESS)
+        return self.outcome_of(self.child)
 
     def reset_finished_child(self) -> None:
         """Reset a finished child, so that its next run is a new run."""

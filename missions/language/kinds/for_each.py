@@ -79,15 +79,14 @@ class ForEach(Decorator):
         return f"{self.loop.variable} = {self.execution.describe(self.items[self.index])}"
 
 
+@dataclass(frozen=True, slots=True)
 class Loop:
     """The loop of a ForEach: source of the items and writer of the loop variable."""
 
-    def __init__(
-        self, variable: str, items: Callable[[], list[Any]], write: Callable[[Any], None],
-        skip_failures: bool,
-    ) -> None:  # fmt: skip
-        self.variable, self.items, self.write = variable, items, write
-        self.skip_failures = skip_failures
+    variable: str
+    items: Callable[[], list[Any]]
+    write: Callable[[Any], None]
+    skip_failures: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from py_trees import composites
 from py_trees.behaviour import Behaviour
@@ -66,12 +65,8 @@ class Switch(InnerNode, composites.Composite):
             if self.current_child is None:
                 sentence = f"no case for {text!r}: {self.value.explain()}"
                 return self.execution.fail(self, Failure(FailureCode.CHECK_FAILED, sentence))
-        child: Any = self.current_child
-        run(child)
-        if child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, child)
-        skipped = child.skipped and child.status is Status.SUCCESS
-        return self.skip() if skipped else child.status
+        run(self.current_child)
+        return self.outcome_of(self.current_child)
 
 
 @dataclass(frozen=True, slots=True)
