@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from behaviours.catalogue import name_of, plugin_modules
 from stack.components import BASES, GROUPS, available, with_article
@@ -67,5 +68,5 @@ def _kind_of(cls: type) -> str | None:
     return next((kind for kind, base in BASES.items() if _is_like(cls, base)), None)
 
 
-def _is_like(cls: type, base: type) -> bool:
+def _is_like(cls: type, base: Any) -> bool:
     return {"Parameters", *base.__abstractmethods__} <= set(dir(cls))

@@ -90,7 +90,7 @@ class Repeat(Decorator):
         if fresh:
             self.done = self.left_out = 0
         self.reset_finished_child()
-        child: Any = self.child
+        child = self.child
         run(child)
         if child.status is Status.FAILURE:
             return self.execution.propagate_failure(self, child)

@@ -167,6 +167,9 @@ class InnerNode(Node):
 class Decorator(InnerNode, PyTreesDecorator):
     """An inner node with one child; the child is halted before the node."""
 
+    child: Any
+    """A Node; py_trees declares a Behaviour."""
+
     def __init__(self, name: str, child: Behaviour, execution: Execution) -> None:
         super().__init__(name, child)
         self.child, self.execution = child, execution

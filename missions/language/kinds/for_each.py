@@ -41,7 +41,7 @@ class ForEach(Decorator):
     def advance(self, fresh: bool) -> Status:
         if fresh:
             self.items, self.index, self.left_out = list(self.loop.items()), 0, 0
-        child: Any = self.child
+        child = self.child
         first = self.index
         while self.index < len(self.items):
             if child.status is not Status.RUNNING:

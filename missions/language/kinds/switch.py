@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from py_trees import composites
 from py_trees.behaviour import Behaviour
@@ -65,8 +66,9 @@ class Switch(InnerNode, composites.Composite):
             if self.current_child is None:
                 sentence = f"no case for {text!r}: {self.value.explain()}"
                 return self.execution.fail(self, Failure(FailureCode.CHECK_FAILED, sentence))
-        run(self.current_child)
-        return self.outcome_of(self.current_child)
+        child: Any = self.current_child
+        run(child)
+        return self.outcome_of(child)
 
 
 @dataclass(frozen=True, slots=True)
