@@ -34,7 +34,7 @@ from missions.inspection.parameter_descriptions import (
 from missions.inspection.tables import aligned, parameter_table, table
 from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES
-from missions.language.sections import ONLY_FOR, SECTIONS
+from missions.language.sections import ONLY_FOR, SECTIONS, mission_words
 from robots.load import robot_names
 from stack.components import available, component, noun
 from stack.documents import read_file
@@ -89,7 +89,7 @@ def installed(mission: str | None = None) -> Installed:
     components = {
         kind: {**available(kind), **of_plugins.get(kind, {})} for kind in COMPONENTS.values()
     }
-    return Installed(find_behaviours(plugins, folder), components)
+    return Installed(find_behaviours(plugins, folder, mission_words()), components)
 
 
 def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
