@@ -182,9 +182,8 @@ class DeclarationReader:
             self.words.add(key, WordRole.DECLARED, owner="in")
             if entry.is_mapping:
                 self.words.keys(entry, "input")
-                section = Section(entry, self.findings, f"the input {name!r}", "E101", [*INPUT]).at(
-                    key
-                )
+                what = f"the input {name!r}"
+                section = Section(entry, self.findings, what, "E101", [*INPUT]).at(key)
                 kind, default = self._type(section), section.node_of("default")
                 section.value(Declaration("doc", str, default=""))
                 section.done()
