@@ -10,8 +10,8 @@ from typing import Any
 
 from missions.bench.bench import CAUSES, Bench, Options, Rows, groups
 from missions.bench.courses import COURSES, Course
+from missions.bench.goal_runs import Entry, Rules, Setup, TrialRow, with_controller
 from missions.bench.layout import write_world
-from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
 from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS, load_robot

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.bench.generation.floor_plan import world_text
-from missions.bench.runs import GOAL, Case
+from missions.bench.goal_runs import GOAL, Case
 from missions.execution.resources import load_world
 from stack.documents.files import YAML_BYTES, read_bytes
 from stack.errors import InputError

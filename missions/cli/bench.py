@@ -158,7 +158,7 @@ def named(words: str) -> tuple[str, ...]:
 
 def _measure(bench: "Bench[E, R]", options: "Options") -> None:
     """Fill the table of a bench and print it."""
-    from missions.bench.resumable import measured
+    from missions.bench.run_table import measured
 
     rows = measured(bench, options, lambda line: typer.echo(line, err=True))
     for line in bench.report(rows):

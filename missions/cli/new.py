@@ -84,7 +84,7 @@ def _add(kind: str, what: str, setting: str) -> None:
 
     @new_app.command(kind, help=f"Create {what} and its test.")
     def command(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-        from missions.inspection.scaffold import new_component
+        from missions.inspection.component_scaffold import new_component
 
         _report(new_component(kind, name, folder), folder, setting.replace("NAME", name))
 

@@ -16,6 +16,7 @@ from missions.execution.resources import (
     mission_files,
     world_files,
 )
+from missions.inspection.declaration_tables import aligned, parameter_table, table
 from missions.inspection.file_descriptions import (
     CURRENT_FOLDER,
     doc_of,
@@ -31,7 +32,6 @@ from missions.inspection.parameter_descriptions import (
     owners_of,
     parameter_description,
 )
-from missions.inspection.tables import aligned, parameter_table, table
 from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES
 from missions.language.sections import ONLY_FOR, SECTIONS, mission_words

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from missions.bench.bench import picture_name
+from missions.bench.goal_runs import Entry, Setup
 from missions.bench.layout import Layout, write_world
-from missions.bench.runs import Entry, Setup
 from missions.bench.trial import driven
 from missions.run_options import RunOptions
 from stack.errors import InputError

@@ -26,7 +26,7 @@ def trace(
     For a node that never started, the reason is printed.
     """
     from missions.inspection import trace as tracing
-    from missions.inspection.runs import find_run
+    from missions.inspection.run_folders import find_run
 
     told = tracing.read_trace(find_run(run, Path("runs")))
     lines = tracing.summary(told, node) if summary else tracing.story(told, node, since, until)

@@ -11,7 +11,7 @@ from missions.cli.arguments import counted
 from stack.errors import InputError
 
 if TYPE_CHECKING:
-    from missions.inspection.runs import RunFolderEntry
+    from missions.inspection.run_folders import RunFolderEntry
 
 HELP = """List, delete and open the folders of runs.
 
@@ -44,7 +44,7 @@ def _runs(
     context.obj = folder
     if context.invoked_subcommand is not None:
         return
-    from missions.inspection.runs import find_runs, table
+    from missions.inspection.run_folders import find_runs, table
 
     runs = find_runs(folder)
     if json:
@@ -64,7 +64,7 @@ def delete(
     yes: Yes = False,
 ) -> None:
     """Delete runs. If one of the names is wrong or its run is live, nothing is deleted."""
-    from missions.inspection.runs import chosen_runs, find_runs
+    from missions.inspection.run_folders import chosen_runs, find_runs
 
     _delete(context.obj, chosen_runs(find_runs(context.obj), names), yes)
 
@@ -76,7 +76,7 @@ def keep(
     yes: Yes = False,
 ) -> None:
     """Delete all runs but the newest N. Live runs are kept in any case."""
-    from missions.inspection.runs import find_runs, older_than_newest
+    from missions.inspection.run_folders import find_runs, older_than_newest
 
     _delete(context.obj, older_than_newest(find_runs(context.obj), count), yes)
 
@@ -93,7 +93,7 @@ def open_(
     import os
     import sysconfig
 
-    from missions.inspection.runs import WEB_ADDRESS, find_runs, without_display
+    from missions.inspection.run_folders import WEB_ADDRESS, find_runs, without_display
     from stack.parameters import suggestion
 
     known = {run.name: run for run in find_runs(context.obj)}
@@ -121,7 +121,7 @@ def _delete(parent: Path, runs: "list[RunFolderEntry]", yes: bool) -> None:
     Raises:
         InputError: there is nobody to ask, or a run cannot be deleted.
     """
-    from missions.inspection.runs import delete_run, size_text
+    from missions.inspection.run_folders import delete_run, size_text
 
     if not runs:
         typer.echo("nothing to delete")

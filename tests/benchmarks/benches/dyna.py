@@ -8,8 +8,8 @@ from pathlib import Path
 
 from missions.bench.bench import Bench, Rows, groups
 from missions.bench.course_bench import figures
+from missions.bench.goal_runs import Entry, Rules, Setup, TrialRow, goal_of, with_controller
 from missions.bench.layout import write_world
-from missions.bench.runs import Entry, Rules, Setup, TrialRow, goal_of, with_controller
 from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from stack.errors import InputError

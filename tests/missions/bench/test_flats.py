@@ -26,7 +26,7 @@ from missions.bench.people_runs import (
     PeopleRow,
     settings_of,
 )
-from missions.bench.resumable import measured, record_settings
+from missions.bench.run_table import measured, record_settings
 from missions.inspection.file_scaffold import new_mission
 from robots.load import find_robot
 from stack.errors import InputError

@@ -9,9 +9,9 @@ import pytest
 from missions.execution.component_choices import SETTINGS, chosen
 from missions.execution.prepare import diagnose
 from missions.execution.resources import MISSIONS, find_mission
+from missions.inspection.component_scaffold import new_component
 from missions.inspection.listing import COMPONENTS, description_of, installed, rows_of
 from missions.inspection.parameter_descriptions import LISTS
-from missions.inspection.scaffold import new_component
 from stack.components import available, component
 from stack.documents import value_of
 from stack.errors import InputError

@@ -6,9 +6,9 @@ import pytest
 from py_trees.common import Status
 
 from behaviours.motion.spin import Spin
+from missions.inspection.component_scaffold import new_component
 from missions.inspection.diagnosis import findings_of
 from missions.inspection.listing import installed
-from missions.inspection.scaffold import new_component
 from missions.testing.plugins import choose_component, describe_robot, make_behaviour
 from stack.errors import InputError, ParameterError
 
