@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 import pkgutil
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import cache, partial
@@ -35,14 +35,6 @@ from stack.types import Assignments, Expression
 
 GROUP = "treepilot.behaviours"
 """Entry-point group; an entry is a module or module:Class."""
-
-MISSION_WORDS = frozenset({
-    "sequence", "reactive", "fallback", "reactive_fallback", "parallel", "round_robin",
-    "for_each", "follow_waypoints", "use", "with", "do", "in", "out", "name", "when", "while",
-    "timeout", "retry", "repeat", "recover", "every", "on_failure", "attempts", "unless", "then",
-    "hold", "doc", "again", "events", "finally", "invert", "switch", "unset",
-})  # fmt: skip
-"""Words of the mission language; no behaviour can have one of these names."""
 
 _PLAIN: dict[type, dict[str, bool]] = {
     behaviours.Success: {"can_fail": False}, behaviours.Failure: {"can_succeed": False},
@@ -167,15 +159,18 @@ class Catalogue:
             return f"{name!r} cannot be used: {error}"
 
 
-def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> Catalogue:
+def find_behaviours(
+    plugins: Sequence[str] = (), folder: Path | None = None, reserved: Collection[str] = ()
+) -> Catalogue:
     """Find all behaviours: built-in, of installed packages, and of these plugins.
 
     Args:
         plugins: folders or files (with a slash, or ending in .py), or dotted modules.
         folder: base of relative paths; default: the current folder.
+        reserved: the words of the mission language; no behaviour can have one of these names.
     """
     built_in = _built_in()
-    search = _Search(dict(built_in.kinds), list(built_in.problems))
+    search = _Search(dict(built_in.kinds), list(built_in.problems), reserved)
     entries = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value))
     for entry in entries:
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
@@ -274,10 +269,16 @@ class _Unusable(Exception):
 
 @dataclass
 class _Search:
-    """Search results so far; `plugin` is the index of the current plugin, as in `Problem`."""
+    """Search results so far.
+
+    Attributes:
+        reserved: names that no behaviour can have.
+        plugin: index of the current plugin, as in `Problem`.
+    """
 
     kinds: dict[str, BehaviourKind] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    reserved: Collection[str] = ()
     plugin: int = -1
 
     def report(self, label: str, sentence: str) -> None:
@@ -323,7 +324,7 @@ class _Search:
         name = name_of(cls)
         try:
             kind = _kind_of(name, cls)
-            if name in MISSION_WORDS:
+            if name in self.reserved:
                 raise _Unusable(f"{name!r} is a word of the mission language; rename the class")
             other = self.kinds.get(name)
             if other is not None and other.cls is not cls:

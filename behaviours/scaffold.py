@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
-from behaviours.catalogue import MISSION_WORDS, find_behaviours
+from behaviours.catalogue import find_behaviours
 from stack.errors import InputError
 
 LONGEST_NAME = 40
@@ -81,12 +81,13 @@ def test_fails_when_the_robot_keeps_moving():
 """
 
 
-def new_behaviour(name: str, folder: Path) -> list[Path]:
+def new_behaviour(name: str, folder: Path, reserved: Collection[str] = ()) -> list[Path]:
     """Write `<name>.py` and `test_<name>.py` to a plugin folder; create the folder if necessary.
 
     Args:
         name: name of the behaviour in missions, e.g. close_gripper.
         folder: plugin folder; missions list it under `plugins`.
+        reserved: the words of the mission language.
 
     Returns:
         The files written.
@@ -94,7 +95,7 @@ def new_behaviour(name: str, folder: Path) -> list[Path]:
     Raises:
         InputError: the name is invalid or taken, or one of the files exists.
     """
-    check_name(name, "a behaviour")
+    check_name(name, "a behaviour", reserved)
     taken = find_behaviours().get(name)
     if taken is not None:
         raise InputError(f"{name!r} is taken: {taken.summary} Choose another name")
@@ -125,8 +126,8 @@ def write_new(texts: Mapping[Path, str]) -> list[Path]:
     return list(texts)
 
 
-def check_name(name: str, what: str) -> None:
-    """Raise InputError if a plugin cannot have this name in missions."""
+def check_name(name: str, what: str, reserved: Collection[str]) -> None:
+    """Raise InputError if a plugin cannot have this name in missions, or one that is reserved."""
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z][a-z0-9]*)*", name):
         raise InputError(
             f"{name!r} cannot name {what}: use lower-case words joined by underscores, "
@@ -134,7 +135,7 @@ def check_name(name: str, what: str) -> None:
         )
     if len(name) > LONGEST_NAME:
         raise InputError(f"{name!r} is too long: {len(name)} characters, at most {LONGEST_NAME}")
-    if name in MISSION_WORDS or keyword.iskeyword(name):
+    if name in reserved or keyword.iskeyword(name):
         raise InputError(f"{name!r} is a word of the mission language or of Python; choose another")
     if name.startswith("test_"):
         raise InputError(f"{name!r} is the name of a test; choose a name without test_")

@@ -227,8 +227,7 @@ def compare_body(
             sentence = (
                 f"{key}: the URDF's link {farthest!r} reaches {found[farthest]:.3f} m {where}"
             )
-            mark = (top.node.get(key) or top.node).mark
-            top.findings.add(DIFFERS, mark, sentence, origin)
+            top.findings.add(DIFFERS, top.mark_of(key), sentence, origin)
     _compare_mounts(top, model, base, robot)
     _check_supports(top, model, points)
 

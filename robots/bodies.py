@@ -115,7 +115,12 @@ def body_kind(name: str) -> type[BodyKind]:
         return BUILT_IN[name]
     plugged = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name not in plugged:
-        raise InputError(f"there is no body {name!r}", suggestion(name, [*BUILT_IN, *plugged]))
+        hint = (
+            f"{suggestion(name, [*BUILT_IN, *plugged])}; a body of your own is an installed package"
+        )
+        raise InputError(
+            f"there is no body {name!r}", f"{hint} with the entry point `{name}` of `{GROUP}`"
+        )
     try:
         found: Any = plugged[name].load()
     except Exception as error:  # a plugin's module may raise any exception

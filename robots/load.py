@@ -152,7 +152,7 @@ def _footprint(top: Section) -> Footprint | None:
     if node is None:
         return None
     if node.is_mapping:
-        section = Section(node, top.findings, "`footprint`", SHAPE)
+        section = top.part("footprint", node)
         radius = section.value(RADIUS)
         section.done()
         return None if radius is None else Footprint.circle(radius)
@@ -199,7 +199,7 @@ def _source(top: Section, path: Path) -> UrdfSource | None:
             return UrdfSource(path.parent / node.value)
         top.findings.add(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
         return None
-    section = Section(node, top.findings, "`urdf`", SHAPE)
+    section = top.part("urdf", node)
     file, packages = section.value(URDF_FILE), section.value(PACKAGES)
     arguments = section.section("arguments")
     entries = arguments.node.entries if arguments is not None else ()

@@ -95,8 +95,8 @@ def read_lidar(section: Section) -> LidarDescription:
         ("field_of_view", lidar.field_of_view, 2 * pi + 1e-9),
     ):
         if worst >= limit:
-            mark = (section.node.get(key) or section.node).mark
-            section.findings.add(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
+            sentence = f"{key}: {worst:g} must be below {limit:g}"
+            section.findings.add(SHAPE, section.mark_of(key), sentence)
     return lidar
 
 
@@ -106,11 +106,10 @@ def _upside_down(section: Section) -> bool:
     across = abs(remainder(roll, pi))
     if across > LEVEL or abs(pitch) > LEVEL:
         key = "roll" if across > LEVEL else "pitch"
-        mark = (section.node.get(key) or section.node).mark
         tilt = degrees(across if key == "roll" else abs(pitch))
         sentence = f"{key}: a lidar tilted by {tilt:.0f} deg does not scan parallel to the floor"
         hint = "mount it level, or upside down (`roll: 180 deg`); tilted lidars are not supported"
-        section.findings.add(SHAPE, mark, sentence, hint)
+        section.findings.add(SHAPE, section.mark_of(key), sentence, hint)
     return bool(abs(roll) > pi / 2)
 
 
@@ -137,12 +136,11 @@ def read_camera(section: Section) -> CameraDescription:
     camera = parameters_of(section, CameraDescription, model=_model(section))
     limit = min(1.0 / camera.rate, 2.0 * camera.latency)
     if camera.exposure > limit:
-        mark = (section.node.get("exposure") or section.node).mark
         sentence = (
             f"exposure: {camera.exposure:g} s must be at most {limit:g} s, the time between two "
             "pictures and twice the latency, which counts from the middle of the exposure"
         )
-        section.findings.add(SHAPE, mark, sentence)
+        section.findings.add(SHAPE, section.mark_of("exposure"), sentence)
     return camera
 
 
@@ -151,17 +149,16 @@ def read_depth_camera(section: Section) -> DepthCameraDescription:
     scan = optional(section, "scan", _scan)
     camera = parameters_of(section, DepthCameraDescription, model=_model(section), scan=scan)
     if camera.range_min >= camera.range_max:
-        mark = (section.node.get("range_min") or section.node).mark
         sentence = f"range_min: {camera.range_min:g} must be below {camera.range_max:g}"
-        section.findings.add(SHAPE, mark, sentence)
+        section.findings.add(SHAPE, section.mark_of("range_min"), sentence)
     return camera
 
 
 def _scan(section: Section) -> DepthScanDescription:
     scan = parameters_of(section, DepthScanDescription)
     if scan.low >= scan.high:
-        mark = (section.node.get("low") or section.node).mark
-        section.findings.add(SHAPE, mark, f"low: {scan.low:g} must be below {scan.high:g}")
+        sentence = f"low: {scan.low:g} must be below {scan.high:g}"
+        section.findings.add(SHAPE, section.mark_of("low"), sentence)
     return scan
 
 
@@ -187,10 +184,10 @@ def _focal_lengths(section: Section, width: int) -> tuple[float, float | None]:
     view = section.value(FIELD_OF_VIEW)
     if given is None:
         return width / 2 / tan(view / 2), None
-    node = section.node.get("field_of_view")
-    if node is not None:
+    if section.node.get("field_of_view") is not None:
         sentence = "field_of_view: follows from focal_length; only one of the two can be set"
-        section.findings.add(SHAPE, node.mark, sentence, "remove `field_of_view`")
+        at = section.key_mark("field_of_view")
+        section.findings.add(SHAPE, at, sentence, "remove `field_of_view`")
     return given[0], given[1]
 
 
@@ -225,7 +222,7 @@ def check_scan_names(
         scan = f"{name}{SCAN_SUFFIX}"
         if camera.scan is not None and scan in lidars:
             sentence = f"lidars: the name `{scan}` is that of the scan of the depth camera `{name}`"
-            top.findings.add(SHAPE, top.node.mark, sentence)
+            top.findings.add(SHAPE, top.key_mark("lidars"), sentence)
 
 
 def optional(top: Section, key: str, read: Callable[[Section], T]) -> T | None:
@@ -242,7 +239,7 @@ def named(top: Section, key: str, read: Callable[[Section], T]) -> dict[str, T]:
         if name.value in RESERVED:
             top.findings.add(SHAPE, name.mark, f"{key}: the name `{name.value}` is reserved")
             continue
-        part = Section(node, top.findings, f"`{key}.{name.value}`", SHAPE)
+        part = Section(node, top.findings, f"`{key}.{name.value}`", SHAPE).at(name)
         found[str(name.value)] = read(part)
     return found
 

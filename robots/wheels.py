@@ -94,20 +94,21 @@ def read_wheels(top: Section) -> WheelGeometry | None:
 
 def check_lateral_speed(top: Section, wheels: WheelGeometry | None, limits: Limits) -> None:
     """Check that lateral_speed is above 0 for omnidirectional wheels and 0 for others."""
-    listed = top.node.get("limits")
-    node = (listed.get("lateral_speed") if listed is not None else None) or listed or top.node
     if wheels is None:
         return
+    listed = top.node.get("limits")
+    written = listed.get("lateral_speed") if listed is not None else None
+    mark = top.key_mark("limits") if written is None else written.mark
     moves_sideways = wheels.drivetrain(limits).can_move_sideways
     if moves_sideways and limits.lateral_speed <= 0.0:
         sentence = "limits: an omnidirectional robot needs a lateral_speed above 0"
-        top.findings.add(SHAPE, node.mark, sentence, "add e.g. lateral_speed: 0.5 m/s")
+        top.findings.add(SHAPE, mark, sentence, "add e.g. lateral_speed: 0.5 m/s")
     elif not moves_sideways and limits.lateral_speed > 0.0:
         sentence = (
             f"lateral_speed: these wheels cannot drive sideways, got {limits.lateral_speed:g}"
         )
         hint = "remove it, or describe omnidirectional wheels (drive: omni)"
-        top.findings.add(SHAPE, node.mark, sentence, hint)
+        top.findings.add(SHAPE, mark, sentence, hint)
 
 
 def read_skid(top: Section, wheels: WheelGeometry | None) -> Skid:
@@ -116,7 +117,7 @@ def read_skid(top: Section, wheels: WheelGeometry | None) -> Skid:
     if section is not None and wheels is not None and not wheels.drivetrain(Limits()).skids:
         sentence = "skid: these wheels do not skid in turns"
         hint = f"remove it, or describe a skid-steered drive (drive: {SkidSteered.kind})"
-        top.findings.add(SHAPE, section.node.mark, sentence, hint)
+        top.findings.add(SHAPE, section.mark, sentence, hint)
     return parameters_of(section, Skid)
 
 
@@ -153,7 +154,7 @@ def _listed(section: Section, kind: str) -> WheelGeometry | None:
     try:
         wheels.check()
     except ValueError as error:
-        section.findings.add(SHAPE, section.node.mark, str(error), TIGHT)
+        section.findings.add(SHAPE, section.mark, str(error), TIGHT)
         return None
     return wheels
 
@@ -163,14 +164,13 @@ def _value(section: Section, declared: Declaration) -> Any:
     value, name = section.value(declared), declared.name
     if not isinstance(value, list):
         return value
-    node = section.node.get(name) or section.node
     if declared in (STEERING, REAR) and len(value) != 2:
         sentence = f"{name}: expected [left, right], got {len(value)} joints"
-        section.findings.add(SHAPE, node.mark, sentence)
+        section.findings.add(SHAPE, section.mark_of(name), sentence)
         return None
     if not value:
         hint = f"add one, e.g. {name}: [{name}_wheel]"
-        section.findings.add(SHAPE, section.node.mark, f"wheels: {name} has no joint", hint)
+        section.findings.add(SHAPE, section.mark_of(name), f"wheels: {name} has no joint", hint)
     return tuple(value) or None
 
 
@@ -196,14 +196,13 @@ def _mount(section: Section, node: Node) -> tuple[str, Pose2D] | None:
 
 
 def _check_mounts(section: Section, wheels: OmniWheels) -> None:
-    node = section.node.get("mounts") or section.node
     if len(wheels.mounts) < 3:
         sentence = f"mounts: at least 3 wheels are required, got {len(wheels.mounts)}"
-        section.findings.add(SHAPE, node.mark, sentence)
+        section.findings.add(SHAPE, section.mark_of("mounts"), sentence)
     elif float(np.linalg.svd(wheels.jacobian, compute_uv=False)[-1]) < LEAST_SINGULAR_VALUE:
         sentence = "mounts: these wheels cannot drive forward, sideways and turn independently"
         hint = "their lines of driving must not all be parallel nor all meet in one point"
-        section.findings.add(SHAPE, node.mark, sentence, hint)
+        section.findings.add(SHAPE, section.mark_of("mounts"), sentence, hint)
 
 
 def as_modelled(
@@ -232,11 +231,10 @@ def _report_misplaced(section: Section, kind: str) -> None:
     for name, its_kinds in kinds.items():
         if kind in its_kinds or section.node.get(name) is None:
             continue
-        node = section.node_of(name)
-        assert node is not None
+        section.node_of(name)  # `done` is not to report it again
         others = " or ".join(its_kinds)
         sentence = f"wheels: {name!r} is for drive: {others}, but this is drive: {kind}"
-        section.findings.add(SHAPE, node.mark, sentence)
+        section.findings.add(SHAPE, section.key_mark(name), sentence)
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,6 +45,7 @@ from missions.cli.app import app
 from missions.execution.resources import MISSIONS, find_mission
 from missions.inspection.check import check_files
 from missions.testing.session import run_files
+from robots.bodies import GROUP as BODY_GROUP
 from robots.load import read_robot
 from stack.components import GROUPS
 from stack.documents import read_text
@@ -90,7 +91,7 @@ run: {wait: 1 s}
 BESIDE = FIRST.replace("first", "beside").replace("dock", "[1.0, 3.2, 0 deg]")
 """Run in place of missions that take minutes; robots that begin side by side."""
 
-TIME_LIMIT, RULES = "missions.bench.people.runs.TIME_LIMIT", "missions.bench.course_bench.RULES"
+TIME_LIMIT, RULES = "missions.bench.people_runs.TIME_LIMIT", "missions.bench.course_bench.RULES"
 """Limits of the runs of benches. They end after BRIEF simulated seconds here: a command only has to
 write its table. Outcomes of whole runs are tested in tests/missions/bench."""
 
@@ -300,7 +301,7 @@ class Follower:
         groups = content.get("project", {}).get("entry-points", {})
         servers = content.get("language-server", {})
         assert groups or servers, "neither entry points nor a language server"
-        assert set(groups) <= {GROUP, *GROUPS.values()}
+        assert set(groups) <= {GROUP, BODY_GROUP, *GROUPS.values()}
         for server in servers.values():
             assert server["command"] == "treepilot"
             parse(server["args"])

@@ -23,6 +23,7 @@ TOP = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
+    "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.patience", "stack.child_process", "stack.worker_thread",
     "stack.optional_packages",
@@ -48,6 +49,7 @@ MAY_IMPORT = {
     "stack.child_process": {"stack.errors", "stack.patience"},
     "stack.worker_thread": {"stack.errors", "stack.patience"},
     "stack.optional_packages": {"stack.errors"},
+    "stack.columns": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},
@@ -85,6 +87,7 @@ MAY_IMPORT = {
         "stack.navigation", "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
     },
     "missions.run_options": {"stack.telemetry"},
+    "missions.map_picture": {"stack.errors", "stack.types"},
     "missions.language": {  # the file of a node kind holds its node of the tree
         "missions.trees", "behaviours", "stack.documents", "stack.telemetry", *BEHAVIOUR_API,
     },
@@ -100,14 +103,14 @@ MAY_IMPORT = {
         "behaviours", "robots", "tui", "stack",
     },
     "missions.inspection": {
-        "missions.execution", "missions.language", "missions.trees", "behaviours", "robots",
-        "stack",
+        "missions.execution", "missions.language", "missions.map_picture", "missions.trees",
+        "behaviours", "robots", "stack",
     },
     "missions.testing": {
         "missions.execution", "missions.language", "missions.trees", "behaviours", "robots",
         "stack",
     },
-    "missions.bench": {"missions.execution", "stack"},
+    "missions.bench": {"missions.execution", "missions.map_picture", "stack"},
     "missions.tuning": {"missions.execution", "missions.bench", "stack"},
     "missions.editor": {
         "missions.execution", "missions.inspection", "missions.language", "behaviours", "robots",

@@ -12,6 +12,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Generic, Protocol, Self, TypeVar
 
+from stack.columns import columns
 from stack.errors import InputError, exception_sentence, traceback_text
 
 Key = tuple[str | int, ...]
@@ -210,16 +211,7 @@ def table_lines(table: Rows) -> list[str]:
     if not table:
         return []
     heads = [head for head in table[0] if head != CAUSES]
-    return aligned([heads, *([_text(row.get(head)) for head in heads] for row in table)])
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows of equally many cells as lines with aligned columns."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    return columns([heads, *([_text(row.get(head)) for head in heads] for row in table)])
 
 
 def _text(value: Any) -> str:

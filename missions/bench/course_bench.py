@@ -10,8 +10,8 @@ from typing import Any
 
 from missions.bench.bench import CAUSES, Bench, Options, Rows, groups
 from missions.bench.courses import COURSES, Course
+from missions.bench.goal_runs import Entry, Rules, Setup, TrialRow, with_controller
 from missions.bench.layout import write_world
-from missions.bench.runs import Entry, Rules, Setup, TrialRow, with_controller
 from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from missions.execution.resources import MISSIONS, load_robot
@@ -51,7 +51,6 @@ def figures(runs: Sequence[TrialRow]) -> dict[str, Any]:
     """Return medians of the successful runs, their least clearance, and the ends of the others."""
     good = [run for run in runs if run.success]
     count = Counter(run.status for run in runs)
-    judged = [run for run in runs if run.possible is not None]
     return {
         "success": f"{len(good)}/{len(runs)}",
         "time s": median(run.time for run in good) if good else None,
@@ -60,7 +59,6 @@ def figures(runs: Sequence[TrialRow]) -> dict[str, Any]:
         ),
         "clearance cm": min((100 * run.clearance for run in good), default=None),
         **{status: count[status] for status in STATUSES},
-        **({"impossible": sum(not run.possible for run in judged)} if judged else {}),
         CAUSES: "; ".join(
             f"{_which(run)}: {run.status}: {run.cause}" for run in runs if not run.success
         ),

@@ -22,11 +22,13 @@ class DriveRecorder(Sink):
 
     Attributes:
         time: robot's clock, seconds.
+        trace: true poses, one a step.
         reached: (goal, true pose) of every drive to a pose that succeeded.
     """
 
     def __init__(self) -> None:
         self.time = 0.0
+        self.trace: list[Pose2D] = []
         self.reached: list[tuple[Pose2D, Pose2D]] = []
         self._goal: Pose2D | None = None
         self._is_recovery = False
@@ -64,8 +66,10 @@ class DriveRecorder(Sink):
 
         While a step waits for a plan, snapshots with the command of the step before are published.
         """
-        if self._goal_reached is not None and snapshot.truth is not None:
-            self.reached.append((self._goal_reached, snapshot.truth))
+        if snapshot.truth is not None:
+            self.trace.append(snapshot.truth)
+            if self._goal_reached is not None:
+                self.reached.append((self._goal_reached, snapshot.truth))
         self._goal_reached = None
         if not self._is_recovery:  # `disambiguate` drives to views, which are no goals
             self._goal = snapshot.goal or self._goal

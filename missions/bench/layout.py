@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from math import degrees
 from pathlib import Path
 from typing import Any
 
-from missions.bench.runs import GOAL, Case
+from missions.bench.generation.floor_plan import world_text
+from missions.bench.goal_runs import GOAL, Case
 from missions.execution.resources import load_world
 from stack.documents.files import YAML_BYTES, read_bytes
 from stack.errors import InputError
@@ -75,13 +75,7 @@ class Layout:
             "cylinders": _posts(at, self.posts, True) + _posts(at, self.hidden_posts, False),
             "people": self.walkers,
         }  # fmt: skip
-        lines = []
-        for key, value in document.items():
-            if isinstance(value, list) and value and isinstance(value[0], dict):
-                lines += [f"{key}:", *(f"  - {json.dumps(item)}" for item in value)]
-            else:
-                lines.append(f"{key}: {json.dumps(value)}")
-        return "\n".join(lines) + "\n"
+        return world_text(document)
 
 
 def write_world(text: str, name: str, file: Path) -> Case:

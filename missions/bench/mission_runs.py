@@ -13,7 +13,7 @@ from typing import Any
 from missions.bench.bench import CAUSES, CRASHED, Bench, Options, Row, Rows, groups
 from missions.bench.conditions import conditions, world_of
 from missions.bench.drive_recorder import DriveRecorder
-from missions.bench.shortest import shortest_path_lengths
+from missions.bench.shortest_path import shortest_path_lengths
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import mission_files

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from missions.bench.conditions import conditions
+from missions.bench.goal_runs import Entry, Rules, TrialRow, goal_of
 from missions.bench.picture import Drawn, draw_run
-from missions.bench.runs import Entry, Rules, TrialRow, goal_of
-from missions.bench.shortest import shortest_path_lengths
+from missions.bench.shortest_path import shortest_path_lengths
 from missions.execution.build import Engine
 from missions.execution.prepare import PreparedMission
 from missions.execution.run import Run
@@ -125,9 +125,9 @@ def run_trial(entry: Entry, picture: Path) -> TrialRow:
     """
     trial = driven(entry)
     if not trial.run.success:
-        draw_run(picture, trial.plan, Drawn((trial.trace,), (trial.goal,), trial.walkers), [
-            f"{trial.run.title}: {trial.run.status}. {trial.run.cause}"
-        ])  # fmt: skip
+        drawn = Drawn((trial.trace,), (trial.goal,), trial.walkers)
+        caption = f"{trial.run.title}: {trial.run.status}. {trial.run.cause}"
+        draw_run(picture, trial.plan, drawn, caption)
     return trial.run
 
 

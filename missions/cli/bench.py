@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 HELP = """Measure driving in benchmark worlds.
 
-Results go to bench/NAME: one line per run in runs.jsonl, a picture of each failure in failures/,
-the settings in settings.json. An interrupted bench resumes; after a change of treepilot itself
-choose another --out. See docs/benchmarks.md.
+Results go to bench/NAME: one line per run in runs.jsonl, the settings in settings.json, a picture
+of each failed run of courses and flats in failures/. An interrupted bench resumes;
+after a change of treepilot itself choose another --out. See docs/benchmarks.md.
 """
 
 bench_app = typer.Typer(no_args_is_help=True, help=HELP)
@@ -110,7 +110,7 @@ def flats(  # noqa: PLR0913 - each is an option of the command
     time and way are compared with the runs without people, if there are any.
     """
     from missions.bench.bench import Options
-    from missions.bench.people.flats import FLATS
+    from missions.bench.flats import FLATS
 
     _measure(FLATS, Options(
         out, jobs, range(seed, seed + worlds), robots=named(robots), people=named(people),
@@ -158,7 +158,7 @@ def named(words: str) -> tuple[str, ...]:
 
 def _measure(bench: "Bench[E, R]", options: "Options") -> None:
     """Fill the table of a bench and print it."""
-    from missions.bench.resumable import measured
+    from missions.bench.run_table import measured
 
     rows = measured(bench, options, lambda line: typer.echo(line, err=True))
     for line in bench.report(rows):

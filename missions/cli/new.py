@@ -74,8 +74,9 @@ def new_robot(
 def new_behaviour(name: NewName, folder: PluginFolder = Path("my_behaviours")) -> None:
     """Create a behaviour and its test."""
     from behaviours.scaffold import new_behaviour as write
+    from missions.language.sections import mission_words
 
-    _report(write(name, folder), folder, f"run:\n  {name}: {{}}")
+    _report(write(name, folder, mission_words()), folder, f"run:\n  {name}: {{}}")
 
 
 def _add(kind: str, what: str, setting: str) -> None:
@@ -83,7 +84,7 @@ def _add(kind: str, what: str, setting: str) -> None:
 
     @new_app.command(kind, help=f"Create {what} and its test.")
     def command(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-        from missions.inspection.scaffold import new_component
+        from missions.inspection.component_scaffold import new_component
 
         _report(new_component(kind, name, folder), folder, setting.replace("NAME", name))
 

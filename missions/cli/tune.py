@@ -79,7 +79,7 @@ def tune(  # noqa: PLR0913 - each is an option of the command
 ) -> None:
     """Search parameter values in simulation and keep the best."""
     from missions.bench.mission_runs import QUIET, MissionEntry
-    from missions.tuning.findings import table_lines, write_findings
+    from missions.tuning.results import table_lines, write_findings
     from missions.tuning.scoring import read_weights
     from missions.tuning.tuning import TuneOptions, Tuning
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from missions.editor.words import end_of_value
+from missions.editor.text_positions import end_of_value
 from stack.documents import Finding
 
 _NAME = re.compile(r"\$?\{?[A-Za-z_][\w.]*\}?")

@@ -28,7 +28,7 @@ from missions.editor.protocol import (
 )
 from missions.editor.rename import renamed
 from missions.editor.symbols import outline
-from missions.editor.words import TextWord, in_placeholder, typed_word, word_at
+from missions.editor.text_positions import TextWord, in_placeholder, typed_word, word_at
 from missions.inspection.diagnosis import FileKind, file_kind
 from missions.language.reading.words import Word
 from stack.documents import Finding

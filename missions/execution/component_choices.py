@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from missions.language.component_layers import layered
 from missions.language.model import Component, Mission
 from missions.language.reading.header import TOP_COMPONENTS
-from missions.language.replacing import layered
 from stack.components import DEFAULTS, Choice, Estimator, accepted, choose
 from stack.control.evasion.parameters import EvasionParameters
 from stack.costmap.choosing import (

@@ -12,6 +12,7 @@ from missions.execution.component_choices import NAVIGATION_KINDS, accepted_para
 from missions.execution.plugin_components import plugged_components
 from missions.language.model import Component, Mission, Replay, Resources
 from missions.language.reading.include import BESIDE
+from missions.language.sections import mission_words
 from robots.load import find_robot, read_robot
 from robots.logs.opening import MCAP, beginning, open_log
 from robots.logs.recording import SENSOR_LOG, Recording
@@ -196,7 +197,7 @@ def resources(world: str | None = None, files: SceneFiles | None = None) -> Reso
 
 def catalogue_of(plugins: list[Node], folder: Path, findings: Findings) -> Catalogue:
     """Return the catalogue with a mission's plugins; report their problems as findings."""
-    catalogue = find_behaviours([str(node.value) for node in plugins], folder)
+    catalogue = find_behaviours([str(node.value) for node in plugins], folder, mission_words())
     for problem in catalogue.problems:
         if problem.plugin >= 0:  # problems of installed packages are not the mission's
             sentence = f"{_shown(problem.file, folder)}: {problem.sentence}"

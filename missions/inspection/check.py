@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib.metadata import packages_distributions
@@ -14,12 +14,14 @@ from pathlib import Path
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import find_mission
 from missions.inspection.diagnosis import findings_of, text_of
-from missions.language.rendering import render_each
 from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark
 from stack.errors import InputError
 from stack.types.printable import printable
+
+SHOWN = 200
+"""Characters of a line of a file."""
 
 OUR_PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 
@@ -62,13 +64,29 @@ _OURS = re.compile(
 
 def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
     found = list(findings)
-    sources = {file: text_of(Path(file)) for file in sorted({item.mark.file for item in found})}
-    sources = {file: text for file, text in sources.items() if _OURS.search(text)}
-    texts = render_each(found, sources)
+    sources = {file: text_of(Path(file)) for file in {item.mark.file for item in found}}
+    lines = {file: text.splitlines() for file, text in sources.items() if _OURS.search(text)}
     return [
-        CheckLine(text, item.severity == "error", item)
-        for text, item in zip(texts, found, strict=True)
+        CheckLine(
+            with_source_line(item, lines.get(item.mark.file, ())), item.severity == "error", item
+        )
+        for item in found
     ]
+
+
+def with_source_line(finding: Finding, lines: Sequence[str]) -> str:
+    """Return a finding as text, with its line of the file and a caret under the position."""
+    if not 1 <= finding.mark.line <= len(lines):
+        return str(finding)
+    line = lines[finding.mark.line - 1]
+    column = min(finding.mark.column, len(line) + 1)
+    first = column - 1 - SHOWN // 2 if len(line) > SHOWN else 0  # of the shown characters
+    before = printable(line[max(0, first) : column - 1])
+    line = before + printable(line[column - 1 : max(0, first) + SHOWN])
+    # Tabs in front of the caret keep it aligned at any tab width.
+    gap = "".join("\t" if character == "\t" else " " for character in before)
+    number = f"{finding.mark.line:>5}"
+    return f"{finding}\n{number} | {line}\n{' ' * len(number)} | {gap}^"
 
 
 def as_json(lines: Iterable[CheckLine]) -> str:

@@ -136,7 +136,7 @@ def show_world(name: str, picture: Path) -> str:
     Raises:
         InputError: the world cannot be read, or the picture cannot be written.
     """
-    from missions.inspection.map_picture import draw_world
+    from missions.map_picture import draw_world
 
     place = _read(name)
     size = _size(place.grid)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from missions.inspection.map_picture import Colour, MapPicture
+from missions.map_picture import Colour, MapPicture
 from stack.drivetrain.description import RobotDescription
 from stack.mapping.passages import Passage
 from stack.types import FloatArray, OccupancyGrid, Pose2D

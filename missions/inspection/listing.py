@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import SETTINGS
@@ -15,6 +16,7 @@ from missions.execution.resources import (
     mission_files,
     world_files,
 )
+from missions.inspection.declaration_tables import aligned, parameter_table, table
 from missions.inspection.file_descriptions import (
     CURRENT_FOLDER,
     doc_of,
@@ -30,12 +32,11 @@ from missions.inspection.parameter_descriptions import (
     owners_of,
     parameter_description,
 )
-from missions.inspection.tables import aligned, parameter_table, table
 from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES
-from missions.language.sections import ONLY_FOR, SECTIONS
+from missions.language.sections import ONLY_FOR, SECTIONS, mission_words
 from robots.load import robot_names
-from stack.components import available, component
+from stack.components import available, component, noun
 from stack.documents import read_file
 from stack.drivetrain.needs import needs_text
 from stack.errors import InputError
@@ -88,7 +89,7 @@ def installed(mission: str | None = None) -> Installed:
     components = {
         kind: {**available(kind), **of_plugins.get(kind, {})} for kind in COMPONENTS.values()
     }
-    return Installed(find_behaviours(plugins, folder), components)
+    return Installed(find_behaviours(plugins, folder, mission_words()), components)
 
 
 def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
@@ -116,59 +117,72 @@ def description_of(name: str, known: Installed, *, expert: bool = False) -> str:
     """Return the documentation and settings of a behaviour, node, component, robot or world.
 
     A name with a slash or a suffix is that of a file of a robot, world, map, mission or trees. One
-    with a dot is that of one parameter; for a kind of component, its components are listed.
+    with a dot is that of one parameter; for a kind of component, its components are listed. All
+    that has the name is described: `depth` is a costmap layer and settings.
 
     Raises:
         InputError: unknown name; the message suggests the most similar one.
     """
     if is_file_name(name):
         return file_description(name)
-    kind = known.catalogue.get(name)
-    if kind is not None:
-        parts = [f"{name}: {kind.doc}", needs_text(kind.needs), table("ports", kind.ports.values())]
-        return "\n".join(filter(None, [*parts, _outputs(kind.outputs.values())]))
-    if name in NODES or name in MODIFIERS:
-        return _describe_word(name)
-    if any(name in found for found in known.components.values()):
-        return _describe_component(name, known, expert)
-    if name in SETTINGS:
-        doc, fields = SETTINGS[name].__doc__, declarations(SETTINGS[name])
-        parts = [f"{name}: {(doc or '').strip()}", parameter_table(fields.values(), expert=expert)]
-        return "\n".join(filter(None, [*parts, list_hint(name)]))
+    found = [*_words(name, known), *_components(name, known, expert), *_shipped(name)]
+    if len(found) == 1:
+        return found[0][1]
+    if found:
+        return "\n\n".join(f"{what} {text}" for what, text in found)
     if "." in name:
         return parameter_description(name, known.components)
-    listed = _describe_shipped(name) or _describe_kind(name, known)
-    if listed:
-        return listed
     raise _unknown(name, known)
 
 
-def _describe_shipped(name: str) -> str:
-    """Describe a robot, world or mission of treepilot; empty for another name."""
+def _words(name: str, known: Installed) -> Iterator[tuple[str, str]]:
+    """Yield what of the language has a name, and its description."""
+    behaviour = known.catalogue.get(name)
+    if behaviour is not None:
+        yield "behaviour", _lines(
+            f"{name}: {behaviour.doc}", needs_text(behaviour.needs),
+            table("ports", behaviour.ports.values()), _outputs(behaviour.outputs.values()),
+        )  # fmt: skip
+    if name in NODES:
+        yield "node", _describe_node(name)
+    if name in MODIFIERS:
+        yield "modifier", _describe_modifier(name)
+
+
+def _components(name: str, known: Installed, expert: bool) -> Iterator[tuple[str, str]]:
+    """Yield the components and settings with a name, and a kind of component with its list."""
+    for kind, components in known.components.items():
+        if name in components:
+            yield noun(kind), _describe_component(name, component(kind, components[name]), expert)
+    if name in SETTINGS:
+        fields = declarations(SETTINGS[name]).values()
+        heading = f"{name}: {(SETTINGS[name].__doc__ or '').strip()}"
+        yield "settings", _lines(heading, parameter_table(fields, expert=expert), list_hint(name))
+    for words, kind in COMPONENTS.items():
+        if name in (words, kind):
+            rows = aligned(words, rows_of(words, known))
+            yield "kind of component", f"{rows}\nparameters of one: treepilot describe NAME"
+
+
+def _shipped(name: str) -> Iterator[tuple[str, str]]:
+    """Yield the robot, world and mission of treepilot with a name."""
     if name in robot_names():
-        return robot_description(load_robot(name, CURRENT_FOLDER))
-    worlds = {file.stem: file for file in world_files()}
-    if name in worlds:
-        return named_world_description(name, worlds[name])
-    missions = {file.stem: file for file in mission_files()}
-    return mission_description(missions[name]) if name in missions else ""
+        yield "robot", robot_description(load_robot(name, CURRENT_FOLDER))
+    for file in world_files():
+        if file.stem == name:
+            yield "world", named_world_description(name, file)
+    for file in mission_files():
+        if file.stem == name:
+            yield "mission", mission_description(file)
 
 
-def _describe_component(name: str, known: Installed, expert: bool) -> str:
-    kind = next(kind for kind, found in known.components.items() if name in found)
-    cls = component(kind, known.components[kind][name])
-    fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
-    needs = needs_text(cls.needs)  # type: ignore[attr-defined]
-    parameters = parameter_table(fields.values(), expert=expert)
-    return "\n".join(filter(None, [f"{name}: {(cls.__doc__ or '').strip()}", needs, parameters]))
+def _lines(*parts: str) -> str:
+    return "\n".join(filter(None, parts))
 
 
-def _describe_kind(name: str, known: Installed) -> str:
-    """Return the components of a kind (`controller` or `controllers`); empty for another name."""
-    kinds = next((words for words, kind in COMPONENTS.items() if name in (words, kind)), "")
-    if not kinds:
-        return ""
-    return f"{aligned(kinds, rows_of(kinds, known))}\nparameters of one: treepilot describe NAME"
+def _describe_component(name: str, cls: Any, expert: bool) -> str:
+    parameters = parameter_table(declarations(cls.Parameters).values(), expert=expert)
+    return _lines(f"{name}: {(cls.__doc__ or '').strip()}", needs_text(cls.needs), parameters)
 
 
 def _unknown(name: str, known: Installed) -> InputError:
@@ -192,20 +206,20 @@ def _unknown(name: str, known: Installed) -> InputError:
     )
 
 
-def _describe_word(word: str) -> str:
-    """Describe a node or modifier of the language."""
-    if word in NODES:
-        kind = NODES[word]
-        keeps = f"keeps from tick to tick: {kind.keeps or 'nothing'}"
-        parts = [f"{word}: {kind.doc}", keeps, table("ports", kind.ports.values()),
-                 _outputs(kind.outputs.values())]  # fmt: skip
-        return "\n".join(filter(None, parts))
-    key = MODIFIERS[word]
-    only = ONLY_FOR.get(word)
-    where = f"only for: {', '.join(only)}" if only else ""
+def _describe_node(word: str) -> str:
+    kind = NODES[word]
+    return _lines(
+        f"{word}: {kind.doc}", f"keeps from tick to tick: {kind.keeps or 'nothing'}",
+        table("ports", kind.ports.values()), _outputs(kind.outputs.values()),
+    )  # fmt: skip
+
+
+def _describe_modifier(word: str) -> str:
+    key, only = MODIFIERS[word], ONLY_FOR.get(word)
     rows = [(inner.word, "required" if inner.required else "", inner.doc)
             for inner in SECTIONS.get(key.section, {}).values()]  # fmt: skip
-    return "\n".join(filter(None, [f"{word}: {key.doc}", where, aligned("keys", rows)]))
+    where = f"only for: {', '.join(only)}" if only else ""
+    return _lines(f"{word}: {key.doc}", where, aligned("keys", rows))
 
 
 def _outputs(declared: Iterable[Declaration]) -> str:

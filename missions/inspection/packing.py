@@ -9,7 +9,7 @@ import zipfile
 from pathlib import Path, PurePosixPath
 
 from missions.execution.records.inputs import REPEATS
-from missions.inspection.runs import is_run_folder
+from missions.inspection.run_folders import is_run_folder
 from stack.errors import InputError
 
 LARGEST = 20_000_000_000

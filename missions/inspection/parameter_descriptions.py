@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from missions.execution.component_choices import SETTINGS
-from missions.inspection.tables import shown, table
+from missions.inspection.declaration_tables import shown, table
 from missions.language.reading.header import TOP_COMPONENTS
 from stack.components import DEFAULTS, component
 from stack.costmap.choosing import SENSORS

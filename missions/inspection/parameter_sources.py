@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
 from missions.execution.component_choices import MAPLESS_DEFAULTS, mark_of_robot, settings_of
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.inspection.parameter_descriptions import LISTS
 from missions.language.model import Component
+from stack.columns import columns
 from stack.components import Choice
+from stack.costmap.choosing import LayerChoice
+from stack.costmap.parameters import CostmapParameters
 from stack.documents import Mark
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, did_you_mean, nearest, values_of
@@ -93,13 +97,7 @@ def filtered(origins: list[Origin], wanted: str) -> list[Origin]:
 
 def lines_of(origins: list[Origin]) -> list[str]:
     """Return a table: name, value, source, description."""
-    rows = [(item.name, item.value, item.source) for item in origins]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
-        + f"  {item.help}"
-        for row, item in zip(rows, origins, strict=True)
-    ]
+    return columns([(item.name, item.value, item.source, item.help) for item in origins])
 
 
 def _of(plan: PreparedMission, kind: str, choice: Choice, settings: Component) -> Iterator[Origin]:
@@ -111,6 +109,23 @@ def _of(plan: PreparedMission, kind: str, choice: Choice, settings: Component) -
         source, is_set = _source(plan, kind, name, settings.marks.get(name))
         value = _shown(declared, values[name])
         yield Origin(f"{kind}.{name}", value, source, declared.help, declared.public, is_set)
+    if kind in LISTS:
+        source, is_set = _source(plan, kind, LISTS[kind].key, settings.marks.get(LISTS[kind].key))
+        names = ", ".join(part.name for part in choice.parts) or "none"
+        yield Origin(f"{kind}.{LISTS[kind].key}", names, source, LISTS[kind].help, is_set=is_set)
+        yield from _of_layers(choice.parts, source, is_set=is_set)
+
+
+def _of_layers(parts: Iterable[Any], source: str, *, is_set: bool) -> Iterator[Origin]:
+    """Yield the parameters that a costmap's list sets for its layers; zones have none."""
+    for layer in parts:
+        if not isinstance(layer, LayerChoice):
+            continue
+        declared = declarations(layer.component.Parameters)
+        values = values_of(layer.parameters(CostmapParameters()))
+        for name in layer.values:
+            item, value = declared[name], _shown(declared[name], values[name])
+            yield Origin(f"{layer.name}.{name}", value, source, item.help, item.public, is_set)
 
 
 def _source(plan: PreparedMission, kind: str, name: str, mark: Mark | None) -> tuple[str, bool]:

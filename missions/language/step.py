@@ -369,7 +369,7 @@ class TreeBuilder(Protocol):
         """Return the mock of a node in mission tests; None keeps the node."""
         ...
 
-    def record(self, node: Node, kind: str, mark: Mark, label: str = "", detail: str = "") -> Node:
+    def record(self, node: Node, kind: str, mark: Mark) -> Node:
         """Record a node for drawings and the event log, and return it."""
         ...
 

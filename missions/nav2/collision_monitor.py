@@ -9,7 +9,7 @@ from typing import Any
 
 from missions.nav2 import equivalents as tables
 from missions.nav2.equivalents import Equivalent
-from missions.nav2.sheet import REPLACED, ComponentValues, Importer, Section
+from missions.nav2.importer import REPLACED, ComponentValues, Importer, Section
 from stack.parameters import declarations
 from stack.safety.zones import SafetyZone
 

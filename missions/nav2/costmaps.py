@@ -7,7 +7,7 @@ from typing import Any
 
 from missions.nav2 import equivalents as tables
 from missions.nav2.equivalents import Equivalent
-from missions.nav2.sheet import REPLACED, ComponentValues, Importer, Section
+from missions.nav2.importer import REPLACED, ComponentValues, Importer, Section
 from stack.components import component
 from stack.costmap.choosing import SENSORS
 from stack.costmap.parameters import ObstacleParameters

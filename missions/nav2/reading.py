@@ -10,8 +10,8 @@ from missions.nav2 import equivalents as tables
 from missions.nav2.collision_monitor import read_zones
 from missions.nav2.costmaps import read_costmaps
 from missions.nav2.equivalents import Equivalent
+from missions.nav2.importer import ComponentValues, Ignored, Imported, Importer, Section
 from missions.nav2.ros_nodes import nodes_of_robot
-from missions.nav2.sheet import ComponentValues, Ignored, Imported, Importer, Section
 from stack.components import DEFAULTS, noun
 from stack.documents import Finding, Node, read_ros_parameters, require_kind
 from stack.documents.file_kinds import NAV2

@@ -8,6 +8,7 @@ from typing import Any
 
 from behaviours.catalogue import Catalogue, build, find_behaviours
 from missions.execution.plugin_components import plugged_components
+from missions.language.sections import mission_words
 from robots.load import find_robot, read_robot
 from stack.components import GROUPS, Choice, available, choose, noun
 from stack.drivetrain.description import RobotDescription
@@ -80,7 +81,7 @@ def _catalogue(plugin: str | Path | None) -> Catalogue:
     Raises:
         InputError: the plugin has an error.
     """
-    catalogue = find_behaviours(_plugins(plugin))
+    catalogue = find_behaviours(_plugins(plugin), reserved=mission_words())
     asked_for = [problem for problem in catalogue.problems if problem.plugin >= 0]
     if asked_for:
         raise InputError("\n".join(f"{it.file}: {it.sentence}" for it in asked_for))

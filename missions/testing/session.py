@@ -10,7 +10,7 @@ from time import perf_counter
 from missions.execution.resources import catalogue_of, find_mission, resources
 from missions.language.model import Mission, Resources
 from missions.language.reading.mission import CatalogueFor, read_mission
-from missions.testing.running import CaseResult, Place, place_of, run_case
+from missions.testing.case_run import CaseResult, Place, place_of, run_case
 from missions.trees.compiler import compile_mission
 from stack.documents import Node
 

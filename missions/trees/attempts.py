@@ -29,10 +29,10 @@ class Retry(Decorator):
     """Runs the child again `delay` seconds after a failure; fails with the last failure."""
 
     def __init__(
-        self, child: Behaviour, execution: Execution, attempts: Attempts,
+        self, name: str, child: Behaviour, execution: Execution, attempts: Attempts,
         delay: Callable[[], float],
     ) -> None:  # fmt: skip
-        super().__init__("retry", child, execution)
+        super().__init__(name, child, execution)
         self.attempts, self.delay, self.seconds = attempts, delay, 0.0
         self.timer = Timer(execution)
 
@@ -68,13 +68,13 @@ class Recover(InnerNode, composites.Composite):
     run starts with the first recovery. A skipped recovery passes its turn on, in the same tick.
     """
 
-    def __init__(
-        self, children: Items[Behaviour], execution: Execution, attempts: Attempts,
-        unless: Expression | None, handled: HandledFailure | None = None,
+    def __init__(  # noqa: PLR0913 - one call from one place
+        self, name: str, children: Items[Behaviour], execution: Execution, attempts: Attempts,
+        unless: Expression | None, handled: HandledFailure,
     ) -> None:  # fmt: skip
-        super().__init__("recover", children)
+        super().__init__(name, children)
         self.execution, self.attempts, self.unless = execution, attempts, unless
-        self.handled = handled or HandledFailure()
+        self.handled = handled
         self.recoveries, self.turn = self.children[1:], 0
 
     def advance(self, fresh: bool) -> Status:
@@ -89,8 +89,7 @@ class Recover(InnerNode, composites.Composite):
             halt_if_done(first)
             run(first)
             if first.status is not Status.FAILURE:
-                skipped = first.skipped and first.status is Status.SUCCESS
-                return self.skip() if skipped else first.status
+                return self.outcome_of(first)
             self.handled.code = self.execution.code_of(first)
             if self.attempts.number >= self.attempts.most() or (self.unless and self.unless()):
                 return self.execution.propagate_failure(self, first)
@@ -112,7 +111,7 @@ class Recover(InnerNode, composites.Composite):
             halt_if_done(recovery)
             self.current_child = recovery
             run(recovery)
-            if not (recovery.skipped and recovery.status is Status.SUCCESS):
+            if not recovery.was_skipped:
                 self._report(recovery)
                 return
 

@@ -25,7 +25,7 @@ from missions.trees import decorators
 from missions.trees.attempts import Attempts, Recover, Retry
 from missions.trees.context import Execution, HandledFailure, Record
 from missions.trees.events import Event, Events, Trigger
-from missions.trees.latch import Read, latches
+from missions.trees.latch import Read
 from missions.trees.mission_tree import MissionTree
 from missions.trees.node import Node
 from missions.trees.slots import Frame, Slot, Write
@@ -92,8 +92,7 @@ class _Compiler:
             held = f", held for {event.hold.source}" if event.hold != NO_HOLD else ""
             again = f", again after {event.again.source}" if event.again else ""
             detail = f"when {event.when.source}{held}{again}, then {event.then}"
-            self.record(node, "event", event.mark, label=event.name, detail=detail)
-            self.execution.record(node).names = (event.name,)
+            self.record(node, "event", event.mark, event.name, detail, (event.name,))
             made.append(node)
         return self.record(Events(made, root, self.execution), "events", events[0].mark)
 
@@ -106,16 +105,16 @@ class _Compiler:
             outer = inner = replace(frame, attempts=attempts)
         if modifiers.retry:
             inner = replace(outer, attempts=self._attempts(modifiers.retry.attempts, outer))
-        body = self.body(step, inner)
-        self.execution.record(body).names = step.names
-        node = self._periodic(step, body, inner)
+        node = step.build(self, inner)
+        label = node.name if step.own_name else step.name
+        self.record(node, step.kind, step.mark, label, step.detail, step.names, step.glyph)
+        node = self._periodic(step, node, inner)
         node = self._timed(step, node, outer)
         if modifiers.retry and inner.attempts:
             delay = outer.checked(modifiers.retry.delay, DELAY)
-            node = Retry(node, self.execution, inner.attempts, delay)
-            node.latches = latches(inner.attempts.most, delay)
-            node.name = f"retry {modifiers.retry.attempts.source}"
-            self.record(node, "retry", step.mark)
+            name = f"retry {modifiers.retry.attempts.source}"
+            retry = Retry(name, node, self.execution, inner.attempts, delay)
+            node = self.record(retry.taking(inner.attempts.most, delay), "retry", step.mark)
         node = self._recovering(step, node, outer)
         return self._conditional(step, self._repeated(step, node, frame), frame)
 
@@ -126,21 +125,17 @@ class _Compiler:
         period = step.modifiers.every
         if period is None:
             return node
-        name = f"every {period.source}"
         read = frame.checked(period, PERIOD)
-        every = decorators.Every(name, node, self.execution, read)
-        every.latches = latches(read)
-        return self.record(every, "every", step.mark)
+        every = decorators.Every(f"every {period.source}", node, self.execution, read)
+        return self.record(every.taking(read), "every", step.mark)
 
     def _timed(self, step: Step, node: Node, frame: Frame) -> Node:
         limit = step.modifiers.timeout
         if limit is None:
             return node
-        name = f"timeout {limit.source}"
         read = frame.checked(limit, LIMIT)
-        timed = decorators.Timeout(name, node, self.execution, read)
-        timed.latches = latches(read)
-        return self.record(timed, "timeout", step.mark)
+        timed = decorators.Timeout(f"timeout {limit.source}", node, self.execution, read)
+        return self.record(timed.taking(read), "timeout", step.mark)
 
     def _recovering(self, step: Step, node: Node, frame: Frame) -> Node:
         recover = step.modifiers.recover
@@ -150,10 +145,11 @@ class _Compiler:
         handling = replace(frame, handled=handled)
         unless = recover.unless.bind(handling) if recover.unless else None
         recoveries = [self.step(recovery, handling) for recovery in recover.recoveries]
-        wrapped = Recover([node, *recoveries], self.execution, frame.attempts, unless, handled)
-        wrapped.latches = latches(frame.attempts.most)
+        name = f"recover, {recover.attempts.source} attempts"
+        wrapped = Recover(
+            name, [node, *recoveries], self.execution, frame.attempts, unless, handled
+        ).taking(frame.attempts.most)
         detail = f"unless {recover.unless.source}" if recover.unless else ""
-        wrapped.name = f"recover, {recover.attempts.source} attempts"
         return self.record(wrapped, "recover", step.mark, detail=detail)
 
     def _repeated(self, step: Step, node: Node, frame: Frame) -> Node:
@@ -168,8 +164,7 @@ class _Compiler:
             repeated = decorators.Repeat(
                 name, node, self.execution, times, until, counts_runs=modifiers.every is None
             )
-            repeated.latches = latches(times)
-            node = self.record(repeated, "repeat", step.mark)
+            node = self.record(repeated.taking(times), "repeat", step.mark)
         if modifiers.invert:
             node = self.record(
                 decorators.Invert("invert", node, self.execution), "invert", step.mark
@@ -192,23 +187,18 @@ class _Compiler:
             node = self.record(when, "when", step.mark)
         return node
 
-    def body(self, step: Step, frame: Frame) -> Node:
-        """Compile a node without its decorators."""
-        node = step.build(self, frame)
-        label = node.name if step.own_name else step.name
-        self.record(node, step.kind, step.mark, label, step.detail)
-        if step.glyph:
-            self.execution.record(node).glyph = step.glyph
-        return node
-
     def refuse(self, mark: Mark, sentence: str) -> None:
         """Report a node that cannot be built, once for its place in the file."""
         finding = Finding(mark, "E127", sentence)
         if finding not in self.findings.items:
             self.findings.items.append(finding)
 
-    def record(self, node: Node, kind: str, mark: Mark, label: str = "", detail: str = "") -> Node:
+    def record(  # noqa: PLR0913 - the fields of a record
+        self, node: Node, kind: str, mark: Mark, label: str = "", detail: str = "",
+        names: tuple[str, ...] = (), glyph: str = "",
+    ) -> Node:  # fmt: skip
         """Record a node for drawings and the event log, and return it."""
-        record = Record(node, kind, label, detail, mark, glyph=glyph_of(kind))
-        self.execution.records[id(node)] = record
+        self.execution.records[id(node)] = Record(
+            node, kind, label, detail, mark, names=names, glyph=glyph or glyph_of(kind)
+        )
         return node

@@ -110,7 +110,7 @@ def _outcome(node: Any, child: Any, status: Status) -> Status:
     """
     if child.skipped and status is _SUCCESS:
         earlier = node.children[: node.position]
-        ended = [one for one in earlier if not (one.skipped and one.status is _SUCCESS)]
+        ended = [one for one in earlier if not one.was_skipped]
         if not ended:
             return node.skip()  # type: ignore[no-any-return]
         child, status = ended[-1], ended[-1].status

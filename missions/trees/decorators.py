@@ -65,7 +65,7 @@ class Invert(Decorator):
         if status is Status.FAILURE:
             self.feedback_message = self.execution.trace(self.child).failure.sentence
             return Status.SUCCESS
-        if status is Status.SUCCESS and not self.outcome_of_child_is_skip():
+        if status is Status.SUCCESS and not self.child.was_skipped:
             why = Failure(FailureCode.CHECK_FAILED, f"{self.child.name} succeeded, inverted")
             return self.execution.fail(self, why, self.child.name)
         return self.outcome_of_child()
@@ -90,7 +90,7 @@ class Repeat(Decorator):
         if fresh:
             self.done = self.left_out = 0
         self.reset_finished_child()
-        child: Any = self.child
+        child = self.child
         run(child)
         if child.status is Status.FAILURE:
             return self.execution.propagate_failure(self, child)
@@ -195,7 +195,7 @@ class Finally(InnerNode, composites.Composite):
             run(first)
             if first.status is Status.RUNNING:
                 return Status.RUNNING
-            if first.skipped and first.status is Status.SUCCESS:
+            if first.was_skipped:
                 self.has_begun = False
                 return self.skip()
             self.has_ended = True

@@ -28,8 +28,3 @@ class Latch:
     def __call__(self) -> Any:
         """Return the value of this run."""
         return self.compute() if self._value is UNSET else self._value
-
-
-def latches(*reads: Read) -> tuple[Latch, ...]:
-    """Return the readers whose values a node must take when it starts."""
-    return tuple(read for read in reads if isinstance(read, Latch))

@@ -25,6 +25,7 @@ class MissionTree:
 
     Attributes:
         root: the root node.
+        execution: state shared by the nodes.
         ticks: number of ticks so far.
     """
 
@@ -32,7 +33,7 @@ class MissionTree:
         self, name: str, root: Node, execution: Execution, slots: Mapping[str, Slot]
     ) -> None:
         self.name, self.root, self.ticks = name, root, 0
-        self._execution, self._slots = execution, slots
+        self.execution, self._slots = execution, slots
         self._nodes: list[Node] = []
         self._records: list[Record] = []
         for number, (node, parent) in enumerate(_depth_first(root, None)):
@@ -62,7 +63,7 @@ class MissionTree:
         Raises:
             InputError: the setup of a behaviour raises an exception; nothing has moved.
         """
-        execution = self._execution
+        execution = self.execution
         execution.robot = robot
         if emit is not None:
             execution.emit = emit
@@ -85,10 +86,10 @@ class MissionTree:
         if self.ticks and (root.status is _SUCCESS or root.status is _FAILURE):
             return
         self.ticks += 1
-        self._execution.preemptible.clear()
-        self._execution.items_left = ITEMS_PER_TICK
+        self.execution.preemptible.clear()
+        self.execution.items_left = ITEMS_PER_TICK
         run(root)
-        self._execution.ticked[0] = _NO_NODE
+        self.execution.ticked[0] = _NO_NODE
 
     @property
     def status(self) -> Status:
@@ -126,26 +127,26 @@ class MissionTree:
         """The first cause after a failure of the mission; None otherwise."""
         if self.status is not Status.FAILURE:
             return None
-        return self._execution.trace(self.root).failure
+        return self.execution.trace(self.root).failure
 
     @property
     def reason(self) -> str:
         """Path from the root to the first cause, and its failure; empty without a failure."""
         if self.status is not Status.FAILURE:
             return ""
-        trace = self._execution.trace(self.root)
+        trace = self.execution.trace(self.root)
         path = " > ".join((self.name, *trace.path))
         return f"{path}: {trace.failure.code} {trace.failure.sentence}"
 
     @property
     def recoveries(self) -> int:
         """Number of recoveries started."""
-        return self._execution.recoveries
+        return self.execution.recoveries
 
     def blackboard(self) -> dict[str, str]:
         """Return every declared key with its value as text."""
         return {
-            name: "not set" if slot.value is UNSET else self._execution.describe(slot.value)
+            name: "not set" if slot.value is UNSET else self.execution.describe(slot.value)
             for name, slot in self._slots.items()
         }
 
@@ -170,12 +171,7 @@ class MissionTree:
 
     def watch(self, starts: Callable[[Record], None]) -> None:
         """Call `starts` for every node that starts a run."""
-        self._execution.starts = lambda node: starts(self._execution.record(node))
-
-    @property
-    def execution(self) -> Execution:
-        """State shared by the nodes."""
-        return self._execution
+        self.execution.starts = lambda node: starts(self.execution.record(node))
 
     def inherit(self, older: MissionTree) -> list[str]:
         """Continue the run of an older tree; return the values taken over, as `key = value`.
@@ -183,14 +179,14 @@ class MissionTree:
         A blackboard value is taken over if both trees declare its key with the same type.
         """
         self.ticks = older.ticks
-        self._execution.ticked = older._execution.ticked
-        self._execution.recoveries = older._execution.recoveries
+        self.execution.ticked = older.execution.ticked
+        self.execution.recoveries = older.execution.recoveries
         kept = []
         for name, slot in self._slots.items():
             former = older._slots.get(name)
             if former is not None and former.type == slot.type and former.value is not UNSET:
                 slot.value = former.value
-                kept.append(f"{name} = {self._execution.describe(slot.value)}")
+                kept.append(f"{name} = {self.execution.describe(slot.value)}")
         return kept
 
     @property
@@ -204,7 +200,7 @@ class MissionTree:
         Only rows of nodes whose status or message has changed are rebuilt; the nodes report these
         changes when they are ticked or halted.
         """
-        stale = self._execution.stale
+        stale = self.execution.stale
         if stale:
             for record in stale:
                 self._table[record.id], record.shown = record.as_row(), True

@@ -8,7 +8,7 @@ py_trees' own tools, is built on it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Self
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -16,7 +16,7 @@ from py_trees.decorators import Decorator as PyTreesDecorator
 
 from behaviours.timer import Timer
 from missions.trees.context import Execution, Record, halt
-from missions.trees.latch import Latch
+from missions.trees.latch import Latch, Read
 from stack.errors import EvaluationError, ParameterError
 from stack.types import Failure, FailureCode
 
@@ -31,7 +31,7 @@ def run(node: Behaviour) -> Status:
 
 
 class Node(Behaviour):
-    """A node of a compiled tree. The tree sets `record`; the compiler sets `latches`.
+    """A node of a compiled tree. The tree sets `record`.
 
     A held mission is not ticked: `pause` and `resume` are called on all nodes, with the time on the
     robot's clock.
@@ -42,6 +42,17 @@ class Node(Behaviour):
     skipped: bool = False
     """Its last run was skipped; its status is then SUCCESS."""
     latches: tuple[Latch, ...] = ()
+    """Values that it takes when it starts."""
+
+    def taking(self, *reads: Read) -> Self:
+        """Let the node take these values when it starts; those without a latch are read at once."""
+        self.latches = tuple(read for read in reads if isinstance(read, Latch))
+        return self
+
+    @property
+    def was_skipped(self) -> bool:
+        """Whether it has ended and was skipped."""
+        return self.skipped and self.status is Status.SUCCESS
 
     def execute_tick(self) -> Status:
         """Tick the node and return its status."""
@@ -120,6 +131,13 @@ class InnerNode(Node):
         self.skipped, self.feedback_message = True, why
         return Status.SUCCESS
 
+    def outcome_of(self, child: Any) -> Status:
+        """Return the status of a child as that of this node, with its failure or its skip."""
+        if child.status is Status.FAILURE:
+            return self.execution.propagate_failure(self, child)
+        status: Status = child.status
+        return self.skip() if child.was_skipped else status
+
     def _fail(self, error: Exception) -> Status:
         """Halt the children; return FAILURE because of a missing or invalid value."""
         for child in self.children:
@@ -149,6 +167,9 @@ class InnerNode(Node):
 class Decorator(InnerNode, PyTreesDecorator):
     """An inner node with one child; the child is halted before the node."""
 
+    child: Any
+    """A Node; py_trees declares a Behaviour."""
+
     def __init__(self, name: str, child: Behaviour, execution: Execution) -> None:
         super().__init__(name, child)
         self.child, self.execution = child, execution
@@ -162,18 +183,7 @@ class Decorator(InnerNode, PyTreesDecorator):
 
     def outcome_of_child(self) -> Status:
         """Return the status of the child as that of this node, with its failure or its skip."""
-        child: Any = self.child
-        if child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, child)
-        if child.skipped and child.status is Status.SUCCESS:
-            return self.skip()
-        status: Status = child.status
-        return status
-
-    def outcome_of_child_is_skip(self) -> bool:
-        """Return whether the child has ended and was skipped."""
-        child: Any = self.child
-        return bool(child.skipped and child.status is Status.SUCCESS)
+        return self.outcome_of(self.child)
 
     def reset_finished_child(self) -> None:
         """Reset a finished child, so that its next run is a new run."""

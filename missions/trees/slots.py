@@ -22,7 +22,7 @@ from missions.language.expressions.texts import formatter
 from missions.language.values import Computed, Constant, ListValue, Reference, Template, Value
 from missions.trees.attempts import Attempts
 from missions.trees.context import Execution, HandledFailure
-from missions.trees.latch import Latch, Read, latches
+from missions.trees.latch import Latch, Read
 from stack.errors import EvaluationError, ParameterError
 from stack.parameters import Declaration
 from stack.types import FailureCode
@@ -151,7 +151,7 @@ class Frame:
         def read() -> list[Any]:
             return [item.compute() if isinstance(item, Latch) else item() for item in items]
 
-        return Latch(read) if latches(*items) else read
+        return Latch(read) if any(isinstance(item, Latch) for item in items) else read
 
     def _computed(self, value: Computed) -> Read:
         read, kind = value.expression.bind(self), value.type

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from missions.bench.bench import Key, Options
 from missions.bench.mission_runs import MISSIONS, MissionEntry, MissionRun, settings_of
-from missions.bench.resumable import fill, record_settings, rows_in
+from missions.bench.run_table import fill, record_settings, rows_in
 from missions.execution.prepare import PreparedMission, prepare
 from missions.tuning.ranges import Range, read_ranges
 from missions.tuning.sampling import Settings, refined_box, sampled

@@ -7,7 +7,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from stack.documents.file_kinds import require_kind
 from stack.documents.files import decoded, read_input
@@ -133,6 +133,7 @@ class Section:
         keys: Sequence[str] | Mapping[str, str] = (),
     ) -> None:  # fmt: skip
         self.findings, self.what, self.code = findings, what, code
+        self.mark = node.mark
         self._elsewhere = keys if isinstance(keys, Mapping) else {}
         keys = [key for key in keys if self._elsewhere.get(key, key) == key]
         self.node = self._respelt(node, keys) if keys and node.is_mapping else node
@@ -141,13 +142,18 @@ class Section:
             sentence = f"{what} must be a mapping of keys, got {node.words()}"
             findings.add(code, node.mark, sentence)
 
+    def at(self, key: Node) -> Self:
+        """Report what is missing at the key whose value this is, not at the value."""
+        self.mark = key.mark
+        return self
+
     def node_of(self, key: str, *, required: bool = False) -> Node | None:
         """The node under a key, or None, which is reported if the key is required."""
         self._known.append(key)
         found = self.node.get(key)
         if found is None and required and self.node.is_mapping:
             sentence = f"{self.what} needs the key {key!r}"
-            self.findings.add(self.code, self.node.mark, sentence, f"add `{key}: …`")
+            self.findings.add(self.code, self.mark, sentence, f"add `{key}: …`")
         return found
 
     def value(self, declared: Declaration) -> Any:
@@ -177,7 +183,23 @@ class Section:
     def section(self, key: str, *, required: bool = False) -> Section | None:
         """The mapping under a key as a Section."""
         node = self.node_of(key, required=required)
-        return None if node is None else Section(node, self.findings, f"`{key}`", self.code)
+        return None if node is None else self.part(key, node)
+
+    def part(self, key: str, node: Node) -> Section:
+        """A mapping, read under a key, as a Section."""
+        found = Section(node, self.findings, f"`{key}`", self.code)
+        found.mark = self.key_mark(key)
+        return found
+
+    def mark_of(self, key: str) -> Mark:
+        """The position of a key's value; that of the section if the key is not written."""
+        node = self.node.get(key)
+        return self.mark if node is None else node.mark
+
+    def key_mark(self, key: str) -> Mark:
+        """The position of a key; that of the section if it is not written."""
+        node = self.node.key(key)
+        return self.mark if node is None else node.mark
 
     def sequence(self, key: str, *, required: bool = False) -> list[Node]:
         """The items of the list under a key."""

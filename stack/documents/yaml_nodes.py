@@ -73,6 +73,10 @@ class Node:
         """The value under a key of a mapping."""
         return next((value for name, value in self.entries if name.value == key), None)
 
+    def key(self, word: str) -> Node | None:
+        """A key of a mapping itself, with its position."""
+        return next((name for name, _ in self.entries if name.value == word), None)
+
     def plain(self) -> Any:
         """The value without positions: dict, list, str, int, float, bool or None."""
         if self.kind == "mapping":

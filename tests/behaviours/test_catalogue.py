@@ -36,7 +36,7 @@ def folder(tmp_path):
 
 
 def found_in(folder):
-    return find_behaviours([f"./{folder.name}"], folder.parent)
+    return find_behaviours([f"./{folder.name}"], folder.parent, reserved={"repeat"})
 
 
 def test_finds_the_built_in_ones_under_the_names_of_their_files():

@@ -62,5 +62,5 @@ def test_nothing_is_overwritten(tmp_path):
 )
 def test_invalid_names(tmp_path, name, sentence):
     with pytest.raises(InputError, match=sentence):
-        new_behaviour(name, tmp_path)
+        new_behaviour(name, tmp_path, {"retry"})
     assert list(tmp_path.iterdir()) == []

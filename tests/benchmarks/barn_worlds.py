@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from missions.bench.runs import Case
+from missions.bench.goal_runs import Case
 from stack.documents import Finding, Mark
 from stack.documents.files import JSON_BYTES, read_bytes
 from stack.errors import InputError

@@ -12,7 +12,7 @@ from typing import Any
 
 from missions.bench.bench import Bench, E, Options, R, Rows
 from missions.bench.processes import ProcessEnded, results
-from missions.bench.resumable import RUNS_PER_PROCESS, measured
+from missions.bench.run_table import RUNS_PER_PROCESS, measured
 from tests.benchmarks.layouts import Layout
 
 HELD_OUT = 9000

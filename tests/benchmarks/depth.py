@@ -13,7 +13,7 @@ import numpy as np
 
 from missions.bench.bench import Options
 from missions.bench.mission_runs import MISSIONS as MISSION_BENCH
-from missions.bench.resumable import measured
+from missions.bench.run_table import measured
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from robots.load import find_robot, read_robot

@@ -143,9 +143,8 @@ def make_case(entry: LocalisationEntry) -> Case:
     names = [str(name) for name in random.permutation(list(plan.places))]
     start, *others = names
     plan.keep_clear(plan.places[start])
-    text = plan.text().replace(f"start: {json.dumps(next(iter(plan.places)))}", f"start: {start}")
     others = (others or [start]) * GOALS
-    text += _timeline(entry, plan, others[0])
+    text = plan.text(start) + _timeline(entry, plan, others[0])
     folder = entry.options.worlds
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{entry.experiment}_{entry.kind}_{entry.seed}.yaml"

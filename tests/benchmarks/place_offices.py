@@ -13,8 +13,8 @@ import numpy as np
 from missions.bench.generation.floor_plan import WALL
 from missions.bench.generation.free_space import CELL, FreeSpace
 from missions.bench.generation.worlds import WorldOptions, generate
+from missions.bench.goal_runs import Case
 from missions.bench.layout import write_world
-from missions.bench.runs import Case
 from stack.streams import stream
 from stack.types import FloatArray, Pose2D
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from missions.bench.picture import write_page
 from stack.types import FloatArray
+from tests.benchmarks.pages import write_page
 
 RIGHT, MEAN, TEXT = (200, 110, 30), (40, 40, 220), (30, 30, 30)
 """Colours in OpenCV's order: blue, green, red."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from missions.bench.bench import Rows
-from missions.bench.runs import Entry
+from missions.bench.goal_runs import Entry
 
 
 def with_choices(table: Rows, entries: Sequence[Entry]) -> Rows:

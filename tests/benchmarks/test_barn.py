@@ -7,9 +7,9 @@ from itertools import chain
 
 import pytest
 
-from missions.bench.resumable import measured
-from missions.bench.runs import Entry, Setup, with_controller
-from missions.bench.shortest import shortest_path_lengths
+from missions.bench.goal_runs import Entry, Setup, with_controller
+from missions.bench.run_table import measured
+from missions.bench.shortest_path import shortest_path_lengths
 from missions.bench.trial import driven
 from missions.execution.resources import MISSIONS, load_robot
 from missions.run_options import RunOptions
@@ -123,7 +123,7 @@ def test_another_setting_does_not_mix_with_the_results_there(tmp_path):
 
 @pytest.mark.slow
 def test_worn_out_processes_are_replaced_and_every_run_comes_back(tmp_path, monkeypatch):
-    monkeypatch.setattr("missions.bench.resumable.RUNS_PER_PROCESS", 1)
+    monkeypatch.setattr("missions.bench.run_table.RUNS_PER_PROCESS", 1)
     file = grids(tmp_path / "w.json", COURT)
     rows = barn(file, blind_mission(tmp_path), trials=3, jobs=2)
     assert sorted(row.trial for row in rows) == [0, 1, 2]  # the third in a new process

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.bench.runs import TrialRow
+from missions.bench.goal_runs import TrialRow
 from missions.bench.trial import GoalMonitor, TrialState
 from stack.types import Pose2D
 from tests.benchmarks.benches.barn import BARN, RULES, score, table_of

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 from missions.bench.bench import picture_name
+from missions.bench.goal_runs import Entry, Setup
 from missions.bench.layout import Layout, write_world
-from missions.bench.runs import Entry, Setup
 from missions.bench.trial import driven
 from missions.run_options import RunOptions
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
 from stack.types import Pose2D
-from tests.benchmarks.benches.dyna import DYNA, MISSION, RULES, entries_of, spread
+from tests.benchmarks.benches.dyna import DYNA, MISSION, RULES, JudgedTrial, entries_of, spread
 from tests.benchmarks.benchmark import FILES, MoreOptions
 from tests.benchmarks.dyna_worlds import GOAL, HIGHEST, LOWEST, START, dyna_text
 
@@ -85,14 +85,15 @@ def test_a_robot_that_moves_has_a_contact_even_with_what_overtakes_it(tmp_path):
 
 
 def test_the_report_counts_who_ran_into_whom(tmp_path):
-    run = story(tmp_path, "say: nothing to do", [[6, 6], [6, 7]]).run
+    gave_up = story(tmp_path, "say: nothing to do", [[6, 6], [6, 7]]).run
+    run = JudgedTrial(**asdict(gave_up), possible=False)
     assert run.status == "gave_up"
     struck, met = replace(run, status="struck", trial=1), replace(run, status="contact", trial=2)
     reached = replace(run, status="success", trial=3, time=9.0, driven=12.0, path_length=6.0)
     (row,) = DYNA.table([run, struck, met, reached])
     assert (row["success"], row["time s"], row["driven / shortest"]) == ("1/4", 9.0, 2.0)
     counts = [row[status] for status in ("contact", "struck", "timeout", "gave_up")]
-    assert counts == [1, 1, 0, 1]
+    assert [*counts, row["impossible"]] == [1, 1, 0, 1, 4]
     assert len(DYNA.report([run, struck, met, reached])) == 5
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missions.bench.people.flats import make_flat
-from missions.bench.people.runs import FailureCodes, PeopleEntry
+from missions.bench.flats import make_flat
+from missions.bench.people_runs import FailureCodes, PeopleEntry
 from stack.errors import InputError
 from stack.sim.people import People
 from stack.sim.worlds.world_file import read_world

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import Generator
 
 from missions.bench.bench import PASSED, Bench, Key, Options, Row
-from missions.bench.resumable import measured
+from missions.bench.run_table import measured
 from missions.execution.resources import MISSIONS, load_robot
 from robots.simulated import SimulatedBody
 from stack.body import BodyCommand

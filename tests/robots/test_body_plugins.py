@@ -111,6 +111,21 @@ def test_an_unknown_body_of_the_command_line_is_refused_before_anything_is_made(
     assert not (tmp_path / "run").exists()
 
 
+def test_a_body_in_the_plugins_of_a_mission_is_refused_with_what_to_do(tmp_path):
+    """A robot file is read without a mission: it knows installed bodies only."""
+    robot_file(tmp_path, "mine")
+    (tmp_path / "mine.py").write_text(PLUGIN.replace("Crawler(", "Mine("))
+    file = mission(tmp_path)
+    file.write_text(f"{file.read_text()}plugins: [./mine.py]\n")
+    with pytest.raises(InputError) as refused:
+        missions.run(file)
+    (finding,) = refused.value.findings
+    assert finding.sentence == (
+        "there is no body 'mine'; available: scripted, simulated; a body of your own is an "
+        f"installed package with the entry point `mine` of `{GROUP}`"
+    )
+
+
 def test_robots_whose_body_is_in_no_simulation_do_not_share_a_world(site):
     from missions.execution.prepare import RunOptions
     from missions.execution.shared_world import prepare_together

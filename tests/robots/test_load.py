@@ -88,11 +88,13 @@ WRONG = [
     ("r.urdf", "robot.yaml", "1:1 E302 not XML: syntax error"),
     ("right: [other_wheel]", "right: [r_wheel]", "5:38 E302 wheels: the URDF has no joint 'r_"),
     ("right: [other_wheel]", "right: [right_wheel]", "5:38 E302 wheels: the URDF's joint 'right_"),
-    ("right: [other_wheel]", "right: []", "5:9 E301 wheels: right has no joint; add one, e.g. r"),
+    ("right: [other_wheel]", "right: []", "5:37 E301 wheels: right has no joint; add one, e.g. r"),
     ("robot: r", "robot: r\nlimits: {linear_sped: 1}", "2:10 E301 `limits` has no key 'linear_sp"),
     ("robot: r", "robot: r\nlidar: {beams: 2}", "2:16 E301 beams: 2 must be at least 3"),
-    ("robot: r", "robot: r\nlidar: {range_max: 1 cm}", "2:8 E301 range_min: 0.08 must be below 0"),
-    ("robot: r", "robot: r\ncamera: {}", "2:9 E301 `camera` needs the key 'position'"),
+    ("robot: r", "robot: r\nlidar: {range_max: 1 cm}", "2:1 E301 range_min: 0.08 must be below 0"),
+    ("robot: r", "robot: r\ndepth_cameras: {front: {}}",
+     "2:17 E301 `depth_cameras.front` needs the key 'position'"),
+    ("robot: r", "robot: r\ncamera: {}", "2:1 E301 `camera` needs the key 'position'"),
 ]  # fmt: skip
 
 

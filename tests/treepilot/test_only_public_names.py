@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from behaviours.scaffold import new_behaviour
-from missions.inspection.scaffold import KINDS, new_component
+from missions.inspection.component_scaffold import KINDS, new_component
 from tests.test_docs import PAGES, blocks_of
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ import pytest
 import treepilot
 import treepilot.testing
 from behaviours.scaffold import new_behaviour
-from missions.inspection.scaffold import KINDS, new_component
+from missions.inspection.component_scaffold import KINDS, new_component
 from treepilot.shadowing import PACKAGES
 
 ROOT = Path(__file__).parents[2]

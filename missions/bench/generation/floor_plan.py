@@ -193,14 +193,14 @@ class FloorPlan:
             {name: pose(at) for name, at in self.places.items()},
         )  # fmt: skip
 
-    def text(self) -> str:
-        """Return the world file."""
+    def text(self, start: str = "") -> str:
+        """Return the world file; the robot starts at a place, or else at the first one."""
         document: dict[str, Any] = {
             "world": self.name,
             "format": 1,
             "doc": self.doc,
             "bounds": [round(edge, 3) for edge in self.bounds],
-            "start": next(iter(self.places)),
+            "start": start or next(iter(self.places)),
             "places": {name: _pose(at) for name, at in self.places.items()},
             "walls": [
                 {"points": [_point(begin), _point(end)], "thickness": WALL}
@@ -210,15 +210,20 @@ class FloorPlan:
             "cylinders": [_cylinder(piece) for piece in self.pieces if piece.radius],
             "people": self.people,
         }
-        lines = []
-        for key, value in document.items():
-            if isinstance(value, list) and value and isinstance(value[0], dict):
-                lines += [f"{key}:", *(f"  - {json.dumps(item)}" for item in value)]
-            elif isinstance(value, dict):
-                lines += [f"{key}:", *(f"  {name}: {json.dumps(at)}" for name, at in value.items())]
-            else:
-                lines.append(f"{key}: {json.dumps(value)}")
-        return "\n".join(lines) + "\n"
+        return world_text(document)
+
+
+def world_text(document: dict[str, Any]) -> str:
+    """Return a world file with one line for each place and each thing."""
+    lines = []
+    for key, value in document.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            lines += [f"{key}:", *(f"  - {json.dumps(item)}" for item in value)]
+        elif isinstance(value, dict):
+            lines += [f"{key}:", *(f"  {name}: {json.dumps(at)}" for name, at in value.items())]
+        else:
+            lines.append(f"{key}: {json.dumps(value)}")
+    return "\n".join(lines) + "\n"
 
 
 def _along(loop: FloatArray, shares: FloatArray) -> FloatArray:

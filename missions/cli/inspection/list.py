@@ -37,14 +37,13 @@ def list_(
     treepilot list worlds
     """
     from missions.inspection.listing import installed, rows_of
+    from stack.columns import columns
 
     known = installed(mission)
     for problem in known.problems:
         typer.echo(f"not available: {problem}", err=True)
-    rows = rows_of(kind.value, known)
-    width = max((len(name) for name, _ in rows), default=0)
-    for name, sentence in rows:
-        typer.echo(f"{name:<{width}}  {sentence}")
+    for line in columns(rows_of(kind.value, known)):
+        typer.echo(line)
 
 
 def describe(

@@ -29,7 +29,7 @@ def report(
     """
     from missions.inspection.page.page import page_of
     from missions.inspection.page.story import read_story
-    from missions.inspection.runs import find_run
+    from missions.inspection.run_folders import find_run
 
     if len(runs) > MOST_RUNS:
         raise InputError(f"{len(runs)} runs; at most {MOST_RUNS} fit side by side")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 
-def trace(
+def trace(  # noqa: PLR0913 - options of a command
     run: Annotated[str, typer.Argument(help="run folder, name of a run in ./runs, or `newest`")],
     node: Annotated[
         str,
@@ -30,7 +30,7 @@ def trace(
     For a node that never started, the reason is printed.
     """
     from missions.inspection import trace as tracing
-    from missions.inspection.runs import find_run
+    from missions.inspection.run_folders import find_run
 
     told = tracing.read_trace(find_run(run, Path("runs")))
     if at is not None:

@@ -28,7 +28,7 @@ def replay(
     : to a time, ? shows all. Nothing can be commanded.
     """
     from missions.execution.supervision.replaying import player_of, replay_run
-    from missions.inspection.runs import find_run
+    from missions.inspection.run_folders import find_run
 
     player = player_of(find_run(run, Path("runs")), at, speed)
     if not on_a_terminal():

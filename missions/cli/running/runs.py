@@ -11,7 +11,7 @@ from missions.cli.arguments import counted
 from stack.errors import InputError
 
 if TYPE_CHECKING:
-    from missions.inspection.runs import RunFolderEntry
+    from missions.inspection.run_folders import RunFolderEntry
 
 HELP = """List, delete and open the folders of runs.
 
@@ -50,7 +50,7 @@ def _runs(
     context.obj = folder
     if context.invoked_subcommand is not None:
         return
-    from missions.inspection.runs import find_runs, table
+    from missions.inspection.run_folders import find_runs, table
 
     runs = find_runs(folder)
     if json:
@@ -70,7 +70,7 @@ def delete(
     yes: Yes = False,
 ) -> None:
     """Delete runs. If one of the names is wrong or its run is live, nothing is deleted."""
-    from missions.inspection.runs import chosen_runs, find_runs
+    from missions.inspection.run_folders import chosen_runs, find_runs
 
     _delete(context.obj, chosen_runs(find_runs(context.obj), names), yes)
 
@@ -82,7 +82,7 @@ def keep(
     yes: Yes = False,
 ) -> None:
     """Delete all runs but the newest N. Live runs are kept in any case."""
-    from missions.inspection.runs import find_runs, older_than_newest
+    from missions.inspection.run_folders import find_runs, older_than_newest
 
     _delete(context.obj, older_than_newest(find_runs(context.obj), count), yes)
 
@@ -97,7 +97,7 @@ def pack_(
 ) -> None:
     """Write a run with all that it was made of into one zip file, for another machine."""
     from missions.inspection.packing import pack
-    from missions.inspection.runs import find_run, size_text
+    from missions.inspection.run_folders import find_run, size_text
 
     folder = find_run(name, context.obj)
     target = out or Path(f"{folder.name}.zip")
@@ -115,7 +115,7 @@ def repeat(context: typer.Context, name: Name) -> None:
     printed, and which versions or files are others.
     """
     from missions.execution.repeat import repeat_run
-    from missions.inspection.runs import find_run
+    from missions.inspection.run_folders import find_run
 
     done = repeat_run(find_run(name, context.obj))
     typer.echo(done.report.summary())
@@ -145,7 +145,7 @@ def open_(
     if name.endswith(".zip"):
         _unpack(Path(name), context.obj)
         return
-    from missions.inspection.runs import WEB_ADDRESS, find_runs, without_display
+    from missions.inspection.run_folders import WEB_ADDRESS, find_runs, without_display
     from stack.parameters import suggestion
 
     known = {run.name: run for run in find_runs(context.obj)}
@@ -185,7 +185,7 @@ def _delete(parent: Path, runs: "list[RunFolderEntry]", yes: bool) -> None:
     Raises:
         InputError: there is nobody to ask, or a run cannot be deleted.
     """
-    from missions.inspection.runs import delete_run, size_text
+    from missions.inspection.run_folders import delete_run, size_text
 
     if not runs:
         typer.echo("nothing to delete")

@@ -32,7 +32,7 @@ def watch(
         _list(run)
         return
     from missions.execution.supervision.watching import watch_run
-    from missions.inspection.runs import is_run_folder
+    from missions.inspection.run_folders import is_run_folder
 
     folder = next((one for one in (Path(run), RUNS / run) if run and is_run_folder(one)), None)
     if not on_a_terminal():

@@ -57,6 +57,11 @@ def children_of(step: Step) -> tuple[Step, ...]:
     )  # fmt: skip
 
 
+def steps_below(step: Step, trees: Mapping[str, Tree]) -> tuple[Step, ...]:
+    """Return the children of a step, those of a used tree included."""
+    return (*children_of(step), *(trees[step.uses].roots if step.uses else ()))
+
+
 def steps_of(step: Step) -> Iterator[Step]:
     """Yield a step and everything below it, in the order of the file; trees are not expanded."""
     stack = [step]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from missions.language.analysis.claims import Claims
 from missions.language.analysis.data_flow import once_per_step
 from missions.language.expressions.expression import CheckedExpression
-from missions.language.expressions.terms import Binary, Literal, Named, Term, Unary
+from missions.language.expressions.terms import Binary, Literal, Named, Term
 from missions.language.step import Codes, Event, Step, Tree
 from stack.documents import Finding, Findings, Mark
 from stack.parameters import did_you_mean, nearest
@@ -135,7 +135,7 @@ class FailureCheck:
             self._defined("error", place.handled, expression, place)
         if "attempt" in names:
             self._defined("attempt", place.counts, expression, place)
-        for term in _terms(expression.term):
+        for term in expression.term.walk():
             code = _compared(term)
             if code is not None:
                 self._compared_with(term, code, expression.mark, place)
@@ -181,12 +181,3 @@ def _compared(term: Term) -> str | None:
             if isinstance(other, Named) and other.name in FailureCode.__members__:
                 return other.name
     return None
-
-
-def _terms(term: Term) -> Iterator[Term]:
-    yield term
-    if isinstance(term, Binary):
-        yield from _terms(term.left)
-        yield from _terms(term.right)
-    elif isinstance(term, Unary):
-        yield from _terms(term.operand)

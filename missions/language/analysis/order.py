@@ -14,7 +14,7 @@ from missions.language.analysis.conditions import (
     KnownValues,
     Verdicts,
 )
-from missions.language.analysis.data_flow import Written, children_of, once_per_step
+from missions.language.analysis.data_flow import Written, once_per_step, steps_below
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.step import Event, Order, Step, Tree
@@ -221,8 +221,7 @@ class OrderCheck:
     def writes(self, step: Step) -> Written:
         """Return every key that a step may write."""
         found: Written = dict.fromkeys(step.writes())
-        used = self.trees[step.uses].roots if step.uses else ()
-        for child in (*children_of(step), *used):
+        for child in steps_below(step, self.trees):
             found.update(self.writes(child))
         return found
 
@@ -233,8 +232,7 @@ class OrderCheck:
         recover, last = step.modifiers.recover, step.modifiers.finally_
         for after_failure in (*(recover.recoveries if recover else ()), *((last,) if last else ())):
             found.update(self.writes(after_failure))
-        used = self.trees[step.uses].roots if step.uses else ()
-        for child in (*children_of(step), *used):
+        for child in steps_below(step, self.trees):
             found.update(self.repairs(child))
         return found
 

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from itertools import pairwise
 from typing import Any
 
-from missions.language.analysis.data_flow import children_of, once_per_step
+from missions.language.analysis.data_flow import children_of, once_per_step, steps_below
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.analysis.ranges import range_hint
 from missions.language.expressions.scope import UNSET, Symbol
@@ -206,8 +206,8 @@ class OutcomeCheck:
     @once_per_step
     def moves(self, step: Step) -> bool:
         """Return whether a step, with the trees it uses, may move the robot."""
-        used = self.trees[step.uses].roots if step.uses else ()
-        return step.moves_robot or any(self.moves(child) for child in (*used, *children_of(step)))
+        below = steps_below(step, self.trees)
+        return step.moves_robot or any(self.moves(child) for child in below)
 
     @once_per_step
     def begins_to_move(self, step: Step) -> bool:

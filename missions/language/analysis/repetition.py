@@ -145,7 +145,7 @@ class RepetitionCheck:
             None,
         )
         if not again and certain is not None:
-            sentence = f"the round_robin runs once, and {certain.title} cannot fail: "
+            sentence = f"{step.title} runs once, and {certain.title} cannot fail: "
             sentence += "the children after it never run"
             hint = "put it below a `repeat`, or use a sequence"
             finding = Finding(step.mark, "W128", sentence, hint)

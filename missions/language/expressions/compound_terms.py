@@ -9,7 +9,7 @@ from typing import Any
 
 from missions.language.expressions.arithmetic import item_at, limited_list, limited_text
 from missions.language.expressions.functions import FUNCTIONS
-from missions.language.expressions.terms import Check, Evaluate, Literal, Names, Term
+from missions.language.expressions.terms import Check, Evaluate, Literal, Names, ShownTerm, Term
 from missions.language.expressions.value_types import (
     ANYTHING,
     INT,
@@ -20,11 +20,9 @@ from missions.language.expressions.value_types import (
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class Call(Term):
     """`min(a, b)`: a call of one of `FUNCTIONS`."""
 
-    at: int
-    end: int
     name: str
     arguments: tuple[Term, ...]
 
@@ -45,17 +43,14 @@ class Call:
         values = [term.bind(names) for term in self.arguments]
         return lambda: apply(*[value() for value in values])
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        for term in self.arguments:
-            yield from term.named()
+    def parts(self) -> tuple[Term, ...]:
+        return self.arguments
 
 
 @dataclass(frozen=True, slots=True)
-class Index:
+class Index(ShownTerm):
     """`$list[0]`: an item of a list."""
 
-    at: int
-    end: int
     items: Term
     index: Term
 
@@ -74,16 +69,18 @@ class Index:
         items, index = self.items.bind(names), self.index.bind(names)
         return lambda: item_at(items(), index())
 
+    def parts(self) -> tuple[Term, ...]:
+        return self.items, self.index
+
     def named(self) -> Iterator[tuple[int, Term]]:
         yield from self.index.named()
         yield self.end, self
 
 
 @dataclass(frozen=True, slots=True)
-class ListTerm:
+class ListTerm(Term):
     """`[$a, $b]`."""
 
-    at: int
     items: tuple[Term, ...]
 
     def check(self, check: Check) -> ValueType:
@@ -101,37 +98,38 @@ class ListTerm:
         values = [term.bind(names) for term in self.items]
         return lambda: limited_list([value() for value in values])
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        for term in self.items:
-            yield from term.named()
+    def parts(self) -> tuple[Term, ...]:
+        return self.items
 
 
 @dataclass(frozen=True, slots=True)
-class TextTerm:
+class TextTerm(Term):
     """A text with placeholders as a value of `set`.
 
     Attributes:
-        parts: plain texts as literals, and the terms of the placeholders with their types.
+        pieces: plain texts as literals, and the terms of the placeholders with their types.
         formatter: returns a function that formats values of a type.
     """
 
-    at: int
-    parts: tuple[tuple[Term, ValueType], ...]
+    pieces: tuple[tuple[Term, ValueType], ...]
     formatter: Callable[[ValueType, Callable[[Any], str]], Callable[[Any], str]]
 
     def check(self, check: Check) -> ValueType:
         check.may_fail = True
-        for term, _ in self.parts:
+        for term, _ in self.pieces:
             term.check(check)
         return TEXT
 
     def bind(self, names: Names) -> Evaluate:
         describe = names.bindings.context.describe
         made: list[Callable[[], str]] = []
-        for term, kind in self.parts:
+        for term, kind in self.pieces:
             form = str if isinstance(term, Literal) else self.formatter(kind, describe)
             made.append(partial(_formatted, term.bind(names), form))
         return lambda: limited_text("".join([part() for part in made]))
+
+    def parts(self) -> tuple[Term, ...]:
+        return tuple(term for term, _ in self.pieces)
 
     def named(self) -> Iterator[tuple[int, Term]]:
         return iter(())

@@ -144,7 +144,7 @@ class _Parser:
             self.expect(")")
             return inner
         if token.text == "[":
-            return ListTerm(token.at, self.sequence("]")[0])
+            return ListTerm(token.at, self.sequence("]"))
         found = repr(token.text) if token.kind == "operator" else "the end"
         hint = _HINTS.get(token.text, "") if token.kind == "operator" else "write a value behind it"
         raise ExpressionError(token.at, f"expected a value, got {found}", hint)
@@ -175,17 +175,17 @@ class _Parser:
         if token.text == DISTANCE:
             target = self.expression(0)
             return Distance(token.at, self.expect(")").end, target)
-        arguments, end = self.sequence(")")
-        return Call(token.at, end.end, token.text, arguments)
+        return Call(token.at, token.text, self.sequence(")"))
 
-    def sequence(self, closing: str) -> tuple[tuple[Term, ...], Token]:
+    def sequence(self, closing: str) -> tuple[Term, ...]:
         """Read terms separated by commas, and the closing bracket."""
         terms: list[Term] = []
         while not (self.next.kind == "operator" and self.next.text == closing):
             if terms or self.next.kind == "end":
                 self.separator(closing)
             terms.append(self.expression(0))
-        return tuple(terms), self.take()
+        self.take()
+        return tuple(terms)
 
     def separator(self, closing: str) -> None:
         """Read a comma; in a YAML mapping in braces an unquoted expression ends at its comma."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -83,32 +84,50 @@ class Check:
         return found
 
 
-class Term(Protocol):
-    """A part of an expression."""
+@dataclass(frozen=True, slots=True)
+class Term(ABC):
+    """A part of an expression; `at` is its offset in the source."""
 
-    @property
-    def at(self) -> int:
-        """Offset in the source."""
-        ...
+    at: int
 
+    @abstractmethod
     def check(self, check: Check) -> ValueType:
         """Return the type; record problems in `check`."""
-        ...
 
+    @abstractmethod
     def bind(self, names: Names) -> Evaluate:
         """Return a function that evaluates the term."""
-        ...
+
+    def parts(self) -> tuple[Term, ...]:
+        """Return the terms that it combines."""
+        return ()
+
+    def walk(self) -> Iterator[Term]:
+        """Yield the term and all that it combines."""
+        yield self
+        for part in self.parts():
+            yield from part.walk()
 
     def named(self) -> Iterator[tuple[int, Term]]:
         """Yield the terms whose values an explanation shows, with the offset after each."""
-        ...
+        for part in self.parts():
+            yield from part.named()
 
 
 @dataclass(frozen=True, slots=True)
-class Literal:
+class ShownTerm(Term):
+    """A term whose value an explanation shows; `end` is the offset after it."""
+
+    end: int
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        yield self.end, self
+
+
+@dataclass(frozen=True, slots=True)
+class Literal(Term):
     """A number, a text, true, false or a failure code."""
 
-    at: int
     value: Any
     type: ValueType
 
@@ -119,16 +138,11 @@ class Literal:
         value = self.value
         return lambda: value
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        return iter(())
-
 
 @dataclass(frozen=True, slots=True)
-class Reference:
+class Reference(ShownTerm):
     """`$name`."""
 
-    at: int
-    end: int
     name: str
 
     def check(self, check: Check) -> ValueType:
@@ -141,16 +155,11 @@ class Reference:
     def bind(self, names: Names) -> Evaluate:
         return names.reader(self.name)
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        yield self.end, self
-
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class Named(ShownTerm):
     """A value of the robot: `battery.charge`, or a failure code in capitals."""
 
-    at: int
-    end: int
     name: str
 
     def check(self, check: Check) -> ValueType:
@@ -206,11 +215,9 @@ class Named:
 
 
 @dataclass(frozen=True, slots=True)
-class Distance:
+class Distance(ShownTerm):
     """`pose.distance_to(...)`."""
 
-    at: int
-    end: int
     target: Term
 
     def check(self, check: Check) -> ValueType:
@@ -224,8 +231,8 @@ class Distance:
         target, context = self.target.bind(names), names.bindings.context
         return lambda: context.robot.localisation.pose.distance_to(target())
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        yield self.end, self
+    def parts(self) -> tuple[Term, ...]:
+        return (self.target,)
 
 
 POSE_FIELDS = {
@@ -236,11 +243,9 @@ POSE_FIELDS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class Field(ShownTerm):
     """`$pose.x`, `.y` or `.heading`."""
 
-    at: int
-    end: int
     target: Term
     name: str
 
@@ -262,16 +267,14 @@ class Field:
         target, read = self.target.bind(names), operator.attrgetter(self.name)
         return lambda: read(target())
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        yield self.end, self
+    def parts(self) -> tuple[Term, ...]:
+        return (self.target,)
 
 
 @dataclass(frozen=True, slots=True)
-class IsSet:
+class IsSet(ShownTerm):
     """`$key is set`, `$key is not set`."""
 
-    at: int
-    end: int
     name: str
     wanted: bool
 
@@ -298,10 +301,9 @@ class IsSet:
 
 
 @dataclass(frozen=True, slots=True)
-class Unary:
+class Unary(Term):
     """`not a` or `-a`."""
 
-    at: int
     word: str
     operand: Term
 
@@ -317,8 +319,8 @@ class Unary:
         value, negative = self.operand.bind(names), arithmetic.negative
         return (lambda: not value()) if self.word == "not" else (lambda: negative(value()))
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        return self.operand.named()
+    def parts(self) -> tuple[Term, ...]:
+        return (self.operand,)
 
 
 _FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
@@ -330,10 +332,9 @@ _LOGIC, _EQUALITY, _ORDER = ("and", "or"), ("==", "!="), ("<", "<=", ">", ">=")
 
 
 @dataclass(frozen=True, slots=True)
-class Binary:
+class Binary(Term):
     """`a < b`, `a and b`, `a + b`…"""
 
-    at: int
     word: str
     left: Term
     right: Term
@@ -380,9 +381,8 @@ class Binary:
         apply = _FUNCTIONS[self.word]
         return lambda: apply(left(), right())
 
-    def named(self) -> Iterator[tuple[int, Term]]:
-        yield from self.left.named()
-        yield from self.right.named()
+    def parts(self) -> tuple[Term, ...]:
+        return self.left, self.right
 
 
 def common_number(check: Check, at: int, left: ValueType, right: ValueType, verb: str) -> ValueType:

@@ -3,8 +3,7 @@
 A kind is one file: its word, its doc, its keys, what it answers to the analyses (`Step`), how it is
 read, its node of the tree and an example. The reader, the checks, the compiler, the
 language server, the tables of docs/reference.md, `treepilot describe` and the drawings of trees
-take them from here. A new kind needs its file, its line in `NODES`, and its word in
-MISSION_WORDS of behaviours/catalogue.py (a test names it).
+take them from here. A new kind needs its file and its line in `NODES`.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class ForEach(Decorator):
     def advance(self, fresh: bool) -> Status:
         if fresh:
             self.items, self.index, self.left_out = list(self.loop.items()), 0, 0
-        child: Any = self.child
+        child = self.child
         first = self.index
         while self.index < len(self.items):
             if child.status is not Status.RUNNING:
@@ -79,15 +79,14 @@ class ForEach(Decorator):
         return f"{self.loop.variable} = {self.execution.describe(self.items[self.index])}"
 
 
+@dataclass(frozen=True, slots=True)
 class Loop:
     """The loop of a ForEach: source of the items and writer of the loop variable."""
 
-    def __init__(
-        self, variable: str, items: Callable[[], list[Any]], write: Callable[[Any], None],
-        skip_failures: bool,
-    ) -> None:  # fmt: skip
-        self.variable, self.items, self.write = variable, items, write
-        self.skip_failures = skip_failures
+    variable: str
+    items: Callable[[], list[Any]]
+    write: Callable[[Any], None]
+    skip_failures: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,7 @@ from missions.language.values import (
     ExpressionValue,
     Value,
 )
-from missions.trees.latch import Read, latches
+from missions.trees.latch import Read
 from missions.trees.leaves import LeafNode
 from missions.trees.node import Node
 from missions.trees.outputs import Outputs
@@ -164,9 +164,7 @@ class LeafStep(Step):
                     reads.append(frame.checked(value, self.behaviour.ports[name]))
                     leaf.bind_input(name, reads[-1])
             outputs = _bind_outputs(self, leaf, frame)
-        node = LeafNode(leaf, builder.execution, outputs)
-        node.latches = latches(*reads)
-        return node
+        return LeafNode(leaf, builder.execution, outputs).taking(*reads)
 
     def _leaf(self, builder: TreeBuilder, frame: Frame) -> Behaviour:
         label = self.name or self.kind.rpartition(".")[2]

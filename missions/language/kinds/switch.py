@@ -68,10 +68,7 @@ class Switch(InnerNode, composites.Composite):
                 return self.execution.fail(self, Failure(FailureCode.CHECK_FAILED, sentence))
         child: Any = self.current_child
         run(child)
-        if child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, child)
-        skipped = child.skipped and child.status is Status.SUCCESS
-        return self.skip() if skipped else child.status
+        return self.outcome_of(child)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,6 @@ from missions.language.step import Outcomes, Step, TreeBuilder
 from missions.language.values import Constant, Value
 from missions.trees.context import Execution
 from missions.trees.latch import Read as ReadValue
-from missions.trees.latch import latches
 from missions.trees.node import Decorator, Node, run
 from missions.trees.slots import Frame, Slot, Write
 from stack.parameters import REQUIRED, Declaration, suggestion
@@ -127,8 +126,7 @@ class UseStep(Step):
         inside = Frame(execution, readers, writers, frame.attempts, frame.handled, always_set)
         root = builder.events(tree.events, builder.step(tree.root, inside), inside)
         used = Subtree(self.name or self.tree, root, execution, unbound, optional)
-        used.latches = latches(*inputs)
-        return used
+        return used.taking(*inputs)
 
 
 def _read(reader: NodeReading, written: Written, context: NameContext) -> UseStep | None:

@@ -163,10 +163,7 @@ class CaseReader:
         for item in _items(node):
             self.words.choice(item, words)
             if item.value not in words and not _is_own_code(item):
-                hint = suggestion(str(item.value), words)
-                if str(item.value).isupper():
-                    hint += "; write your own codes in quotes"
-                self._error(item, f"expected an outcome, got {item.words()}", hint)
+                self._error(item, f"expected an outcome, got {item.words()}", _hint(item, words))
         return tuple(str(item.value) for item in _items(node)) or (SUCCESS,)
 
     # Changes
@@ -260,16 +257,11 @@ class CaseReader:
                 self._error_at(marks[f"ran {name}"], sentence)
 
     def _word(self, word: str, node: Node) -> str:
-        words = STATUS_WORDS
-        if word == "failure":
-            words = tuple(FailureCode.__members__)
+        is_code = word == "failure"
+        words = tuple(FailureCode.__members__) if is_code else STATUS_WORDS
         self.words.choice(node, words)
-        if word == "failure" and _is_own_code(node):
-            return str(node.value)
-        if node.value not in words:
-            hint = suggestion(str(node.value), words)
-            if word == "failure" and str(node.value).isupper():
-                hint += "; write your own codes in quotes"
+        if node.value not in words and not (is_code and _is_own_code(node)):
+            hint = _hint(node, words) if is_code else suggestion(str(node.value), words)
             self._error(node, f"{word} cannot be {node.words()}", hint)
         return str(node.value)
 
@@ -357,6 +349,12 @@ class CaseReader:
 def _is_own_code(node: Node) -> bool:
     """Return whether a node is a failure code of the author: capitals in quotes."""
     return isinstance(node.value, str) and node.quoted and node.value.isupper()
+
+
+def _hint(node: Node, words: Iterable[str]) -> str:
+    """Return the hint for an unknown failure code."""
+    own = "; write your own codes in quotes" if str(node.value).isupper() else ""
+    return f"{suggestion(str(node.value), words)}{own}"
 
 
 def _items(node: Node | None) -> list[Node]:

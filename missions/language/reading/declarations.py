@@ -74,13 +74,8 @@ class DeclarationReader:
             if not entry.is_mapping:
                 layer[str(key.value)] = self._undeclared(key, entry, Role.KEY, "initial")
                 continue
-            section = Section(
-                entry,
-                self.findings,
-                f"the key {key.value!r}",
-                "E101",
-                {**{word: word for word in BLACKBOARD_KEY}, **KEY_WORDS},
-            )
+            words = {**{word: word for word in BLACKBOARD_KEY}, **KEY_WORDS}
+            section = Section(entry, self.findings, f"the key {key.value!r}", "E101", words).at(key)
             kind = self._type(section)
             initial = section.node_of("initial")
             section.value(OPTIONAL)
@@ -107,13 +102,8 @@ class DeclarationReader:
             if not entry.is_mapping:
                 layer[name] = self._undeclared(key, entry, Role.ARGUMENT, "default")
                 continue
-            section = Section(
-                entry,
-                self.findings,
-                f"the argument {name!r}",
-                "E101",
-                {**{word: word for word in ARGUMENT}, **ARGUMENT_WORDS},
-            )
+            words = {**{word: word for word in ARGUMENT}, **ARGUMENT_WORDS}
+            section = Section(entry, self.findings, f"the argument {name!r}", "E101", words).at(key)
             declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
             section.done()
@@ -159,7 +149,7 @@ class DeclarationReader:
         Defaults of `in` can refer to names in `scope`.
         """
         self._named(key, node, "trees", "tree")
-        section = Section(node, self.findings, f"the tree {key.value!r}", "E101", [*TREE])
+        section = Section(node, self.findings, f"the tree {key.value!r}", "E101", [*TREE]).at(key)
         other = next((word for word, _ in node.entries if word.value not in TREE), None)
         if other is not None and section.node.get("do") is None:
             sentence = (
@@ -192,7 +182,8 @@ class DeclarationReader:
             self.words.add(key, WordRole.DECLARED, owner="in")
             if entry.is_mapping:
                 self.words.keys(entry, "input")
-                section = Section(entry, self.findings, f"the input {name!r}", "E101", [*INPUT])
+                what = f"the input {name!r}"
+                section = Section(entry, self.findings, what, "E101", [*INPUT]).at(key)
                 kind, default = self._type(section), section.node_of("default")
                 section.value(Declaration("doc", str, default=""))
                 section.done()

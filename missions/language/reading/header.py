@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from missions.language.component_layers import layered
 from missions.language.expressions.scope import Symbol
 from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Component, Replay, Resources
@@ -15,7 +16,6 @@ from missions.language.reading.include import BESIDE
 from missions.language.reading.port_expressions import reference_name
 from missions.language.reading.robot import HeaderValues, RobotReader
 from missions.language.reading.words import WordRole, Words
-from missions.language.replacing import layered
 from stack.documents import Findings, Mark, Node, Section, read_file, require_kind
 from stack.documents.file_kinds import PARAMETERS
 from stack.errors import InputError, ParameterError

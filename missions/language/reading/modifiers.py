@@ -58,37 +58,36 @@ class ModifierReader:
         """
         for key, _ in raw.values():
             self.values.words.add(key, WordRole.MODIFIER, context.scope, kind)
-        inside = replace(context, knows_attempt=True)
+        inside, last = replace(context, knows_attempt=True), value_in(raw, "finally")
+        repeat = value_in(raw, "repeat")
+        until = repeat.get("until") if repeat is not None and repeat.is_mapping else None
         return Modifiers(
-            when=self._condition(raw, "when", context),
-            finally_=self.node(raw["finally"][1], context) if "finally" in raw else None,
-            while_=self._condition(raw, "while", context),
+            when=self._condition(value_in(raw, "when"), context),
+            finally_=self.node(last, context) if last is not None else None,
+            while_=self._condition(value_in(raw, "while"), context),
             keep_going=self._keeps_going(raw) and not is_loop,
             invert=self._inverts(raw),
-            repeat=self._repeat(raw, context),
-            until=self._until(raw, context),
+            repeat=self._repeat(repeat, context),
+            until=self._condition(until, context),
             recover=self._recover(raw, inside),
-            retry=self._retry(raw, context),
+            retry=self._retry(value_in(raw, "retry"), context),
             timeout=self._scalar(LIMIT, raw, context),
             every=self._scalar(PERIOD, raw, context),
         )
 
-    def _condition(
-        self, raw: RawModifiers, word: str, context: NameContext
-    ) -> CheckedExpression | None:
-        return self.values.expression(raw[word][1], context) if word in raw else None
+    def _condition(self, node: Node | None, context: NameContext) -> CheckedExpression | None:
+        return None if node is None else self.values.expression(node, context)
 
     def _scalar(
         self, declared: Declaration, raw: RawModifiers, context: NameContext
     ) -> Value | None:
-        if declared.name not in raw:
-            return None
-        return self.values.value(declared, raw[declared.name][1], context)
+        node = value_in(raw, declared.name)
+        return None if node is None else self.values.value(declared, node, context)
 
     def _keeps_going(self, raw: RawModifiers) -> bool:
-        if "on_failure" not in raw:
+        node = value_in(raw, "on_failure")
+        if node is None:
             return False
-        node = raw["on_failure"][1]
         self.values.words.choice(node, ON_FAILURE_WORDS)
         if node.value not in ON_FAILURE_WORDS:
             hint: str = suggestion(str(node.value), ON_FAILURE_WORDS)
@@ -96,12 +95,12 @@ class ModifierReader:
                 hint = "for a node after a failure write a list below `fallback:`"
             sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
             self.findings.add("E123", node.mark, sentence, hint)
-        return bool(node.value == "continue")
+        return keeps_going(raw)
 
-    def _repeat(self, raw: RawModifiers, context: NameContext) -> Value | None:
-        if "repeat" not in raw:
+    def _repeat(self, node: Node | None, context: NameContext) -> Value | None:
+        if node is None:
             return None
-        node, forever = raw["repeat"][1], MODIFIERS["repeat"].words
+        forever = MODIFIERS["repeat"].words
         if node.value in forever:
             self.values.words.choice(node, forever)
             return Constant(None, "forever")
@@ -117,28 +116,20 @@ class ModifierReader:
             sentence = f"repeat: expected a whole number from 1 on, got {node.words()}"
             self.findings.add("E132", node.mark, sentence, "or write `forever` or {until: …}")
             return None
-        return self._scalar(TIMES, raw, context)
-
-    def _until(self, raw: RawModifiers, context: NameContext) -> CheckedExpression | None:
-        node = raw["repeat"][1] if "repeat" in raw else None
-        until = node.get("until") if node is not None and node.is_mapping else None
-        if node is None or until is None:
-            return None
-        return self.values.expression(until, context)
+        return self.values.value(TIMES, node, context)
 
     def _inverts(self, raw: RawModifiers) -> bool:
-        if "invert" not in raw:
+        node = value_in(raw, "invert")
+        if node is None:
             return False
-        node = raw["invert"][1]
         self.values.words.choice(node, ("true", "false"))
         if not isinstance(node.value, bool):
             self.findings.add("E123", node.mark, f"invert is `true`, got {node.words()}")
         return node.value is True
 
-    def _retry(self, raw: RawModifiers, context: NameContext) -> Retry | None:
-        if "retry" not in raw:
+    def _retry(self, node: Node | None, context: NameContext) -> Retry | None:
+        if node is None:
             return None
-        node = raw["retry"][1]
         if _is_no_count(node):
             sentence = f"retry: expected a number of attempts from 1 on, got {node.words()}"
             hint = "write retry: 3; nothing is tried again for ever"
@@ -156,7 +147,7 @@ class ModifierReader:
     def _recover(self, raw: RawModifiers, inside: NameContext) -> Recover | None:
         if "recover" not in raw:
             return None
-        node, key = raw["recover"][1], raw["recover"][0]
+        key, node = raw["recover"]
         meant = self.values.keys(node, "recover", RECOVER, "E123", inside, _HINTS["recover"])
         if not node.is_mapping:
             sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
@@ -166,8 +157,7 @@ class ModifierReader:
             return None
         attempts = self._needed("recover", node, inside, meant)
         handling = replace(inside, knows_error=True)
-        unless = node.get("unless")
-        condition = self.values.expression(unless, handling) if unless else None
+        condition = self._condition(node.get("unless"), handling)
         if "round_robin" in meant and node.get("round_robin") is None:
             return None  # one finding for one mistake
         head = Head("round_robin", key.mark, "", Modifiers())
@@ -192,7 +182,8 @@ def _is_no_count(node: Node) -> bool:
 
 def keeps_going(raw: RawModifiers) -> bool:
     """Return whether a node has `on_failure: continue`."""
-    return "on_failure" in raw and bool(raw["on_failure"][1].value == "continue")
+    node = value_in(raw, "on_failure")
+    return node is not None and bool(node.value == "continue")
 
 
 def value_in(raw: RawModifiers, word: str) -> Node | None:

@@ -18,14 +18,14 @@ from missions.language.expressions.tokens import ExpressionError, Token, tokens
 from missions.language.expressions.value_types import BOOL, INT, POSE, ValueType
 from stack.documents import Node
 
-_REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
+REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
 
 
 def reference_name(node: Node) -> str | None:
     """Return the name if the node is an unquoted `$name`."""
     if node.quoted or not isinstance(node.value, str):
         return None
-    found = _REFERENCE.fullmatch(node.value)
+    found = REFERENCE.fullmatch(node.value)
     return found[1] if found else None
 
 
@@ -53,7 +53,7 @@ def computed_source(node: Node, kind: ValueType) -> str | None:
         return pose_source(node) if computed and len(parts) == len(node.items) else None
     if node.kind != "scalar" or not isinstance(node.value, str):
         return None
-    if node.quoted and _REFERENCE.fullmatch(node.value):
+    if node.quoted and REFERENCE.fullmatch(node.value):
         return None
     return node.value if mentions_a_name(node.value) else None
 
@@ -77,7 +77,7 @@ def mentions_a_name(text: str) -> bool:
     try:
         words = tokens(text)
     except ExpressionError:
-        return _REFERENCE.search(text) is not None
+        return REFERENCE.search(text) is not None
     return any(_is_name(word, after, len(words) > 2) for word, after in pairwise(words))
 
 

@@ -36,6 +36,7 @@ from missions.language.keys import Keys
 from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.item_types import Mismatch, item_type
 from missions.language.reading.port_expressions import (
+    REFERENCE,
     computed_source,
     is_text_with_placeholders,
     list_source,
@@ -57,7 +58,6 @@ from stack.documents import Findings, Mark, Node, iter_scalars
 from stack.errors import EvaluationError, Hint, ParameterError
 from stack.parameters import Declaration, suggestion
 
-_REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
 _ASSIGNMENT = re.compile(r"\$?(\w+)\s*:?=\s*(.+)")
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -327,7 +327,7 @@ class ValueReader:
     def _warn_of_reference_in_text(self, scalar: Node, context: NameContext) -> None:
         if not isinstance(scalar.value, str) or scalar.quoted:
             return
-        inside = _REFERENCE.search(scalar.value)
+        inside = REFERENCE.search(scalar.value)
         if inside and context.scope.lookup(inside[1]):
             sentence = f"{inside[0]} inside a text is not replaced by its value"
             hint = f"write ${{{inside[1]}}}, or quote the text"

@@ -11,7 +11,7 @@ from statistics import mean
 
 from missions.bench.bench import Bench, Rows, groups
 from missions.bench.course_bench import figures
-from missions.bench.runs import Case, Entry, Rules, Setup, TrialRow, with_controller
+from missions.bench.goal_runs import Case, Entry, Rules, Setup, TrialRow, with_controller
 from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from stack.errors import InputError

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from missions.bench.bench import Bench, Rows, groups
 from missions.bench.course_bench import figures
+from missions.bench.goal_runs import Entry, Rules, Setup, TrialRow, goal_of, with_controller
 from missions.bench.layout import write_world
-from missions.bench.people.oracle import Task, judge
-from missions.bench.people.oracle_picture import draw_verdict
-from missions.bench.runs import Entry, Rules, Setup, TrialRow, goal_of, with_controller
 from missions.bench.trial import run_trial, settings_of
 from missions.execution.prepare import RunOptions
 from stack.errors import InputError
 from tests.benchmarks.benchmark import FILES, Benchmark, Given, MoreOptions, table
 from tests.benchmarks.dyna_worlds import WORLDS, dyna_text
 from tests.benchmarks.layouts import Layout
+from tests.benchmarks.oracle import Task, judge
+from tests.benchmarks.oracle_picture import draw_verdict
 from tests.benchmarks.setups import with_choices
 
 FAST: dict[str, dict[str, str]] = {
@@ -37,6 +37,19 @@ open field, `mppi` needs no path to keep to; it searches widely and keeps farthe
 MISSION = FILES / "dyna.yaml"
 RULES = Rules(goal_radius=1.0, time_limit=100.0)
 CONTROLLERS, TRIALS = ("pure_pursuit", "mppi", "dwb"), 3
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedTrial(TrialRow):
+    """One row of the table.
+
+    Attributes:
+        possible: whether anybody could have reached the goal without a contact, by the oracle; None
+            where it cannot tell. oracle_time: seconds, earliest arrival.
+    """
+
+    possible: bool | None = None
+    oracle_time: float | None = None
 
 
 def entries_of(options: MoreOptions) -> list[Entry]:
@@ -72,7 +85,7 @@ def spread(worlds: int) -> tuple[str, ...]:
     return tuple(str(round(n * (WORLDS - 1) / max(1, worlds - 1))) for n in range(worlds))
 
 
-def run(entry: Entry, picture: Path) -> TrialRow:
+def run(entry: Entry, picture: Path) -> JudgedTrial:
     """Make one run, and say whether anybody could have passed.
 
     A run may stand for the time limit before its clock starts, and then drive for as long.
@@ -82,21 +95,24 @@ def run(entry: Entry, picture: Path) -> TrialRow:
     task = Task(plan.start, (goal,), rules.goal_radius, 2.0 * rules.time_limit)
     verdict = judge(plan.world, plan.robot, entry.trial, task)
     if verdict is None:
-        return row
+        return JudgedTrial(**asdict(row))
     if not row.success:
         draw_verdict(picture.with_stem(f"{picture.stem}-oracle"), verdict, (goal,))
-    return replace(row, possible=verdict.possible, oracle_time=verdict.time)
+    return JudgedTrial(**asdict(row), possible=verdict.possible, oracle_time=verdict.time)
 
 
-def table_of(runs: Sequence[TrialRow]) -> Rows:
+def table_of(runs: Sequence[JudgedTrial]) -> Rows:
     """Return a row for each setup."""
     return [
-        {"setup": setup, **figures(group.rows)}
+        {
+            "setup": setup, **figures(group.rows),
+            "impossible": sum(run.possible is False for run in group.rows),
+        }
         for setup, group in groups(runs, lambda run: run.setup).items()
-    ]
+    ]  # fmt: skip
 
 
-DYNA = Bench(TrialRow, entries_of, run, settings_of, table_of)
+DYNA = Bench(JudgedTrial, entries_of, run, settings_of, table_of)
 
 
 def measure(given: Given) -> Rows:

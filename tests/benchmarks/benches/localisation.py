@@ -14,7 +14,7 @@ import numpy as np
 from missions.bench.bench import CAUSES, FAILED, PASSED, Bench, Group, Row, Rows, groups
 from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.picture import Drawn, draw_run
-from missions.bench.resumable import measured
+from missions.bench.run_table import measured
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.run import Run
 from stack.types import FloatArray
@@ -97,7 +97,7 @@ def run_case(entry: LocalisationEntry, picture: Path) -> LocalisationRow:
     row = _row(entry, monitor, recorder, driven)
     if not row.success:
         truths, estimates = zip(*monitor.trace, strict=True) if monitor.trace else ((), ())
-        caption = [f"{row.title}: {row.cause}", case.command(entry.seed)]
+        caption = f"{row.title}: {row.cause}; {case.command(entry.seed)}"
         draw_run(picture, plan, Drawn((truths, estimates)), caption)
     return row
 

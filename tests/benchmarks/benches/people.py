@@ -17,15 +17,13 @@ import numpy as np
 from numpy.random import Generator
 
 from missions.bench.bench import Bench, Rows
-from missions.bench.people.runs import (
+from missions.bench.people_runs import (
     MODELS,
     PeopleCase,
     PeopleEntry,
-    PeopleRow,
     alone,
     check_people,
     figures,
-    run_entry,
     settings_of,
     write_shared_world,
 )
@@ -37,6 +35,7 @@ from stack.streams import stream
 from stack.types import Pose2D
 from tests.benchmarks.benches.shipped import FIRST_SEED
 from tests.benchmarks.benchmark import Benchmark, Given, MoreOptions, table
+from tests.benchmarks.judged import JudgedRow, impossible, run_judged
 from tests.benchmarks.layouts import Layout
 
 Point = tuple[float, float]
@@ -295,14 +294,17 @@ def _models(scene: str, options: MoreOptions) -> list[str]:
     return [model for model in options.people if model != "none" or scene == OFFICE]
 
 
-def table_of(rows: Sequence[PeopleRow]) -> Rows:
+def table_of(rows: Sequence[JudgedRow]) -> Rows:
     """Return a row of figures for each group of scenes and kind of people."""
     found: Rows = []
     for group in dict.fromkeys(group_of(row.scene) for row in rows):
         for model in MODELS:
             own = [row for row in rows if row.people == model and group_of(row.scene) == group]
             if own:
-                found.append({"scene": group, "people": model, **figures(own, alone(rows))})
+                found.append({
+                    "scene": group, "people": model, **figures(own, alone(rows)),
+                    "impossible": impossible(own),
+                })  # fmt: skip
     return found
 
 
@@ -313,7 +315,7 @@ def group_of(scene: str) -> str:
     return scene.split(",")[0]
 
 
-PEOPLE = Bench(PeopleRow, entries_of, run_entry, settings_of, table_of)
+PEOPLE = Bench(JudgedRow, entries_of, run_judged, settings_of, table_of)
 
 
 def measure(given: Given) -> Rows:

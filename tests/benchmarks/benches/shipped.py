@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from missions.bench.bench import Rows
+from collections.abc import Sequence
+
+from missions.bench.bench import Bench, Rows
 from missions.bench.course_bench import COURSE_BENCH
+from missions.bench.flats import entries_of, table_of
 from missions.bench.mission_runs import MISSIONS
-from missions.bench.people.flats import FLATS
-from missions.bench.people.runs import MODELS
+from missions.bench.people_runs import MODELS, settings_of
 from tests.benchmarks.benchmark import Benchmark, Given, table
+from tests.benchmarks.judged import JudgedRow, impossible, run_judged
 from tests.benchmarks.layouts import Layout
 from tests.benchmarks.setups import with_choices
 
@@ -29,9 +32,23 @@ def mission_table(given: Given) -> Rows:
     return [{name: row[name] for name in row if name != "x real time"} for row in rows]
 
 
+def judged_table(runs: Sequence[JudgedRow]) -> Rows:
+    """Return the table of `treepilot bench flats` with the number of impossible runs."""
+    return [
+        {**row, "impossible": impossible([
+            run for run in runs
+            if run.people == row["people"] and row["robot"] in (run.robot, "all")
+        ])}
+        for row in table_of(runs)
+    ]  # fmt: skip
+
+
+JUDGED_FLATS = Bench(JudgedRow, entries_of, run_judged, settings_of, judged_table)
+
+
 def flat_table(given: Given) -> Rows:
     """Return a row for each robot and kind of people, with seeds held out."""
-    return table(FLATS, given.options(
+    return table(JUDGED_FLATS, given.options(
         "flats", given.seeds(FIRST_SEED, given["worlds"]),
         robots=("scout", "jackal", "glide", "buggy"), people=MODELS,
     ))  # fmt: skip

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from missions.bench.bench import Options
 from missions.bench.course_bench import COURSE_BENCH, entries_of
 from missions.bench.courses import COURSES, Size
-from missions.bench.shortest import shortest_path_lengths
+from missions.bench.shortest_path import shortest_path_lengths
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world

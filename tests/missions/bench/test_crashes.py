@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from missions.bench.bench import PASSED, Bench, Options, Row
+from missions.bench.goal_runs import Case, Entry, Rules, Setup
 from missions.bench.mission_runs import MISSIONS, QUIET, MissionEntry
-from missions.bench.resumable import fill
-from missions.bench.runs import Case, Entry, Rules, Setup
+from missions.bench.run_table import fill
 from missions.bench.trial import run_trial
 from missions.execution.resources import WORLDS
-from missions.inspection.scaffold import new_component
+from missions.inspection.component_scaffold import new_component
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
 

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from missions.bench.bench import Options, robot_label
-from missions.bench.people.flats import (
+from missions.bench.flats import (
     FLATS,
     GOALS,
     START_CLEARANCE,
@@ -18,7 +18,7 @@ from missions.bench.people.flats import (
     make_flat,
     table_of,
 )
-from missions.bench.people.runs import (
+from missions.bench.people_runs import (
     MISSION,
     MODELS,
     FailureCodes,
@@ -26,7 +26,7 @@ from missions.bench.people.runs import (
     PeopleRow,
     settings_of,
 )
-from missions.bench.resumable import measured, record_settings
+from missions.bench.run_table import measured, record_settings
 from missions.inspection.file_scaffold import new_mission
 from robots.load import find_robot
 from stack.errors import InputError
@@ -123,11 +123,11 @@ def test_a_table_of_another_mission_world_or_robot_is_not_continued(tmp_path, mo
     mission = tmp_path / "flats.yaml"
     mission.write_text(MISSION.read_text("utf-8").replace("90 s", "80 s"), "utf-8")
     with monkeypatch.context() as changed:
-        changed.setattr("missions.bench.people.runs.MISSION", mission)
+        changed.setattr("missions.bench.people_runs.MISSION", mission)
         with pytest.raises(InputError, match="results of other settings"):
             record()
     with monkeypatch.context() as changed:
-        changed.setattr("missions.bench.people.flats.UNMAPPED", 0.5)
+        changed.setattr("missions.bench.flats.UNMAPPED", 0.5)
         with pytest.raises(InputError, match="results of other settings"):
             record()
     shutil.copytree(find_robot("scout", tmp_path).parent, tmp_path / "scout")
@@ -150,13 +150,15 @@ def test_a_table_of_another_mission_world_or_robot_is_not_continued(tmp_path, mo
 
 def test_a_run_that_is_not_over_at_its_limit_says_so(tmp_path, monkeypatch):
     """A drive that failed before and was recovered is not the cause."""
-    monkeypatch.setattr("missions.bench.people.runs.TIME_LIMIT", 2.0)
+    monkeypatch.setattr("missions.bench.people_runs.TIME_LIMIT", 2.0)
     failed = Event(
         0, 0, 1.0, "warning", "navigation", "task", "drive to (1.0, 2.0) failed",
         {"status": "failed", "code": "NO_PROGRESS", "moves": True},
     )  # fmt: skip
     monkeypatch.setattr(FailureCodes, "open", lambda codes, info: codes.event(failed))
     row = FLATS.row(entry(tmp_path, "none", 2), tmp_path)
+    (picture,) = (tmp_path / "failures").iterdir()
+    assert picture.name == "flats-scout-none-2.png"
     assert (row.status, row.failures) == ("failed", {"NO_PROGRESS": 1})
     assert row.cause == "not finished after 2 s"
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from missions.bench.generation.floor_plan import LEAST_CLEARANCE, FloorPlan
 from missions.bench.generation.worlds import KINDS, WorldOptions, generate
-from missions.bench.shortest import shortest_path_lengths
+from missions.bench.shortest_path import shortest_path_lengths
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.sim.people.loops import Walker

@@ -209,6 +209,7 @@ def test_new_missions_need_a_free_name_and_a_world(tmp_path):
         (("mission", "02_office_patrol"), "is the name of a shipped mission"),
         (("mission", "Patrol.yaml"), "without .yaml"),
         (("mission", "a", "--world", "ofice"), "did you mean 'office'?"),
+        (("behaviour", "switch"), "is a word of the mission language"),
     ):
         done = treepilot("new", *words, cwd=tmp_path)
         assert done.returncode == 2 and said in done.stderr

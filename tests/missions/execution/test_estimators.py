@@ -5,9 +5,9 @@ from textwrap import dedent
 import pytest
 
 from missions.execution.prepare import RunOptions, prepare
+from missions.inspection.component_scaffold import new_component
 from missions.inspection.listing import description_of, installed, rows_of
 from missions.inspection.parameter_sources import parameters_of
-from missions.inspection.scaffold import new_component
 from robots.load import find_robot
 from stack.errors import InputError, ParameterError
 from stack.types import Pose2D

@@ -32,17 +32,17 @@ class NearEnough(GoalChecker):
         return state.pose.distance_to(self.goal) <= self.parameters.radius
 
 
-class OldWay:
-    """A controller as earlier versions accepted it."""
+class NoBase:
+    """A controller whose author forgot the base class."""
 
     @dataclass(frozen=True)
     class Parameters:
         """None."""
 
-    def set_path(self, path):
-        self.path = path
+    def set_segment(self, segment):
+        self.segment = segment
 
-    def command(self, state):
+    def step(self, state):
         raise NotImplementedError
 '''
 MISSION = """mission: near
@@ -82,8 +82,8 @@ def test_a_goal_checker_of_a_plugin_is_chosen_by_its_name(mission):
 @pytest.mark.parametrize(
     ("navigation", "sentence"),
     [
-        ("{controller: old_way}", "it does not inherit treepilot.Controller; "
-                                  "write `class OldWay(Controller):`"),
+        ("{controller: no_base}", "it does not inherit treepilot.Controller; "
+                                  "write `class NoBase(Controller):`"),
         ("{goal_checker: near}", "there is no goal checker 'near'"),
     ],
 )  # fmt: skip

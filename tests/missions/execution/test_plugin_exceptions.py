@@ -8,7 +8,7 @@ import pytest
 
 from behaviours.scaffold import new_behaviour
 from missions import run
-from missions.inspection.scaffold import new_component
+from missions.inspection.component_scaffold import new_component
 from stack.errors import InputError
 
 MISSION = """mission: broken

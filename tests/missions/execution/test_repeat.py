@@ -12,7 +12,7 @@ from missions.execution.records.inputs import read_inputs
 from missions.execution.repeat import repeat_run
 from missions.execution.running import run_mission
 from missions.inspection.packing import pack, unpack
-from missions.inspection.runs import find_runs
+from missions.inspection.run_folders import find_runs
 from stack.errors import InputError
 
 ROOT = Path(__file__).parents[3]

@@ -8,9 +8,10 @@ import pytest
 
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS, mission_files
-from missions.inspection.check import check_files, drawing
+from missions.inspection.check import check_files, drawing, with_source_line
 from missions.inspection.diagnosis import FileKind, file_kind, findings_of
 from missions.language.reading.words import Draft
+from stack.documents import Finding, Mark
 from stack.errors import InputError
 from tests.missions.editor.lsp_client import Client
 from tests.missions.mutated.mutations import mutated
@@ -152,3 +153,13 @@ def test_the_map_of_an_argument_is_beside_a_mission_that_is_named_from_elsewhere
     file.write_text(f"mission: a\nworld: office\nrobot: scout\n{argument}run: {{wait: 1 s}}\n")
     [finding] = findings_of(file)
     assert finding.sentence.startswith("sub/maps/flat: ")
+
+
+def test_a_finding_is_shown_with_its_line_and_a_caret():
+    finding = Finding(Mark("a.yaml", 2, 8), "E140", "there is no $dok", "did you mean '$dock'?")
+    assert with_source_line(finding, ["run:", "  wait: $dok"]) == (
+        "a.yaml:2:8 error[E140] there is no $dok; did you mean '$dock'?\n"
+        "    2 |   wait: $dok\n"
+        "      |        ^"
+    )
+    assert with_source_line(finding, []) == str(finding)

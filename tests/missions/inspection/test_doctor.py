@@ -7,7 +7,7 @@ import pytest
 from missions.execution.resources import MISSIONS
 from missions.inspection.doctor import examine, show_world
 from missions.inspection.doctor_lidars import is_robot
-from missions.inspection.map_picture import FOOTER, GRID, TEXT
+from missions.map_picture import FOOTER, GRID, TEXT
 from robots.load import find_robot
 from stack.errors import InputError
 from tests.stack.sim.gazebo_text import collision_model, gazebo_world

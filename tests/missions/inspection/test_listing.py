@@ -2,15 +2,16 @@
 
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 
 from missions.execution.component_choices import SETTINGS, chosen
 from missions.execution.prepare import diagnose
 from missions.execution.resources import MISSIONS, find_mission
+from missions.inspection.component_scaffold import new_component
 from missions.inspection.listing import COMPONENTS, description_of, installed, rows_of
 from missions.inspection.parameter_descriptions import LISTS
-from missions.inspection.scaffold import new_component
 from stack.components import available, component
 from stack.costmap.choosing import read_layers
 from stack.costmap.parameters import CostmapParameters
@@ -53,6 +54,21 @@ def test_the_settings_of_fixed_parts_are_described():
     assert "pose_history" in whole and "--expert" not in whole
     with pytest.raises(InputError, match="did you mean 'obstacle_memory'"):
         description_of("obstacle_memor", installed())
+
+
+def test_everything_with_a_name_is_described(mission):
+    text = description_of("depth", installed())
+    layer, settings = text.split("\n\nsettings ")
+    assert layer.startswith("costmap layer depth: Obstacles from depth cameras")
+    assert settings.startswith("depth: Use of the depth cameras") and "obstacles " in settings
+    Path(mission).with_name("mine").joinpath("jackal.py").write_text(
+        "from treepilot import Behaviour, Status\n\n\n"
+        "class Jackal(Behaviour):\n"
+        '    """Howl."""\n\n'
+        "    def update(self) -> Status:\n        return Status.SUCCESS\n"
+    )
+    both = description_of("jackal", installed(mission))
+    assert both.startswith("behaviour jackal: Howl.") and "\n\nrobot jackal" in both
 
 
 @pytest.mark.parametrize("name", ["controller", "controllers"])

@@ -104,6 +104,22 @@ def test_a_list_of_zones_is_shown_by_their_names() -> None:
     assert values["speed_limits.zones"] == "meeting room"
 
 
+def test_layers_and_safety_zones_are_shown_with_what_their_list_sets() -> None:
+    found = {item.name: item for item in parameters_of("16_house_rules") if item.is_set}
+    layers, zones = found["costmap.layers"], found["safety.zones"]
+    assert layers.value == "static, obstacle, denoise, keepout, preferred_lanes, social"
+    assert layers.source == f"16_house_rules.yaml:{line_of('16_house_rules', '- static')}"
+    assert zones.value == "bumper, near"
+    assert found["preferred_lanes.cost_outside"].value == "30"
+    assert (found["keepout.zones"].value, found["keepout.zones"].source) == (
+        "wet floor", layers.source,
+    )  # fmt: skip
+    usual = {item.name: item for item in parameters_of("01_drive_to_a_point")}
+    assert usual["costmap.layers"].value.startswith("static, obstacle")
+    assert usual["safety.zones"].value == "none"
+    assert not usual["costmap.layers"].is_set and not usual["safety.zones"].is_set
+
+
 def test_a_run_takes_parameters() -> None:
     near = {"goal": "[2.6, 2.2, 45 deg]"}
     settings = {"controller.cruise_speed": "0.3"}

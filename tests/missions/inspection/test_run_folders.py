@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from missions.cli.running.runs import runs_app
-from missions.inspection.runs import (
+from missions.inspection.run_folders import (
     DISPLAYS,
     delete_run,
     find_runs,

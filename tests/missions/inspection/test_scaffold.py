@@ -10,7 +10,7 @@ import pytest
 import missions
 from missions.cli.new import new_robot
 from missions.execution.prepare import RunOptions, prepare
-from missions.inspection.scaffold import new_component
+from missions.inspection.component_scaffold import new_component
 from robots.load import read_robot
 from stack.errors import InputError
 

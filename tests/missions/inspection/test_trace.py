@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from missions.inspection import trace as tracing
-from missions.inspection.runs import find_run, find_runs
+from missions.inspection.run_folders import find_run, find_runs
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.event_log import event_line
 from stack.telemetry.records import Event

@@ -6,9 +6,7 @@ import sys
 import pytest
 
 from missions.language.codes import CODES
-from missions.language.rendering import render_each
 from missions.trees.compiler import compile_mission
-from stack.documents import Finding, Mark
 from stack.errors import InputError
 from stack.types import Pose2D
 from tests.missions.mission_fakes import read_text
@@ -142,16 +140,6 @@ def test_keys_that_may_have_been_written_can_be_read(tmp_path, guard):
           look: {{out: {{it: path}}, do: {{take_photo: {{}}, out: {{image: $it}}}}}}
         """,
     )
-
-
-def test_a_finding_is_rendered_with_its_line_and_a_caret():
-    finding = Finding(Mark("a.yaml", 2, 8), "E140", "there is no $dok", "did you mean '$dock'?")
-    assert render_each([finding], {"a.yaml": "run:\n  wait: $dok\n"}) == [
-        "a.yaml:2:8 error[E140] there is no $dok; did you mean '$dock'?\n"
-        "    2 |   wait: $dok\n"
-        "      |        ^"
-    ]
-    assert render_each([finding], {}) == [str(finding)]
 
 
 def test_every_code_says_what_to_do():

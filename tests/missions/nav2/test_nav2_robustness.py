@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from missions.execution.prepare import RunOptions, diagnose, prepare
 from missions.nav2 import equivalents as tables
+from missions.nav2.importer import class_name
 from missions.nav2.reading import Nav2Settings, read_nav2
-from missions.nav2.sheet import class_name
 from stack.costmap.choosing import LayerChoice
 from stack.errors import InputError
 from tests.missions.nav2.nav2_texts import PURE_PURSUIT, SHIPPED, check, read, values

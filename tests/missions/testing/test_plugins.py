@@ -6,6 +6,9 @@ import pytest
 from py_trees.common import Status
 
 from behaviours.motion.spin import Spin
+from missions.inspection.component_scaffold import new_component
+from missions.inspection.diagnosis import findings_of
+from missions.inspection.listing import installed
 from missions.testing.plugins import choose_component, describe_robot, make_behaviour
 from stack.errors import InputError, ParameterError
 
@@ -45,6 +48,22 @@ def test_a_behaviour_of_a_file_gets_values_as_a_mission_writes_them(folder):
     beep = make_behaviour("beep", {"time": "2 min"}, plugin=folder / "beep.py")
     beep.tick_once()
     assert (beep.name, beep.status, beep.left) == ("beep", Status.SUCCESS, 120.0)
+
+
+def test_a_word_of_the_language_names_no_behaviour_wherever_plugins_are_read(folder):
+    """`round_robin` in a mission is the node: a behaviour of that name would never run."""
+    (folder / "beep.py").write_text(BEEP.replace("Beep", "RoundRobin"))
+    mission = folder / "m.yaml"
+    mission.write_text(
+        "mission: m\nrobot: scout\nworld: office\nplugins: [./beep.py]\nrun: {say: a}\n"
+    )
+    word = "'round_robin' is a word of the mission language"
+    assert [item.code for item in findings_of(mission) if word in item.sentence] == ["E110"]
+    assert any(word in problem for problem in installed(str(mission)).problems)
+    with pytest.raises(InputError, match=word):
+        make_behaviour("round_robin", plugin=folder / "beep.py")
+    with pytest.raises(InputError, match="is a word of the mission language"):
+        new_component("planner", "round_robin", folder)
 
 
 def test_shipped_behaviours_and_leaves_of_py_trees_need_no_plugin():

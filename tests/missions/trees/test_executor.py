@@ -142,7 +142,7 @@ class Builder:
             "parallel": lambda: Parallel(name, children, execution, len(children)),
             "parallel that fails": lambda: Parallel(name, children, execution, len(children)),
             "retry": lambda: attempts.Retry(
-                one, execution, attempts.Attempts(lambda: 2), lambda: 0.0
+                name, one, execution, attempts.Attempts(lambda: 2), lambda: 0.0
             ),
             "repeat": lambda: decorators.Repeat(name, one, execution, lambda: 2),
             "on_failure": lambda: decorators.OnFailure(name, one, execution),

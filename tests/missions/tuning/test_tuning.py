@@ -9,11 +9,11 @@ import pytest
 from typer.testing import CliRunner
 
 from missions.bench.mission_runs import QUIET, MissionEntry, MissionRun
-from missions.bench.resumable import rows_in
+from missions.bench.run_table import rows_in
 from missions.cli.app import app
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
-from missions.tuning.findings import parameter_file, table_lines, write_findings
+from missions.tuning.results import parameter_file, table_lines, write_findings
 from missions.tuning.scoring import Score
 from missions.tuning.tuning import DEFAULT_WEIGHTS, TuneOptions, Tuning, TuningResult
 from stack.errors import InputError

@@ -148,7 +148,7 @@ WRONG = {  # `^` marks the place that must be reported
     "timeline: [^{when: {time: 1}, battery: 1, move_robot: [1, 1]}]": (
         "E201 a timeline entry has exactly one action, got move_robot and battery"
     ),
-    "timeline: [{when: {time: 1}, push: ^{over: 1}}]": "E201 `push` needs the key 'by'",
+    "timeline: [{when: {time: 1}, ^push: {over: 1}}]": "E201 `push` needs the key 'by'",
     "timeline: [{when: {time: 1}, push: {by: ^[1, 2]}}]": "E201 by: expected [dx, dy, dheading]",
     "timeline: [{when: {time: 1}, push: {by: [^11, 0, 0]}}]": "E201 dx: 11 m must be at most 10 m",
     "timeline: [{when: {time: 1}, push: {by: [1, 0, 0], frame: ^odom}}]": "E201 frame: ",

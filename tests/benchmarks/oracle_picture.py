@@ -8,9 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from missions.bench.people.oracle import Verdict
-from missions.bench.picture import BODY, GOAL, OBSTACLE, UNREACHED, write_page
+from missions.bench.picture import BODY, GOAL
 from stack.types import Pose2D
+from tests.benchmarks.oracle import Verdict
+from tests.benchmarks.pages import write_page
+
+OBSTACLE, UNREACHED = (70, 60, 50), (225, 225, 225)
+"""Colours: blue, green, red."""
 
 SMALLEST = 600
 """Pixels of the longer side, at least."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from string import Template
 
 from behaviours.scaffold import check_name, write_new
+from missions.language.sections import mission_words
 from stack.components import GROUPS, available, with_article
 from stack.errors import InputError
 
@@ -34,7 +35,7 @@ def new_component(kind: str, name: str, folder: Path) -> list[Path]:
     Raises:
         InputError: the name is invalid or in use, or a file of that name exists.
     """
-    check_name(name, with_article(KINDS[kind]))
+    check_name(name, with_article(KINDS[kind]), mission_words())
     known = available(KINDS[kind]) if KINDS[kind] in GROUPS else {}
     if name in known:
         taken = f"{name!r} is already {with_article(KINDS[kind])}, in {known[name]}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 
+from stack.columns import columns
 from stack.parameters import Declaration
 
 
@@ -34,12 +35,7 @@ def aligned(title: str, rows: Sequence[Sequence[str]]) -> str:
     """Return a title and rows in columns; empty without rows."""
     if not rows:
         return ""
-    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
-    lines = [
-        "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True))
-        for row in rows
-    ]
-    return "\n".join([f"{title}:", *(line.rstrip() for line in lines)])
+    return "\n".join([f"{title}:", *(f"  {line}" for line in columns(rows))])
 
 
 def shown(item: Declaration) -> str:

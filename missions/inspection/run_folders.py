@@ -16,6 +16,7 @@ from pathlib import Path
 from socket import gethostname
 from typing import Any
 
+from stack.columns import columns
 from stack.documents.files import JSON_BYTES, read_bytes
 from stack.errors import InputError
 from stack.parameters import suggestion
@@ -202,16 +203,11 @@ def table(runs: Sequence[RunFolderEntry]) -> list[str]:
         )
         for run in runs
     ]  # fmt: skip
-    widths = [max(map(len, column)) for column in zip(heading, *rows, strict=True)]
-    lines = [
-        "  ".join(
-            text.rjust(width) if number >= 4 else text.ljust(width)
-            for number, (text, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in (heading, *rows)
-    ]
     total = size_text(sum(run.size for run in runs))
-    return [*lines, f"{len(runs)} run{'' if len(runs) == 1 else 's'}, {total}"]
+    return [
+        *columns([heading, *rows], right=(4, 5)),
+        f"{len(runs)} run{'' if len(runs) == 1 else 's'}, {total}",
+    ]
 
 
 def _cell(text: str) -> str:

@@ -143,8 +143,6 @@ class TrialRow(Row):
         driven: metres. clearance: smallest true distance to any obstacle, metres.
         end: final x, y (metres) and heading (radians).
         wall_seconds: compute time.
-        possible: whether anybody could have reached the goal without a contact, by the oracle
-            (people/oracle.py); None where it cannot tell. oracle_time: seconds, earliest arrival.
     """
 
     setup: str
@@ -160,8 +158,6 @@ class TrialRow(Row):
     replans: int = 0
     end: tuple[float, ...] = (0.0, 0.0, 0.0)
     wall_seconds: float = 0.0
-    possible: bool | None = None
-    oracle_time: float | None = None
 
     @property
     def title(self) -> str:

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from missions.bench.bench import aligned
 from missions.tuning.scoring import MEASURES, Measure, Score, best_first
 from missions.tuning.tuning import TuningResult
+from stack.columns import columns
 from stack.documents import as_yaml, value_of
 
 TABLE, SCORES, BEST = "table.txt", "scores.json", "best.yaml"
@@ -34,7 +34,7 @@ def table_lines(tuned: TuningResult) -> Iterator[str]:
     baseline = tuned.scores[0]
     ranked = best_first(tuned.scores)
     names = [item.name for item in tuned.ranges]
-    yield from aligned([_header(names), *(
+    yield from columns([_header(names), *(
         [str(place), *_cells(score, baseline, names)] for place, score in enumerate(ranked, start=1)
     )])  # fmt: skip
     yield ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from missions.bench.bench import Bench, Options, Rows
 from missions.bench.generation.floor_plan import START_CLEARANCE, FloorPlan
 from missions.bench.generation.worlds import WorldOptions, generate
-from missions.bench.people.runs import (
+from missions.bench.people_runs import (
     MODELS,
     PeopleCase,
     PeopleEntry,
@@ -45,9 +44,8 @@ def make_flat(entry: PeopleEntry) -> PeopleCase:
     start, *others = names
     goals = [plan.places[(others or [start])[n % max(1, len(others))]] for n in range(GOALS)]
     _choose_people(plan, entry.people, start)
-    first = json.dumps(next(iter(plan.places)))
-    text = plan.text().replace(f"start: {first}", f"start: {start}")
-    return PeopleCase(write_shared_world(entry, kind, text), tuple(goals), len(plan.people))
+    file = write_shared_world(entry, kind, plan.text(start))
+    return PeopleCase(file, tuple(goals), len(plan.people))
 
 
 def _choose_people(plan: FloorPlan, model: str, start: str) -> None:

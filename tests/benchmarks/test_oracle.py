@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import islice
 from pathlib import Path
 
@@ -11,8 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.bench.people.flats import table_of
-from missions.bench.people.oracle import (
+from robots.load import find_robot, read_robot
+from stack.sim.worlds.world import Person
+from stack.sim.worlds.world_file import read_world
+from stack.streams import stream
+from stack.types import Pose2D
+from tests.benchmarks.benches.shipped import judged_table
+from tests.benchmarks.figures import block, write
+from tests.benchmarks.figures import read as read_figures
+from tests.benchmarks.judged import JudgedRow
+from tests.benchmarks.oracle import (
     STEP,
     Ground,
     Task,
@@ -22,14 +30,7 @@ from missions.bench.people.oracle import (
     search,
     walks,
 )
-from missions.bench.people.oracle_picture import draw_verdict, sentence
-from robots.load import find_robot, read_robot
-from stack.sim.worlds.world import Person
-from stack.sim.worlds.world_file import read_world
-from stack.streams import stream
-from stack.types import Pose2D
-from tests.benchmarks.figures import block, write
-from tests.benchmarks.figures import read as read_figures
+from tests.benchmarks.oracle_picture import draw_verdict, sentence
 from tests.missions.bench.test_flats import ROW
 
 SPEED, RADIUS = 0.8, 0.22
@@ -229,9 +230,14 @@ def test_the_picture_shows_walls_and_bodies(tmp_path):
 
 
 def test_the_table_counts_impossible_runs_among_those_that_were_judged():
-    judged = [replace(ROW, possible=possible, seed=n) for n, possible in enumerate((True, False))]
-    reacting = replace(ROW, people="social_force")
-    rows = {row["people"]: row["impossible"] for row in table_of([*judged, ROW, reacting])}
+    rows = [
+        JudgedRow(**asdict(replace(ROW, people=people, seed=seed)), possible=possible)
+        for people, seed, possible in (
+            ("unaware", 0, True), ("unaware", 1, False), ("unaware", 2, None),
+            ("social_force", 0, None),
+        )
+    ]  # fmt: skip
+    rows = {row["people"]: row["impossible"] for row in judged_table(rows)}
     assert rows == {"unaware": "1/2", "social_force": ""}
 
 

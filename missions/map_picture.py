@@ -1,13 +1,14 @@
-"""Pictures of maps with coordinates, places and labels: `doctor --png`, `show world --png`."""
+"""Pictures of maps with coordinates, places and labels: `doctor`, `show world`, failed runs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from math import ceil, floor
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stack.errors import InputError
 from stack.types import OccupancyGrid, Pose2D
@@ -21,8 +22,9 @@ LARGEST = 4000
 LENGTHS = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5)
 """Possible lengths of the scale bar, metres."""
 
-FOOTER = 44
-"""Pixels below the map, for the title and the scale."""
+FOOTER, LINE, LETTER = 44, 20, 9
+"""Pixels: below the map, for the title and the scale; height of a line of the title, and width of
+a letter."""
 
 Colour = tuple[int, int, int]
 OUTSIDE: Colour = (10, 10, 10)
@@ -96,6 +98,11 @@ class MapPicture:
         least = max(4, self.pixels(radius))
         cv2.circle(self._image, self.pixel(x, y), least, colour, 2, cv2.LINE_AA)
 
+    def line(self, points: ArrayLike, colour: Colour) -> None:
+        """Draw a line through points (n, 2), world frame, metres."""
+        pixels = np.array([self.pixel(x, y) for x, y in np.asarray(points).tolist()], np.int32)
+        self._cv2.polylines(self._image, [pixels], False, colour, 2, self._cv2.LINE_AA)
+
     def place(self, name: str, pose: Pose2D, colour: Colour = TEXT) -> None:
         """Draw a named pose: a cross, a line in its heading, and its name."""
         cv2, at = self._cv2, self.pixel(pose.x, pose.y)
@@ -119,17 +126,20 @@ class MapPicture:
             InputError: the picture cannot be written.
         """
         columns = self._image.shape[1]
-        footer = np.full((FOOTER, columns, 3), OUTSIDE, dtype=np.uint8)
-        self._image = np.vstack([self._image, footer])
-        row = self._image.shape[0] - FOOTER // 2
         metres = self._length
+        lines = wrap(title, max(20, (columns - self.pixels(metres) - 40) // LETTER))
+        height = FOOTER + LINE * (len(lines) - 1)
+        row = self._image.shape[0] + FOOTER // 2
+        footer = np.full((height, columns, 3), OUTSIDE, dtype=np.uint8)
+        self._image = np.vstack([self._image, footer])
         left, right = columns - 16 - self.pixels(metres), columns - 16
         cv2 = self._cv2
         cv2.line(self._image, (left, row + 8), (right, row + 8), TEXT, 2)
         for column in (left, right):
             cv2.line(self._image, (column, row + 3), (column, row + 13), TEXT, 2)
         self._write(f"{metres:g} m", (left, row - 4), TEXT)
-        self._write(title, (12, row + 6), TEXT)
+        for number, line in enumerate(lines):
+            self._write(line, (12, row + 6 + LINE * number), TEXT)
         if path.suffix != ".png" or not cv2.imwrite(str(path), self._image):
             raise InputError(f"cannot write the picture {path}; the name must end in .png")
 

@@ -13,8 +13,7 @@ from typing import Any
 from missions.bench.bench import FAILED, PASSED, Group, Options, Row, robot_label
 from missions.bench.conditions import conditions, world_of
 from missions.bench.drive_recorder import DriveRecorder, is_end_of_motion
-from missions.bench.people.oracle import Task, judge
-from missions.bench.people.oracle_picture import draw_verdict
+from missions.bench.picture import Drawn, draw_run
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS
@@ -110,8 +109,6 @@ class PeopleRow(Row):
             Hall's zones.
         collision_time: smallest time to collision, seconds; None: never below 10.
         jerk: root mean square, m/s³. longest_stand: seconds. standoffs: of more than 20 s.
-        possible: whether anybody could have reached all goals without a contact, by the oracle;
-            None where it cannot tell. oracle_time: seconds, earliest arrival at the last goal.
     """
 
     scene: str
@@ -139,8 +136,6 @@ class PeopleRow(Row):
     longest_stand: float = 0.0
     standoffs: int = 0
     wall_seconds: float = 0.0
-    possible: bool | None = None
-    oracle_time: float | None = None
 
     @property
     def figures(self) -> str:
@@ -219,7 +214,7 @@ def settings_of(entry: PeopleEntry) -> dict[str, Any]:
 
 
 def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
-    """Make one run; draw what the oracle found if it failed or nobody could have passed.
+    """Make one run, and draw it if it fails.
 
     Raises:
         InputError: the mission or a parameter has errors.
@@ -234,11 +229,7 @@ def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
     people = report.people or NOBODY
     by = Counter(item["by"] for item in people["contacts"])
     whole = visited == len(case.goals) and not false
-    task = Task(plan.start, case.goals, FALSE_GOAL, TIME_LIMIT)
-    verdict = judge(plan.world, plan.robot, entry.seed, task)
-    if verdict is not None and not (whole and verdict.possible):
-        draw_verdict(picture, verdict, case.goals)
-    return PeopleRow(
+    row = PeopleRow(
         *entry.key, status=PASSED if whole else FAILED,
         cause="" if whole else _cause(report, recorder.time, false, codes.last),
         goals=len(case.goals), visited=visited, false_goals=false, persons=case.people,
@@ -249,9 +240,10 @@ def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
         intimate=people["seconds_intimate"], personal=people["seconds_personal"],
         collision_time=people["least_time_to_collision"], jerk=round(recorder.jerk, 3),
         longest_stand=people["longest_stand"], standoffs=people["standoffs"],
-        possible=None if verdict is None else verdict.possible,
-        oracle_time=None if verdict is None else verdict.time,
     )  # fmt: skip
+    if not row.success:
+        draw_run(picture, plan, Drawn((recorder.trace,), case.goals), row.line)
+    return row
 
 
 def _cause(report: Report, time: float, false_goals: int, last_failed: str) -> str:
@@ -282,12 +274,10 @@ def figures(rows: Sequence[PeopleRow], empty: Alone) -> dict[str, object]:
     times = [row.time / other.time for row, other in pairs if other is not None]
     ways = [row.driven / other.driven for row, other in pairs if other is not None]
     distances = [row.least_distance for row in rows if row.least_distance is not None]
-    judged = [row.possible for row in rows if row.possible is not None]
     group = Group(rows)
     return {
         "all goals": group.share(),
         "95 % interval": group.interval,
-        "impossible": f"{judged.count(False)}/{len(judged)}" if judged else "",
         "goals": f"{group.total(lambda row: row.visited)}/{group.total(lambda row: row.goals)}",
         "false": group.total(lambda row: row.false_goals),
         "drove into": group.total(lambda row: row.drove_into),
