@@ -56,6 +56,7 @@ from stack.robot import Perception as Perception
 from stack.robot import Robot as Robot
 from stack.robot import Task as Task
 from stack.streams import stream as stream
+from stack.telemetry.snapshots.recording import SnapshotRecording as SnapshotRecording
 from stack.types import FREE as FREE
 from stack.types import FREE_COST as FREE_COST
 from stack.types import INSCRIBED_COST as INSCRIBED_COST

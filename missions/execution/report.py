@@ -51,6 +51,7 @@ class Report:
         scans_dropped: by lidar, scans that could not be used: the odometry did not cover them, or a
             newer one was there; empty if all were used.
         people: measures of the drive among people (docs/worlds.md); empty without any.
+        format: version of this record; counted up when a key changes its meaning.
     """
 
     mission: str
@@ -89,6 +90,7 @@ class Report:
     links_lost: list[dict[str, Any]] = field(default_factory=list)
     people: dict[str, Any] = field(default_factory=dict)
     scans_dropped: dict[str, int] = field(default_factory=dict)
+    format: int = 1
 
     @property
     def exit_code(self) -> int:
