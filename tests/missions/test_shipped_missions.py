@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import yaml
 
 from missions.execution.build import build, run_info
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.resources import mission_files
+from missions.execution.resources import mission_files, world_files
+from missions.inspection.check import check_files
 from missions.language.keys import BLACKBOARD_KEY, EVENT, MISSION, MODIFIERS, RECOVER, REPEAT, RETRY
 from missions.language.kinds import NODES
 from missions.testing.session import run_files
@@ -36,6 +39,11 @@ def keys_of(value: object) -> set[str]:
     if isinstance(value, list):
         return set().union(*map(keys_of, value))
     return {value} if isinstance(value, str) else set()
+
+
+@pytest.mark.parametrize("file", [*mission_files(), *world_files()], ids=lambda file: file.stem)
+def test_shipped_files_have_no_errors(file: Path) -> None:
+    assert not [line for line in check_files([str(file)]) if line.finding.severity == "error"]
 
 
 def test_every_word_of_the_language_is_used_by_a_mission() -> None:
