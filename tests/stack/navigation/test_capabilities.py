@@ -185,20 +185,6 @@ def test_what_the_sensors_say_is_passed_on(rig):
     assert (rig.base.footprint, rig.map.markers) == (rig.world.robot.footprint, (MARKER,))
 
 
-@pytest.mark.parametrize(
-    "ask",
-    [
-        lambda p: p.navigate_to(Pose2D(3.0, 3.0)),
-        lambda p: p.navigate_through([Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)]),
-        lambda p: p.plan(Pose2D(3.0, 3.0)),
-        lambda p: p.spin(1.0),
-        lambda p: p.back_up(0.3),
-    ],
-)
-def test_what_is_asked_is_done(rig, ask):
-    assert rig.finish(ask(rig.base)) is TaskStatus.SUCCEEDED
-
-
 NEAR, FAR = Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)
 
 
