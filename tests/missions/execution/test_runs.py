@@ -29,14 +29,14 @@ ELSEWHERE = ("04_wall_follow",)
 """Missions whose runs test_wall_runs.py shares."""
 
 
-FIRST_SECONDS = 30.0
+FIRST_SECONDS = 20.0
 """Simulated seconds. `make wheel-test` runs all missions to their ends, as a user installs them."""
 
 SHORT = (
     "01_drive_to_a_point", "06_your_own_behaviour", "13_tight_garage", "14_any_angle",
     "15_turn_on_the_spot", "21_hotel_corridor",
 )  # fmt: skip
-"""Missions that end within their first seconds."""
+"""Missions that end within half a minute."""
 
 
 @pytest.fixture
@@ -77,10 +77,9 @@ def cancel(run: Run) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in (*TOGETHER, *ELSEWHERE)])
 def test_every_shipped_mission_succeeds_or_drives_without_a_collision_until_cancelled(begun, name):
-    run = begun(name, FIRST_SECONDS)
+    run = begun(name, 60.0 if name in SHORT else FIRST_SECONDS)
     report = asdict(run.draft())
-    assert run.is_over == (name in SHORT)
-    if run.is_over:
+    if name in SHORT:
         check_success(name, report)
     else:
         check_safe(name, report)
