@@ -14,7 +14,6 @@ from stack.navigation.capabilities.robot import RunningRobot
 from stack.navigation.tuning import Tuning
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
-    STANDSTILL,
     Battery,
     CameraModel,
     FailureCode,
@@ -26,7 +25,6 @@ from stack.types import (
     PoseEstimate,
     RivalPose,
     TaskStatus,
-    Twist,
 )
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
@@ -199,14 +197,6 @@ NEAR, FAR = Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)
 def test_the_ground_of_the_costmaps_is_made_to_hold_every_goal(rig, ask, poses):
     ask(rig.base)
     assert rig.covered == [poses]
-
-
-def test_a_velocity_is_driven_for_its_time(rig):
-    rig.step()
-    rig.base.drive_for(Twist(0.2), 0.5)
-    driven = rig.run(1.0)
-    assert driven.count(Twist(0.2)) == pytest.approx(10, abs=1)
-    assert driven[-1] == STANDSTILL
 
 
 def test_asking_for_a_picture_keeps_the_camera_on_for_a_second(rig):
