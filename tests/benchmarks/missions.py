@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
 from math import inf, isfinite
 from statistics import median
@@ -14,7 +13,8 @@ from missions.execution.prepare import RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import MISSIONS, load_world
 from missions.execution.running import run_mission
-from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.telemetry.records import Event, Snapshot
+from stack.telemetry.sinks import Sink
 from stack.types import FloatArray, Pose2D
 from tests.benchmarks.benchmark import in_order
 from tests.benchmarks.table import Rows
@@ -23,7 +23,7 @@ GOOD_AGAIN = 0.3
 """Metres between estimate and truth below which the pose counts as corrected."""
 
 
-class Trace:
+class Trace(Sink):
     """A telemetry sink that keeps events and the error of the estimate, ten times a second."""
 
     def __init__(self) -> None:
@@ -31,9 +31,6 @@ class Trace:
         self.errors: list[tuple[float, float, float]] = []
         self.truths: list[Pose2D] = []
         self._next = 0.0
-
-    def open(self, info: RunInfo) -> None:
-        """Nothing to prepare."""
 
     def event(self, event: Event) -> None:
         """Keep it."""
@@ -50,9 +47,6 @@ class Trace:
             error = snapshot.pose.distance_to(snapshot.truth)
             self.errors.append((snapshot.time, error, snapshot.health))
             self.truths.append(snapshot.truth)
-
-    def close(self, report: Mapping[str, Any] | None) -> None:
-        """Nothing to close."""
 
 
 def kidnap_table(seeds: int, jobs: int) -> Rows:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import yaml
 
-from missions.execution.build import build, run_info
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.resources import mission_files
+from missions.execution.resources import mission_files, world_files
+from missions.inspection.check import check_files
 from missions.language.keys import BLACKBOARD_KEY, EVENT, MISSION, MODIFIERS, RECOVER, REPEAT, RETRY
 from missions.language.kinds import NODES
 from missions.testing.session import run_files
 from stack.components import BUILT_IN, DEFAULTS
-from stack.telemetry.hub import Telemetry
-from stack.telemetry.records import MissionState
 
 NAMES = sorted(file.stem for file in mission_files())
 
@@ -36,6 +36,11 @@ def keys_of(value: object) -> set[str]:
     if isinstance(value, list):
         return set().union(*map(keys_of, value))
     return {value} if isinstance(value, str) else set()
+
+
+@pytest.mark.parametrize("file", [*mission_files(), *world_files()], ids=lambda file: file.stem)
+def test_shipped_files_have_no_errors(file: Path) -> None:
+    assert not [line for line in check_files([str(file)]) if line.finding.severity == "error"]
 
 
 def test_every_word_of_the_language_is_used_by_a_mission() -> None:
@@ -61,33 +66,3 @@ def test_every_component_is_driven_by_a_mission() -> None:
 def test_the_tests_inside_the_missions_pass() -> None:
     session = run_files([str(file) for file in mission_files()])
     assert session.exit_code == 0, session.text
-
-
-@pytest.mark.pain("n3090")
-@pytest.mark.parametrize("name", NAMES)
-def test_a_mission_that_is_cancelled_lets_go_of_its_goal_and_stands(name: str) -> None:
-    """A cancelled goal must never be driven to (nav2#3090), wherever the tree was."""
-    options = RunOptions(serve=False)
-    plan = prepare(name, options)
-    if plan.recording is not None:
-        pytest.skip("a replayed robot is not driven")
-    engine = build(plan, options, Telemetry(run_info(plan, "a", 0)), None)
-    runtime = engine.runtime
-    try:
-        for _ in range(90):
-            runtime.step()
-        runtime.end(MissionState.ABORTED, "somebody changed their mind")
-        assert runtime.parts.navigator.goal is None
-        assert not any(row.status == "running" for row in engine.tree.rows())
-        for _ in range(60):  # 3 s at most
-            if not runtime.is_standing:
-                runtime.step()
-        where = engine.body.truth.pose
-        for _ in range(20):
-            runtime.step()
-        slides = 0.03 if name == "20_slippery_floor" else 0.005  # on ice, with wheels at rest
-        assert engine.body.truth.pose.distance_to(where) < slides
-        assert engine.body.tally.by_robot == 0
-    finally:
-        runtime.parts.navigator.close()
-        engine.body.close()

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +18,7 @@ from robots.replayed import ReplayedBody
 from stack.body import BodyCommand
 from stack.errors import BodyError, InputError
 from stack.telemetry.event_log import read_events
-from stack.telemetry.sensor_log import SensorLog, read_about, read_observations
+from stack.telemetry.sensor_log import SensorLog, read_observations
 from stack.types import (
     Battery,
     CameraModel,
@@ -121,29 +116,6 @@ def test_a_damaged_message_and_a_damaged_seed_are_named(recorded, tmp_path):
     writer.close()
     with pytest.raises(InputError, match="the seed 'seven' in its metadata is not a number"):
         missions.run(mission, replay=log)
-
-
-@pytest.mark.slow
-def test_the_log_of_a_killed_run_can_be_read(tmp_path):
-    folder = tmp_path / "run"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "missions.cli.app", "run", "02_office_patrol", "--headless",
-         "--no-rerun", "--record", "sensors", "--out", str(folder)],
-        cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    log = folder / "sensors.mcap"
-    try:
-        deadline = time.monotonic() + 60.0  # noqa: TID251 - another process
-        while not (log.exists() and log.stat().st_size > 100_000):
-            assert time.monotonic() < deadline  # noqa: TID251
-            time.sleep(0.02)  # noqa: TID251
-    finally:
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
-    times = [observation.time for observation in read_observations(log)]
-    assert len(times) > 10
-    assert times == pytest.approx([0.05 * n for n in range(len(times))])
-    assert read_about(log)["mission"] == "02_office_patrol"
 
 
 numbers = st.floats(allow_nan=False, width=64)

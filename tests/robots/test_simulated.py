@@ -5,21 +5,13 @@ import numpy as np
 import pytest
 
 import stack.sim.pace
-from stack.body import Body, BodyCommand
+from stack.body import BodyCommand
 from stack.errors import ParameterError
 from stack.sim.worlds.world import FrictionZone
 from stack.types import Image, Pose2D, Scan, Twist
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, LIDAR, ROVER, drive, square_room
 
 ORIGIN = Pose2D(0.0, 0.0)
-
-
-def test_it_is_a_body(build):
-    body: Body = build()
-    assert body.description is ROVER
-    assert body.time == 0.0
-    body.wait(0.05)
-    assert body.time == pytest.approx(0.05, abs=1e-12)
 
 
 def test_straight_ahead(build):

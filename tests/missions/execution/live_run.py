@@ -12,31 +12,20 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.reload import Reloader
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Command
+from stack.telemetry.sinks import Sink
 
 HEAD = "mission: lively\nrobot: scout\nworld: small_room\n"
 PERIOD = 0.05
 
 
-class Kept:
+class Kept(Sink):
     """A sink that keeps events and lets the test command."""
 
     def __init__(self):
         self.events, self.orders, self.acks = [], [], []
 
-    def open(self, info):
-        pass
-
     def event(self, event):
         self.events.append(event)
-
-    def wants_snapshot(self, time):
-        return False
-
-    def snapshot(self, snapshot):
-        pass
-
-    def close(self, report):
-        pass
 
     def service(self):
         pass

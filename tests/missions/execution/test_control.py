@@ -18,6 +18,7 @@ from stack.errors import BodyError, InputError, TelemetryError
 from stack.telemetry.event_log import read_events
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.rendezvous import announce, live_runs, run_directory
+from stack.telemetry.sinks import Sink
 from tests.missions.execution.live_run import HEAD
 from tests.missions.execution.test_engine import ROOT
 from tests.stack.telemetry.conftest import runtime_directory  # noqa: F401 - a fixture
@@ -132,7 +133,7 @@ def test_a_robot_that_fails_while_nothing_is_stepped_ends_the_mission(mission):
         run.close()
 
 
-class Radio:
+class Radio(Sink):
     """A link to a ground station that fails after a number of snapshots."""
 
     link = "MAVLink"
@@ -140,23 +141,11 @@ class Radio:
     def __init__(self, snapshots):
         self.left = snapshots
 
-    def open(self, info):
-        pass
-
-    def event(self, event):
-        pass
-
     def wants_snapshot(self, time):
         self.left -= 1
         if not self.left:
             raise OSError(5, "Input/output error")
         return False
-
-    def snapshot(self, snapshot):
-        pass
-
-    def close(self, report):
-        pass
 
 
 def test_a_link_lost_in_mid_run_is_in_the_log_and_in_the_report(tmp_path):

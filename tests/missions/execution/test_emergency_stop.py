@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stack.telemetry.records import Command, MissionState
-from stack.types import STANDSTILL
+from stack.types import STANDSTILL, Pose2D
 from tests.missions.execution.live_run import LiveRun
 
 DRIVE = """
@@ -46,7 +46,9 @@ def test_a_release_during_a_detour_does_not_move_the_robot(live):
     assert run.order("set_goal", x=1.0, y=3.5, heading=2.0).done
     run.steps(30)
     assert run.speed > 0.1
+    assert run.snapshot.detour
     assert run.order("estop").done
+    assert not run.snapshot.detour
     run.steps(60)
     assert run.speed < 0.02
     assert run.order("release").done
@@ -59,6 +61,22 @@ def test_a_release_during_a_detour_does_not_move_the_robot(live):
     assert run.runtime.distance == pytest.approx(distance, abs=0.002)
     assert run.order("resume").done
     assert run.runtime.state is MissionState.RUNNING
+    run.until("mission_ended", within=800)
+    assert run.runtime.state is MissionState.SUCCESS
+
+
+def test_a_detour_that_takes_longer_than_progress_time_does_not_fail_the_mission(live):
+    run = live(DRIVE)
+    run.steps(40)
+    assert run.order("pause").done
+    begin, here = run.engine.body.time, run.runtime.parts.scorer.truth
+    for x, y in ((1.2, 2.8), (here.x, here.y)):
+        assert run.order("set_goal", x=x, y=y, heading=here.heading).done
+        assert run.snapshot.detour
+        run.until("task")
+        assert run.runtime.parts.scorer.truth.distance_to(Pose2D(x, y)) < 0.15
+    assert run.engine.body.time - begin > 8.0  # progress_time
+    assert run.order("resume").done
     run.until("mission_ended", within=800)
     assert run.runtime.state is MissionState.SUCCESS
 

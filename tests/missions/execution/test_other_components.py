@@ -3,49 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
 import robots
 from missions.execution.prepare import Diagnosis, RunOptions, diagnose
-from stack.components import BUILT_IN, accepted, component
 from stack.errors import InputError
-from stack.parameters import declarations, values_of
-
-KINDS = ("planner", "controller", "goal_checker", "progress_checker")
-PAIRS = [
-    (kind, first, then) for kind in KINDS for first in BUILT_IN[kind] for then in BUILT_IN[kind]
-    if first != then and "route" not in (first, then)
-]  # fmt: skip
 
 
 def diagnosis(tmp_path: Path, top: str, **options: Any) -> Diagnosis:
     text = f"mission: a\nrobot: scout\nworld: office\n{top}\nrun: {{wait: 1 s}}\n"
     (tmp_path / "a.yaml").write_text(text, "utf-8")
     return diagnose(tmp_path / "a.yaml", RunOptions(**options))
-
-
-def written(kind: str, name: str) -> dict[str, Any]:
-    """Every number of a component, changed by a little where its range allows it."""
-    cls = cast("Any", component(kind, name)).Parameters
-    defaults = values_of(cls())
-    numbers = {k: v for k, v in defaults.items() if isinstance(v, float)}
-    changed = {key: round(value * 1.01, 6) for key, value in numbers.items()}
-    return {key: value for key, value in changed.items() if accepted(kind, name, {key: value})}
-
-
-@pytest.mark.parametrize(("kind", "first", "then"), PAIRS)
-def test_the_other_component_has_the_values_of_the_shared_parameters(
-    kind: str, first: str, then: str
-) -> None:
-    values = written(kind, first)
-    shared = set(values) & set(declarations(cast("Any", component(kind, then)).Parameters))
-    kept = accepted(kind, then, values)
-    assert kept.items() <= values.items()
-    assert set(kept) <= shared
-    refused = {key for key in shared if not accepted(kind, then, {key: values[key]})}
-    assert shared - set(kept) == refused
 
 
 SETTINGS = "navigation: {planner: {use: astar, tolerance: 1.5, cost_weight: 6.0}}"

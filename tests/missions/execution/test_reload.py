@@ -170,17 +170,6 @@ def test_a_paused_mission_takes_the_file_and_stays_paused(run):
     assert run.texts("say") == ["done", "twice"]
 
 
-def test_a_second_save_before_the_robot_stands_is_the_one_that_counts(run):
-    run.steps(40)
-    run.save(LONGER)
-    run.until("saved")
-    run.reloader._files._reported.clear()  # as if it had been saved again at once
-    run.save(LONGER.replace("twice", "three times"))
-    run.reloader._files._reported[run.file] = None
-    run.until("mission_ended")
-    assert run.texts("say")[-1] == "three times"
-
-
 def test_breakpoints_survive_and_lost_ones_are_told(run):
     run.order("break", node="there")
     run.order("force", node="say", status="success")

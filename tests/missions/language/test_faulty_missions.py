@@ -535,15 +535,6 @@ def test_every_code_that_is_reported_is_in_the_table():
     }  # fmt: skip
 
 
-def test_too_large_a_mission_is_refused(tmp_path):
-    trees = "\n".join(
-        f"  t{number}: {{do: {{sequence: [{{use: t{number + 1}}}, {{use: t{number + 1}}}]}}}}"
-        for number in range(20)
-    )
-    text = f"run: {{use: t0}}\ntrees:\n{trees}\n  t20: {{do: {{say: hello}}}}"
-    assert findings(tmp_path, text) == ["E126 1:7"]
-
-
 WHOLE = dedent("""
     format: 1
     places: {dock: [0, 0, 90 deg]}

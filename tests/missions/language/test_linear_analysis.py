@@ -106,8 +106,3 @@ def test_a_large_mission_costs_as_much_per_node_as_a_small_one(tmp_path):
     small = calls_of_analysis(lambda: read_text(tmp_path, patrol(40)))
     large = calls_of_analysis(lambda: read_text(tmp_path, patrol(80)))
     assert large <= 2.1 * small
-
-
-def test_ten_thousand_nodes_are_allowed(tmp_path):
-    leaves = ", ".join(["{say: a}"] * 9_990)
-    assert read_text(tmp_path, f"run: {{sequence: [{leaves}]}}").warnings == ()

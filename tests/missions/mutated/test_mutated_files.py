@@ -41,7 +41,7 @@ FILES = [
     HERE.parent / "testing/shelf_patrol.yaml",
     HERE / WHOLE, *(HERE / part for part in PARTS),
 ]  # fmt: skip
-SHARDS, CASES = 10, 500
+SHARDS, CASES = 4, 500
 
 
 @dataclass

@@ -157,14 +157,6 @@ def test_a_given_path_that_ends_with_another_heading_fails_where_it_ends():
     assert toy.world.pose.distance_to(path.goal) < 0.05
 
 
-def test_a_car_does_not_spin():
-    toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
-    task = toy.navigator.base.spin(1.0)
-    assert task.failure.code == FailureCode.UNSUPPORTED
-    assert "radius is 0.50 m" in task.failure.sentence
-    toy.navigator.close()
-
-
 def test_progress_on_a_path_that_folds_back_is_made_in_order():
     path = there_and_back(1.5, 1.2)
     progress = PathProgress(path)

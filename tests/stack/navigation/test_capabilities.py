@@ -15,7 +15,6 @@ from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
-    STANDSTILL,
     Battery,
     CameraModel,
     FailureCode,
@@ -27,7 +26,6 @@ from stack.types import (
     PoseEstimate,
     RivalPose,
     TaskStatus,
-    Twist,
 )
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
@@ -190,20 +188,6 @@ def test_what_the_sensors_say_is_passed_on(rig):
     assert (rig.base.footprint, rig.map.markers) == (rig.world.robot.footprint, (MARKER,))
 
 
-@pytest.mark.parametrize(
-    "ask",
-    [
-        lambda p: p.navigate_to(Pose2D(3.0, 3.0)),
-        lambda p: p.navigate_through([Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)]),
-        lambda p: p.plan(Pose2D(3.0, 3.0)),
-        lambda p: p.spin(1.0),
-        lambda p: p.back_up(0.3),
-    ],
-)
-def test_what_is_asked_is_done(rig, ask):
-    assert rig.finish(ask(rig.base)) is TaskStatus.SUCCEEDED
-
-
 NEAR, FAR = Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)
 
 
@@ -218,14 +202,6 @@ NEAR, FAR = Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)
 def test_the_ground_of_the_costmaps_is_made_to_hold_every_goal(rig, ask, poses):
     ask(rig.base)
     assert rig.covered == [poses]
-
-
-def test_a_velocity_is_driven_for_its_time(rig):
-    rig.step()
-    rig.base.drive_for(Twist(0.2), 0.5)
-    driven = rig.run(1.0)
-    assert driven.count(Twist(0.2)) == pytest.approx(10, abs=1)
-    assert driven[-1] == STANDSTILL
 
 
 def test_asking_for_a_picture_keeps_the_camera_on_for_a_second(rig):

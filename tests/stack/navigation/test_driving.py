@@ -130,24 +130,6 @@ def test_a_clearly_better_path_is_taken(make):
     assert task.path.points[:, 1].min() > 2.0
 
 
-def test_poses_on_the_way_are_passed_without_stopping(make):
-    world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 1.0))
-    toy = make(world)
-    vias = [Pose2D(4.0, 1.5, 2.0), Pose2D(6.5, 3.0, -2.0)]
-    goal = Pose2D(4.0, 5.0, pi)
-    task = toy.navigator.base.navigate_through([*vias, goal])
-    near, slowest = [9.0, 9.0], 9.0
-    while task.running and world.time < 60:
-        toy.step()
-        near = [min(d, world.pose.distance_to(via)) for d, via in zip(near, vias, strict=True)]
-        if 2.0 < world.time and world.pose.distance_to(goal) > 1.5:
-            slowest = min(slowest, world.twist.linear)
-    assert task.status is TaskStatus.SUCCEEDED
-    assert max(near) < 0.4
-    assert slowest > 0.1
-    assert world.pose.distance_to(goal) < 0.05
-
-
 def test_goals_left_behind_are_not_gone_back_to(make):
     world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
     toy = make(world)
@@ -242,24 +224,6 @@ def test_something_that_stays_in_the_way_fails_the_drive(make):
     assert world.nearest > 0.0
 
 
-@pytest.mark.pain("s334", "s769", "s285", "s771")
-def test_a_lost_robot_stops_and_says_so(make):
-    toy = make()
-    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
-    toy.run(2.0)
-    toy.health = 0.1
-    toy.run(1.4)
-    toy.health = 0.5
-    toy.run(0.2)
-    assert task.running  # 1.4 s of doubt are borne
-    toy.health = 0.1
-    toy.finish(task)
-    assert task.failure.code == FailureCode.LOST
-    assert "health 0.10" in task.failure.sentence
-    toy.run(1.0)
-    assert abs(toy.world.twist.linear) < 1e-3
-
-
 @pytest.mark.pain("n3090")
 def test_a_cancelled_drive_leaves_the_robot_standing(make):
     toy = make()
@@ -285,17 +249,6 @@ def test_a_newer_task_cancels_the_older_for_ever(make):
     assert older.status is TaskStatus.CANCELLED
     toy.navigator.cancel_all()
     assert newer.status is TaskStatus.SUCCEEDED
-
-
-def test_a_pause_is_no_time_without_progress(make):
-    toy = make()
-    task = toy.navigator.base.navigate_to(Pose2D(7.0, 3.0))
-    toy.run(2.0)
-    toy.navigator.pause(toy.world.time)
-    for _ in range(400):  # 20 s
-        toy.world.drive(STANDSTILL)
-    toy.navigator.resume(toy.world.time)
-    assert toy.finish(task) is TaskStatus.SUCCEEDED
 
 
 def test_a_jump_of_the_pose_brings_a_new_path(make):

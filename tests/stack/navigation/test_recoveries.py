@@ -36,7 +36,7 @@ def test_every_spin_ends_after_its_angle(angle, heading, speed):
     assert turned == pytest.approx(angle, abs=0.05)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=12)
 @given(st.floats(0.02, 2.0), st.floats(-pi, pi), st.floats(0.05, 0.5))
 def test_every_backing_up_ends_after_its_distance(distance, heading, speed):
     toy = ToyDrive(ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0, heading)))

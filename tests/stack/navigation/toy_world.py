@@ -8,7 +8,6 @@ Full drives run in milliseconds, so that hundreds of them fit into a test run.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from heapq import heappop, heappush
 from math import atan2, cos, hypot, pi, sin, sqrt
 from pathlib import Path as FilePath
 from typing import ClassVar
@@ -16,7 +15,7 @@ from typing import ClassVar
 import cv2
 import numpy as np
 
-from stack.components import Planner, PlanOptions
+from stack.components import PlanOptions
 from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.drivetrain.differential import Wheels
@@ -26,10 +25,10 @@ from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.smoothing import smooth_observation
+from stack.planning.astar import Astar, AstarParameters
 from stack.types import (
     STANDSTILL,
     CostGrid,
-    FailureCode,
     Footprint,
     Observation,
     Odometry,
@@ -253,10 +252,11 @@ class ToyCostmap:
         self.cleared += 1
 
 
-class ToyPlanner(Planner):
-    """A* with a heap; cost-aware, 8-connected, points 5 cm apart, then averaged."""
+class ToyPlanner(Astar):
+    """A* that counts its calls, and fails when a test says so."""
 
     def __init__(self) -> None:
+        super().__init__(AstarParameters(tolerance=0.0), robot())
         self.calls = 0
         self.fails: NavigationError | None = None
 
@@ -266,57 +266,7 @@ class ToyPlanner(Planner):
         self.calls += 1
         if self.fails is not None:
             raise self.fails
-        first, last = costs.cell_at(start.x, start.y), costs.cell_at(goal.x, goal.y)
-        for cell, code in (
-            (first, FailureCode.START_OUTSIDE_MAP), (last, FailureCode.GOAL_OUTSIDE_MAP),
-        ):  # fmt: skip
-            if not costs.contains(*cell):
-                raise NavigationError(code, f"cell {cell} is off the map")
-        if costs.cells[last] >= 253:
-            raise NavigationError(FailureCode.GOAL_OCCUPIED, f"cell {last} is occupied")
-        cells = self._search(costs, first, last)
-        centres = np.array([costs.centre_of(*cell) for cell in cells])
-        padded = np.vstack([centres[:1]] * 4 + [centres] + [centres[-1:]] * 4)
-        middle = np.column_stack(
-            [np.convolve(padded[:, k], np.ones(9) / 9, "valid") for k in (0, 1)]
-        )
-        points = np.vstack([[start.x, start.y], middle[1:-1], [goal.x, goal.y]])
-        steps = np.diff(points, axis=0)
-        headings = np.append(np.arctan2(steps[:, 1], steps[:, 0]), goal.heading)
-        return Path(np.column_stack([points, headings]))
-
-    @staticmethod
-    def _search(costs: CostGrid, first: tuple[int, int], last: tuple[int, int]):
-        rows, columns = costs.cells.shape
-        prices = (1.0 + 3.0 * costs.cells / 252.0).tolist()
-        blocked = (costs.cells >= 253).tolist()
-
-        def guess(r, c):
-            a, b = abs(r - last[0]), abs(c - last[1])
-            return max(a, b) + (sqrt(2) - 1) * min(a, b)
-
-        best, came, queue = {first: 0.0}, {}, [(guess(*first), first)]
-        done = set()
-        while queue:
-            _, cell = heappop(queue)
-            if cell in done:
-                continue
-            done.add(cell)
-            if cell == last:
-                cells = [cell]
-                while cells[-1] in came:
-                    cells.append(came[cells[-1]])
-                return cells[::-1]
-            for dr in (-1, 0, 1):
-                for dc in (-1, 0, 1):
-                    r, c = cell[0] + dr, cell[1] + dc
-                    if not (0 <= r < rows and 0 <= c < columns) or blocked[r][c]:
-                        continue
-                    price = best[cell] + hypot(dr, dc) * prices[r][c]
-                    if price < best.get((r, c), np.inf):
-                        best[r, c], came[r, c] = price, cell
-                        heappush(queue, (price + guess(r, c), (r, c)))
-        raise NavigationError(FailureCode.NO_VALID_PATH, f"nothing joins {first} and {last}")
+        return super().plan(costs, start, goal, options or PlanOptions())
 
 
 def heading_error(pose: Pose2D, goal: Pose2D) -> float:

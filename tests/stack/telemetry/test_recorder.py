@@ -1,9 +1,5 @@
 import hashlib
 import json
-import os
-import signal
-import subprocess
-import sys
 from math import inf, nan
 
 import pytest
@@ -92,30 +88,3 @@ def test_any_text_and_number_reads_back(tmp_path_factory, text, number):
 
 def test_nan_is_written_as_text():
     assert b'{"x":"nan"}' in event_line(Event(0, 0, 0.0, "", "", "", "", {"x": nan}))
-
-
-def test_a_killed_run_leaves_whole_lines(tmp_path):
-    program = """
-import sys
-from pathlib import Path
-from stack.telemetry.records import Event
-from stack.telemetry.recorder import Recorder, RunFolder
-recorder = Recorder(RunFolder.create(Path(sys.argv[1])))
-recorder.open(None)
-n = 0
-while True:
-    recorder.event(Event(n, n, n / 20, "info", "tree", "node_status", "x" * 300, {"n": n}))
-    n += 1
-    if n == 500:
-        print("enough", flush=True)
-"""
-    run = subprocess.Popen(
-        [sys.executable, "-c", program, tmp_path / "run"], stdout=subprocess.PIPE, cwd=os.getcwd()
-    )
-    assert run.stdout.readline() == b"enough\n"
-    run.send_signal(signal.SIGKILL)
-    run.communicate()
-    events = list(read_events(tmp_path / "run" / "events.jsonl"))
-    assert len(events) >= 500
-    assert [event.number for event in events] == list(range(len(events)))
-    assert (tmp_path / "run" / "events.jsonl").read_bytes().endswith(b"\n")
