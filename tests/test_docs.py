@@ -99,6 +99,7 @@ BRIEF = 3.0
 
 PARSED_ONLY = {
     "watch": "needs a terminal and a mission that runs",
+    "replay": "needs a terminal",
     "lsp": "serves until its input ends",
     "calibrate": "needs pictures of a printed board",
 }

@@ -17,7 +17,6 @@ from enum import Enum
 from functools import lru_cache
 from typing import Any, TypeVar
 
-import msgpack
 import numpy as np
 
 from stack.errors import TelemetryError
@@ -145,10 +144,14 @@ def plain(value: Any) -> Any:
 
 
 def _packed(value: Any) -> bytes:
+    import msgpack  # not with the names of `treepilot`
+
     return bytes(msgpack.packb(value, use_bin_type=True))
 
 
 def _unpacked(encoded: bytes) -> Any:
+    import msgpack
+
     try:
         return msgpack.unpackb(encoded, raw=False, strict_map_key=True)
     except (ValueError, TypeError, msgpack.UnpackException, RecursionError) as error:

@@ -18,15 +18,13 @@ from __future__ import annotations
 import json
 import os
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import msgpack
 import numpy as np
-import zstandard
 
 from stack.schedule import Schedule
 from stack.telemetry.codec import Codec, codec_of, field_codecs
@@ -259,14 +257,18 @@ class _McapFile:
     def __init__(self, path: Path, limit: float) -> None:
         self._path, self._limit = path, limit
         self._number, self._count, self._size = -1, 0, 0
-        self._compressor = zstandard.ZstdCompressor(level=1)
+        self._compress: Callable[[Mapping[str, Any]], bytes] | None = None
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
 
     def open(self) -> None:
         """Create the file with the schemas of its messages."""
+        import msgpack
+        import zstandard
         from mcap.records import Header, Metadata, Schema
 
+        compressor = zstandard.ZstdCompressor(level=1)
+        self._compress = lambda fields: compressor.compress(msgpack.packb(fields))
         flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC
         self._number = os.open(self._path, flags, 0o666)
         self._append(
@@ -288,7 +290,8 @@ class _McapFile:
         if topic not in self._channels:
             self._channels[topic] = self._add_channel(topic, schema)
         stamp = max(0, round(time * NANOSECONDS))
-        data = self._compressor.compress(msgpack.packb(fields))
+        assert self._compress is not None, "opened"
+        data = self._compress(fields)
         head = MESSAGE.pack(
             MESSAGE_KIND, TIMES + len(data), self._channels[topic], self._count, stamp, stamp
         )

@@ -7,16 +7,14 @@ import os
 import struct
 from array import array
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, fields, replace
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
 from typing import Any, Self
 
-import msgpack
 import numpy as np
-import zstandard
 
 from stack.documents.files import RECORD_BYTES, open_regular
 from stack.errors import InputError
@@ -81,7 +79,7 @@ class SnapshotRecording:
         self._times = array("d")
         self._places, self._keyframes = array("Q"), array("L")
         self._layers: dict[str, _LayerIndex] = {}
-        self._decompressor = zstandard.ZstdDecompressor()
+        self._decompress = _decompressor()
         self._events = _EventFile(folder / EVENT_FILE)
         self._number, self._state = -1, dict[str, Any]()
         self._info: RunInfo | None = None
@@ -251,9 +249,8 @@ class SnapshotRecording:
         _, length, *_ = MESSAGE.unpack(head)
         data = self._file.read(length - (MESSAGE.size - _RECORD.size))
         try:
-            plain = self._decompressor.decompress(data, max_output_size=RECORD_BYTES)
-            content = msgpack.unpackb(plain, raw=False, strict_map_key=True)
-        except (zstandard.ZstdError, ValueError, msgpack.UnpackException) as error:
+            content = self._decompress(data)
+        except ValueError as error:
             raise self._damaged(f"the message at byte {place}: {error}") from None
         if not isinstance(content, dict):
             raise self._damaged(f"the message at byte {place} is not a mapping")
@@ -388,6 +385,23 @@ class _EventFile:
                 break
             self._lines.append(self._end)
             self._end += len(line)
+
+
+def _decompressor() -> Callable[[bytes], Any]:
+    """Return what decodes the data of a message; it raises ValueError."""
+    import msgpack
+    import zstandard
+
+    decompressor = zstandard.ZstdDecompressor()
+
+    def decompress(data: bytes) -> Any:
+        try:
+            plain = decompressor.decompress(data, max_output_size=RECORD_BYTES)
+            return msgpack.unpackb(plain, raw=False, strict_map_key=True)
+        except (zstandard.ZstdError, msgpack.UnpackException) as error:
+            raise ValueError(str(error)) from None
+
+    return decompress
 
 
 def _required(kind: type) -> frozenset[str]:
