@@ -45,7 +45,7 @@ def test_a_removed_folder_is_told_everywhere(mission, tmp_path, capfd):
     report = removed_after(5, mission, options)
     assert (report.status, report.exit_code) == ("success", 3)
     lost = {item["record"]: item for item in report.records_lost}
-    assert set(lost) == {"events.jsonl", "log.txt", "mission.rrd", "sensors.mcap"}
+    assert set(lost) == {"events.jsonl", "log.txt", "mission.rrd", "sensors.mcap", "snapshots.mcap"}
     # 5 steps of 0.05 s were made; the log of the sensors is written in each step
     assert lost["sensors.mcap"]["time"] == pytest.approx(0.25)
     assert lost["sensors.mcap"]["reason"] == "the file was removed"
@@ -59,8 +59,8 @@ def test_a_run_can_stop_when_records_are_lost(mission, tmp_path):
     options = RunOptions(out=tmp_path / "run", serve=False, on_lost_records="stop")
     report = removed_after(5, mission, options)
     assert report.status == "aborted" and report.exit_code == 3
-    assert report.reason.startswith("records lost: events.jsonl from event")
-    assert report.simulated_seconds < 1.5  # the next event comes within a second
+    assert report.reason.startswith("records lost: snapshots.mcap from")
+    assert report.simulated_seconds < 1.0  # the next snapshot comes within 0.2 s
 
 
 def test_a_full_disk_leaves_complete_lines_and_a_report(mission, tmp_path):
@@ -92,7 +92,7 @@ sys.exit(run.report.exit_code)
     assert "records lost: report.json from 2" in done.stdout  # of 2 to 3 kB
     assert "! records lost: events.jsonl" in done.stderr
     assert {item.name for item in (tmp_path / "run").iterdir()} == {
-        "events.jsonl", "log.txt", "mission.yaml",
+        "events.jsonl", "inputs", "inputs.json", "log.txt", "mission.yaml", "snapshots.mcap",
     }  # fmt: skip
 
 
