@@ -21,11 +21,11 @@ def report(
         typer.Option("--out", "-o", metavar="FILE", help="default: report.html in the run folder"),
     ] = None,
 ) -> None:
-    """Write an HTML page about a run: what happened, where, when and why.
+    """Write an HTML page about a run.
 
-    One file without scripts that needs no network: the outcome, the map with the driven way, the
-    timeline of the tree, what failed with the lines of the mission, plots, and the settings that
-    are not the defaults. Of several runs, at most 4, side by side, with the first difference.
+    What happened, where, when and why. One file without scripts that needs no network: the outcome,
+    the map with the driven way, the timeline of the tree, what failed with the lines of the
+    mission, plots, and the settings that are not the defaults. Of several runs, at most 4, side by side, with the first difference.
     """
     from missions.inspection.page.page import page_of
     from missions.inspection.page.story import read_story

@@ -20,12 +20,13 @@ def replay(
         float, typer.Option("--speed", min=0.125, max=64.0, help="robot seconds per second")
     ] = 1.0,
 ) -> None:
-    """Play a run again in the dashboard: a finished one, a killed one or one still being written.
+    """Play a run again in the dashboard.
 
-    The same tree, map, charts and events as during the run, at any time of it. Keys: space plays or
-    pauses, . and , step, [ ] and { } skip 5 s and a minute, n and N go to the next and last event,
-    x and X to the next and last failure, s and S to the next and last change of the selected node,
-    : to a time, ? shows all. Nothing can be commanded.
+    The run may be finished, killed or still being written. The tree, the map, charts and events are
+    those of the run, at any time of it. Keys: space plays or pauses, . and , step, [ ] and { } skip
+    5 s and a minute, n and N go to the next and last event, x and X to the next and last failure, s
+    and S to the next and last change of the selected node, : to a time, ? shows all. Nothing can be
+    commanded.
     """
     from missions.execution.supervision.replaying import player_of, replay_run
     from missions.inspection.run_folders import find_run

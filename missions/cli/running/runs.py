@@ -153,7 +153,10 @@ def open_(
         raise InputError(f"no run {name!r}; {suggestion(name, known)}")
     recording = context.obj / name / "mission.rrd"
     if not known[name].has_recording:
-        raise InputError(f"{name} has no recording: it was run with --no-rerun")
+        from stack.telemetry.rerun.recorded import draw_recorded
+
+        draw_recorded(context.obj / name, recording)
+        typer.echo(f"{recording}: made of the run's snapshots")
     if not web and (remedy := without_display(recording, os.environ, sys.platform)):
         raise InputError(remedy)
     viewer = str(Path(sysconfig.get_path("scripts")) / "rerun")
