@@ -25,7 +25,8 @@ def report(
 
     What happened, where, when and why. One file without scripts that needs no network: the outcome,
     the map with the driven way, the timeline of the tree, what failed with the lines of the
-    mission, plots, and the settings that are not the defaults. Of several runs, at most 4, side by side, with the first difference.
+    mission, plots, and the settings that are not the defaults. Of several runs, at most 4, side by
+    side, with the first difference.
     """
     from missions.inspection.page.page import page_of
     from missions.inspection.page.story import read_story
