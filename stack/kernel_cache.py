@@ -2,7 +2,7 @@
 
 Numba compiles the functions that a kernel calls, and the numbers that its module imports, into the
 kernel's machine code, but compares the kernel's own file only. The locators here add what is
-imported. `stack/__init__.py` names them in NUMBA_CACHE_LOCATOR_CLASSES.
+imported. Each module of kernels imports `njit` from here.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from hashlib import sha256
 from typing import Any
 
+from numba import config, njit
 from numba.core import caching
 from numba.core.dispatcher import Dispatcher
 
@@ -66,3 +67,13 @@ def _is_number(value: object) -> bool:
     if isinstance(value, tuple):
         return all(_is_number(part) for part in value)
     return isinstance(value, int | float)
+
+
+# The last two are numba's own, for functions that have no file. An environment variable would reach
+# other programs, which have no such classes.
+OWN = (UserProvided, InTree, UserWide)
+config.CACHE_LOCATOR_CLASSES = ",".join(
+    [*(f"{__name__}.{own.__name__}" for own in OWN), "IPythonCacheLocator", "ZipCacheLocator"]
+)
+
+__all__ = ["njit"]

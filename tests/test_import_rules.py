@@ -25,8 +25,8 @@ FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
     "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
-    "stack.compilation", "stack.patience", "stack.child_process", "stack.worker_thread",
-    "stack.optional_packages",
+    "stack.compilation", "stack.kernel_cache", "stack.patience", "stack.child_process",
+    "stack.worker_thread", "stack.optional_packages",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -52,7 +52,7 @@ MAY_IMPORT = {
     "stack.columns": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
-    "stack.geometry": {"stack.types"},
+    "stack.geometry": {"stack.types", "stack.kernel_cache"},
     "stack.frames": {"stack.types", "stack.errors"},
     "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.robot": {"stack.types"},

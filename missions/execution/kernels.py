@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import cos, hypot, sin
 
 import numpy as np
-from numba import f8, njit
+from numba import f8
 
+from stack.kernel_cache import njit
 from stack.safety.kernels import signed_distance
 from stack.types import FloatArray
 

@@ -11,9 +11,10 @@ from math import cos, floor, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
-from numba import f8, njit, types, u1
+from numba import f8, types, u1
 from numpy.typing import NDArray
 
+from stack.kernel_cache import njit
 from stack.safety.kernels import time_to_contact
 from stack.types import FloatArray
 

@@ -7,7 +7,9 @@ time at which a cell was last seen occupied, -inf where it never was.
 """
 
 import numpy as np
-from numba import b1, f4, f8, i8, njit, u1
+from numba import b1, f4, f8, i8, u1
+
+from stack.kernel_cache import njit
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 NEVER_SEEN = -np.inf

@@ -75,6 +75,12 @@ class _Series(Generic[T]):
         return self.values[after - 1], self.values[after], share
 
 
+DRIFT, SMALL = 0.3, 0.02
+"""Metres and radians by which map -> odom may change in a second, or at all, and still have changed
+on the way from one correction to the next: a loop that closes, or a pose that is set, changes it at
+once."""
+
+
 class TransformBuffer(FrameTree):
     """Tree of the frames map, odom and base, with the base's pose over the last `span` seconds.
 
@@ -111,12 +117,15 @@ class TransformBuffer(FrameTree):
     def correct(self, estimate: PoseEstimate) -> None:
         """Add the transform map -> odom of an estimate, valid from `estimate.corrected_at` on.
 
-        After a jump (`has_jumped`) the transform is not interpolated with the one before. A
-        correction by a measurement older than the last correction counts from then.
+        After a correction faster than DRIFT, the transform is not interpolated with the one
+        before. A correction by a measurement older than the last correction counts from then.
         """
         stamps = self._map_from_odom.stamps
         stamp = max(estimate.corrected_at, stamps[-1]) if stamps else estimate.corrected_at
-        jumped = self._estimate is not None and has_jumped(self._estimate, estimate)
+        before = self._estimate
+        passed = stamp - stamps[-1] if stamps else 0.0
+        smooth = max(SMALL, DRIFT * passed)
+        jumped = before is not None and has_jumped(before, estimate, smooth, smooth)
         if stamps and stamp == stamps[-1]:  # replaces the last one, which may have been a jump
             jumped = jumped or self._map_from_odom.values[-1][1]
         self._estimate = estimate

@@ -9,9 +9,10 @@ from __future__ import annotations
 from math import cos, exp, floor, inf, isnan, nan, sin, sqrt
 
 import numpy as np
-from numba import f4, f8, i1, i2, i8, njit, types, u1
+from numba import f4, f8, i1, i2, i8, types, u1
 from numpy.typing import NDArray
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 Floats = NDArray[np.float32]

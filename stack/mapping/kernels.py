@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heapq import heappop, heappush
 
-from numba import njit
+from stack.kernel_cache import njit
 
 
 @njit(cache=True, nogil=True)

@@ -14,7 +14,9 @@ here: delete them after one.
 """
 
 import numpy as np
-from numba import b1, f8, i4, i8, njit, u1
+from numba import b1, f8, i4, i8, u1
+
+from stack.kernel_cache import njit
 
 # Row and column steps to the neighbours: right, up, left, down, then the diagonals between them.
 # SIDES is the bit mask of the two straight neighbours of a diagonal.

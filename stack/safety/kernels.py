@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import acos, cos, floor, hypot, inf, sin, sqrt
 
-from numba import f8, njit
+from numba import f8
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 WALKING_SPEED = 0.2

@@ -29,20 +29,24 @@ JUMP_DISTANCE, JUMP_ANGLE = 0.3, 0.2
 """Metres and radians between two poses; what was sensed at one has a wrong place at the other."""
 
 
-def has_jumped(before: PoseEstimate, after: PoseEstimate) -> bool:
+def has_jumped(
+    before: PoseEstimate, after: PoseEstimate, distance: float = JUMP_DISTANCE,
+    angle: float = JUMP_ANGLE,
+) -> bool:  # fmt: skip
     """Whether what was sensed at one estimate has a wrong place on the map at the other.
 
     The change of map -> odom decides, at the place of the robot.
+
+    Args:
+        before: an estimate.
+        after: a later one.
+        distance: metres up to which a place is not wrong.
+        angle: radians up to which it is not.
     """
-    if not _are_apart(before.pose, after.pose):
-        return False
     odometry = after.map_from_odom.inverse().compose(after.pose)
-    return _are_apart(before.map_from_odom.compose(odometry), after.pose)
-
-
-def _are_apart(before: Pose2D, after: Pose2D) -> bool:
-    turn = abs(wrap_angle(after.heading - before.heading))
-    return before.distance_to(after) > JUMP_DISTANCE or turn > JUMP_ANGLE
+    place = before.map_from_odom.compose(odometry)
+    turn = abs(wrap_angle(after.pose.heading - place.heading))
+    return place.distance_to(after.pose) > distance or turn > angle
 
 
 @dataclass(frozen=True, slots=True)

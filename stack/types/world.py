@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from math import hypot
 
 import numpy as np
@@ -159,6 +159,7 @@ class PoseEstimate:
     health: float
     map_from_odom: Pose2D = Pose2D(0.0, 0.0)
     corrected_at: float = 0.0
+    _: KW_ONLY
     rivals: tuple[RivalPose, ...] = ()
     thresholds: HealthThresholds = HealthThresholds()
     obscured: bool = False
@@ -167,7 +168,7 @@ class PoseEstimate:
         """Return the estimate at another pose, with nothing else changed."""
         return PoseEstimate(
             pose, self.covariance, self.health, self.map_from_odom, self.corrected_at,
-            self.rivals, self.thresholds, self.obscured,
+            rivals=self.rivals, thresholds=self.thresholds, obscured=self.obscured,
         )  # fmt: skip
 
     @property

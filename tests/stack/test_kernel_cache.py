@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 CALLEE = """\
-from numba import njit
+from stack.kernel_cache import njit
 from {package}.numbers import FACTOR
 
 @njit(cache=True)
@@ -16,7 +16,7 @@ def scaled(x):
     return {expression}
 """
 MIDDLE = """\
-from numba import njit
+from stack.kernel_cache import njit
 from {package}.callee import scaled
 
 @njit(cache=True)
@@ -24,7 +24,7 @@ def twice(x):
     return scaled(x) + scaled(x)
 """
 CALLER = """\
-from numba import njit
+from stack.kernel_cache import njit
 from {package}.middle import twice
 
 @njit(cache=True)

@@ -10,9 +10,10 @@ from __future__ import annotations
 from math import cos, exp, hypot, sin, sqrt
 
 import numpy as np
-from numba import f4, f8, i8, njit
+from numba import f4, f8, i8
 from numpy.typing import NDArray
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 Array32 = NDArray[np.float32]

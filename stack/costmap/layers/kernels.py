@@ -6,7 +6,9 @@ last column + 1).
 """
 
 import numpy as np
-from numba import f8, i8, njit, u1
+from numba import f8, i8, u1
+
+from stack.kernel_cache import njit
 
 INSCRIBED, LETHAL, UNKNOWN = 253, 254, 255
 

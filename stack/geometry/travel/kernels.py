@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import i8, njit, u1
+from numba import i8, u1
 from numpy.typing import NDArray
+
+from stack.kernel_cache import njit
 
 STRAIGHT, DIAGONAL = 10, 14
 """Lengths of a step to a neighbour, in tenths of a cell."""

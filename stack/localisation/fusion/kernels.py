@@ -10,8 +10,9 @@ from __future__ import annotations
 from math import cos, exp, pi, sin
 
 import numpy as np
-from numba import f8, i8, njit
+from numba import f8, i8
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 SIZE, TWIST, BIAS, SCALE, KEYFRAME = 11, 3, 6, 7, 8

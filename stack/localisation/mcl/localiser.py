@@ -273,8 +273,9 @@ class Localiser(Estimator):
             right = health(features)
         return PoseEstimate(
             self._pose, hypotheses.covariance() + self._common_errors, right,
-            self.map_from_odom, self._corrected_at, hypotheses.rivals(self._moved),
-            HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
+            self.map_from_odom, self._corrected_at, rivals=hypotheses.rivals(self._moved),
+            thresholds=HealthThresholds(p.lost_health, p.good_health),
+            obscured=self._confidence.is_obscured,
         )  # fmt: skip
 
     @property

@@ -9,9 +9,10 @@ from __future__ import annotations
 from math import ceil
 
 import numpy as np
-from numba import f4, f8, i4, i8, njit, u1
+from numba import f4, f8, i4, i8, u1
 from numpy.typing import NDArray
 
+from stack.kernel_cache import njit
 from stack.localisation.kernels import PLACEMENT, Floats, Placement, add_residuals, solve
 from stack.types import FloatArray
 

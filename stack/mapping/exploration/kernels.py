@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 import numpy as np
-from numba import f8, i1, i8, njit
+from numba import f8, i1, i8
 from numpy.typing import NDArray
 
 from stack.geometry.travel.kernels import TRAVEL
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 

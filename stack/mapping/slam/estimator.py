@@ -271,8 +271,8 @@ class SlamEstimator(Estimator):
         p = self.parameters
         return PoseEstimate(
             self._map_from_odom.compose(self._odometry), self._covariance, self._health,
-            self._map_from_odom, self._corrected_at, self._rivals,
-            HealthThresholds(p.lost_health, p.good_health),
+            self._map_from_odom, self._corrected_at, rivals=self._rivals,
+            thresholds=HealthThresholds(p.lost_health, p.good_health),
         )  # fmt: skip
 
     def corrected_pose(self, stamp: float, odometry: Pose2D) -> Pose2D | None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import atan2, cos, hypot, inf, isnan, pi, sin
 
-from numba import f8, njit
+from numba import f8
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import hypot, sqrt
 
 import numpy as np
-from numba import f8, i8, njit
+from numba import f8, i8
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 

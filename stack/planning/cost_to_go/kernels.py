@@ -2,7 +2,9 @@
 """Compiled Dijkstra search of a costmap from the goal."""
 
 import numpy as np
-from numba import f8, i8, njit, types, u1
+from numba import f8, i8, types, u1
+
+from stack.kernel_cache import njit
 
 UNREACHED = 3.0e38
 """Cost to go of cells from which the goal cannot be reached."""

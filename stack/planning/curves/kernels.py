@@ -7,7 +7,9 @@ reverse). Unused segments have length 0.
 """
 
 import numpy as np
-from numba import b1, f8, i8, njit
+from numba import b1, f8, i8
+
+from stack.kernel_cache import njit
 
 ZERO = 1e-10
 PIECES = 5

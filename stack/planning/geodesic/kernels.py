@@ -2,8 +2,9 @@
 """Compiled descent of a path's cost integral with a penalty on its bends; mixes of two paths."""
 
 import numpy as np
-from numba import f8, i8, njit, u1
+from numba import f8, i8, u1
 
+from stack.kernel_cache import njit
 from stack.planning.kernels import _line_cost
 
 _PROBE = 0.1  # cells; distance of the points that give slope and curvature of the energy

@@ -9,9 +9,10 @@ calls; NODES to COUNTDOWN are its indices.
 from typing import NamedTuple
 
 import numpy as np
-from numba import b1, f4, f8, i8, njit, types, u1
+from numba import b1, f4, f8, i8, types, u1
 from numpy.typing import NDArray
 
+from stack.kernel_cache import njit
 from stack.planning.kernels import pop, push
 
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3

@@ -2,7 +2,9 @@
 """Compiled gradient descent of the constrained smoother."""
 
 import numpy as np
-from numba import f4, f8, i8, njit
+from numba import f4, f8, i8
+
+from stack.kernel_cache import njit
 
 
 @njit(cache=True, nogil=True)

@@ -6,8 +6,9 @@ Positions are cell centres, lengths are in cells; the index of a cell is row * c
 """
 
 import numpy as np
-from numba import b1, f8, i4, i8, njit, u1
+from numba import b1, f8, i4, i8, u1
 
+from stack.kernel_cache import njit
 from stack.planning.kernels import pop, push
 
 NOT_REACHED = 1.0e300

@@ -5,9 +5,10 @@ from __future__ import annotations
 from math import cos, exp, hypot, inf, sqrt
 
 import numpy as np
-from numba import boolean, float32, float64, int64, njit
+from numba import boolean, float32, float64, int64
 from numpy.typing import NDArray
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import floor
 
 import numpy as np
-from numba import njit
+
+from stack.kernel_cache import njit
 
 EDGE = 1e-3
 """Part of a cell by which a surface may overlap the next cell without covering it: files in

@@ -5,7 +5,9 @@ from __future__ import annotations
 from math import asin, atan2, ceil, cos, floor, hypot, inf, pi, sin, sqrt
 
 import numpy as np
-from numba import f8, njit
+from numba import f8
+
+from stack.kernel_cache import njit
 
 ROUNDING = 1e-9
 """Relative extension of a segment at both ends, so that no beam passes between two segments."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import f4, f8, i4, i8, njit, u1
+from numba import f4, f8, i4, i8, u1
 from numpy.typing import NDArray
+
+from stack.kernel_cache import njit
 
 Array32 = NDArray[np.float32]
 

@@ -11,9 +11,10 @@ from __future__ import annotations
 from math import cos, floor, isfinite, pi, sin
 
 import numpy as np
-from numba import f4, f8, i4, i8, njit
+from numba import f4, f8, i4, i8
 from numpy.typing import NDArray
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 Floats = NDArray[np.float32]

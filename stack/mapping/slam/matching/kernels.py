@@ -10,8 +10,9 @@ from math import asin, atan2, ceil, cos, floor, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
-from numba import boolean, f8, i4, i8, njit, u1
+from numba import boolean, f8, i4, i8, u1
 
+from stack.kernel_cache import njit
 from stack.localisation.kernels import solve
 from stack.types import FloatArray
 

@@ -6,8 +6,9 @@ from math import cos, floor, sin
 from typing import Any
 
 import numpy as np
-from numba import f4, f8, i2, i8, njit
+from numba import f4, f8, i2, i8
 
+from stack.kernel_cache import njit
 from stack.types import FloatArray
 
 ODDS_LIMIT = 10_000
