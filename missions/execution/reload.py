@@ -137,7 +137,7 @@ class Reloader:
 
     def _tune(self, former: PreparedMission, plan: PreparedMission) -> Iterator[str]:
         """Apply changed parameters; yield the names of those that apply to the next run only."""
-        tuning = self._engine.runtime.parts.tuning
+        tuning = self._engine.runtime.parts.live_parameters
         for kind, choice in plan.choices.items():
             before = former.choices[kind]
             if choice.name != before.name:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -51,13 +51,20 @@ def repeat_run(folder: Path, interrupted: Callable[[], bool] = lambda: False) ->
     inputs, before = read_inputs(folder), read_report(folder)
     if before is None:
         raise InputError(f"{folder} has no report: the run did not come to its end")
+    inputs.link_large_files()
     out = _new_folder(folder, inputs)
     options = replace(inputs.options, out=out, serve=False)
     plan = prepare(inputs.mission, options)
     report = execute(plan, options, interrupted=interrupted)
     is_same = report.log_sha256 == before.log_sha256
     reasons = [] if is_same else inputs.changes(plan.read)
-    difference = "" if is_same else _first_difference(folder / EVENTS, out / EVENTS)
+    difference = (
+        ""
+        if is_same
+        else first_difference(
+            read_events(folder / EVENTS), read_events(out / EVENTS), ("the run", "the repetition")
+        )
+    )
     return Repetition(out, report, is_same, difference, tuple(reasons))
 
 
@@ -70,29 +77,37 @@ def _new_folder(folder: Path, inputs: RunInputs) -> Path:
     out = parent / str(number)
     if inputs.kept.exists():
         parent.mkdir(exist_ok=True)
-        shutil.copy(inputs.kept, parent / f"{Path(inputs.mission).stem}.kept.json")
+        shutil.copy(inputs.kept, parent / f"{inputs.mission.stem}.kept.json")
     return out
 
 
-def _first_difference(before: Path, after: Path) -> str:
-    """The first event in which two logs differ, as a sentence."""
-    for old, new in zip_longest(read_events(before), read_events(after)):
+def first_difference(one: Iterable[Event], other: Iterable[Event], names: tuple[str, str]) -> str:
+    """The first event in which two runs differ, as a sentence; empty if none does.
+
+    Args:
+        one: events of a run.
+        other: events of another run.
+        names: of the two runs.
+    """
+    for old, new in zip_longest(one, other):
         if old == new:
             continue
         if old is None or new is None:
-            more = "the repetition" if old is None else "the first run"
-            return f"{more} has more events, from {(old or new).time:.2f} s on: {(old or new).text}"
-        what = _fields_that_differ(old, new)
-        return f"event {old.number} at {old.time:.2f} s: {what}"
-    return "the events are equal, their bytes are not"
+            longer, event = (names[1], new) if old is None else (names[0], old)
+            return f"equal up to {event.time:.2f} s; then only {longer} goes on: {event.text}"
+        return f"equal up to {min(old.time, new.time):.2f} s; then {_apart(old, new, names)}"
+    return ""
 
 
-def _fields_that_differ(old: Event, new: Event) -> str:
-    if (old.kind, old.text) != (new.kind, new.text) or old.time != new.time:
-        return f"was {old.text!r} at {old.time:.2f} s, is {new.text!r} at {new.time:.2f} s"
-    names = [name for name in old.fields if old.fields[name] != new.fields.get(name)]
+def _apart(old: Event, new: Event, names: tuple[str, str]) -> str:
+    if (old.kind, old.text, old.time) != (new.kind, new.text, new.time):
+        return (
+            f"{names[0]}: {old.text} ({old.time:.2f} s), but {names[1]}: {new.text}"
+            f" ({new.time:.2f} s)"
+        )
+    differ = [name for name in old.fields if old.fields[name] != new.fields.get(name)]
     shown = ", ".join(
-        f"{name} was {json.dumps(old.fields[name])}, is {json.dumps(new.fields.get(name))}"
-        for name in names[:3]
+        f"{name} {json.dumps(old.fields[name])} and {json.dumps(new.fields.get(name))}"
+        for name in differ[:3]
     )
-    return f"{old.kind}: {shown or 'fields'}"
+    return f"event {old.number}, {old.kind}: {shown or 'other fields'}"

@@ -156,8 +156,10 @@ def read_report(folder: Path) -> Report | None:
     from stack.documents.files import JSON_BYTES, read_bytes  # not for every start of the command
 
     try:
-        return Report(**json.loads(read_bytes(folder / "report.json", JSON_BYTES)))
-    except (OSError, ValueError, TypeError, RecursionError):
+        content = json.loads(read_bytes(folder / "report.json", JSON_BYTES))
+        known = {item.name for item in dataclasses.fields(Report)}  # a later version has more
+        return Report(**{name: value for name, value in content.items() if name in known})
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
         return None
 
 

@@ -84,8 +84,8 @@ class Costmap:
         self._grid: CostGrid | None = None
         self._copies = GridCopies()
         self._shown: tuple[int, GridCopy] | None = None
-        self._lattice = CellAlignment(static, window, parameters.resolution, _corner(window))
-        self._frame = self._lattice.frame
+        self._alignment = CellAlignment(static, window, parameters.resolution, _corner(window))
+        self._frame = self._alignment.frame
         self._begin(static, None)
 
     @property
@@ -231,8 +231,8 @@ class Costmap:
                 f"resolution {static.resolution:g} m, expected {before.resolution:g} m, "
                 "the resolution of the previous map",
             )
-        self._lattice = CellAlignment(static, self._window, before.resolution, before.origin)
-        self._frame = self._lattice.frame
+        self._alignment = CellAlignment(static, self._window, before.resolution, before.origin)
+        self._frame = self._alignment.frame
         column, row = (
             round((new - old) / before.resolution)
             for new, old in zip(self._frame.origin, before.origin, strict=True)
@@ -272,10 +272,10 @@ class Costmap:
 
     def _follow(self, pose: Pose2D) -> None:
         """Roll the window with the robot; cells that stay inside keep their values."""
-        shift = self._lattice.follow(pose)
+        shift = self._alignment.follow(pose)
         if shift == (0, 0):
             return
-        self._frame = self._lattice.frame
+        self._frame = self._alignment.frame
         for layer in self._layers.values():
             layer.lay_out(self._frame, shift)
         self._painting.move(self._frame, shift)

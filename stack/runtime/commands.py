@@ -183,4 +183,4 @@ class CommandHandler:
         return running
 
     def _set_parameter(self, arguments: ParameterArguments) -> None:
-        self._parts.tuning.change(arguments.name, arguments.value)
+        self._parts.live_parameters.change(arguments.name, arguments.value)

@@ -115,7 +115,7 @@ class LoopParts:
     robot: StackRobot
     navigator: Navigator
     safety: Safety
-    tuning: LiveParameters
+    live_parameters: LiveParameters
     telemetry: Telemetry
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None

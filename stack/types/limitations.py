@@ -41,5 +41,5 @@ class Limitation:
 
     @property
     def stands(self) -> bool:
-        """Whether the robot stands, or is about to."""
-        return self.effect != SLOWER
+        """Whether the robot must stand."""
+        return self.effect == STOPPED

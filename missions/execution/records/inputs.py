@@ -1,20 +1,21 @@
 """What a run was made of, in its folder: copies of all files that it read, options, versions.
 
     inputs.json    options, versions, and each file with its digest
-    inputs/        the files, in the places that they had relative to each other
+    inputs/        the files, in the places that they had relative to each other; files of treepilot
+                   itself in inputs/treepilot
 
-Files of treepilot itself are not copied, and no recording that a robot plays: only their digests
-are kept.
+Of a file above LARGEST only digest and place are kept.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
-from hashlib import sha256
+from hashlib import file_digest
 from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 from missions.execution.prepare import PreparedMission
@@ -25,13 +26,13 @@ from stack.errors import InputError
 from stack.telemetry.recorder import RunFolder
 
 FORMAT = 1
-LIST, COPIES = "inputs.json", "inputs"
+LIST, COPIES, SHIPPED = "inputs.json", "inputs", "treepilot"
 
 REPEATS = "repeats"
 """Folder of the repetitions of a run, in its folder."""
 
 LARGEST = 50_000_000
-"""Largest file that is copied, bytes; of a larger one only the digest is kept."""
+"""Largest file that is copied, bytes."""
 
 KEPT_COPY = "kept.json"
 """Copy of the values that the run kept from earlier ones, in the folder of the copies."""
@@ -42,8 +43,8 @@ CHOSEN = (
 )  # fmt: skip
 """The options of a run on which its result depends."""
 
-ROOT = MISSIONS.parent
-"""Folder of the packages of treepilot."""
+PACKAGES = tuple(MISSIONS.parent / name for name in ("missions", "robots", "behaviours", "stack"))
+"""Folders of treepilot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +52,14 @@ class InputFile:
     """A file that a run read.
 
     Attributes:
-        path: relative to the folder of the copies; of a file of treepilot, to its packages.
-        place: `copied` | `treepilot` | `elsewhere` (too large to be copied, or not a part of it).
+        path: relative to the folder of the copies.
         sha256: digest of its content.
+        source: where it is, of a file that is too large to be copied; else empty.
     """
 
     path: str
-    place: str
     sha256: str
+    source: str = ""
 
 
 def keep_inputs(
@@ -76,18 +77,16 @@ def keep_inputs(
         files: all that were read for it.
         kept: the values that the run keeps from earlier ones; None if it keeps none.
     """
-    played = plan.recording.file if plan.recording is not None else None
-    every = list(dict.fromkeys(_resolved(file) for file in (*files, *plan.files)))
-    own = [file for file in every if not file.is_relative_to(ROOT)]
-    base = _common_folder([plan.mission.source.absolute(), *own])
+    every = [*files, *plan.files, *_played(plan)]
+    copies = _Copies({_resolved(file) for file in every})
     try:
-        listed = [_keep(folder, file, base, is_played=file == played) for file in every]
+        listed = [copies.keep(folder, file) for file in sorted(copies.files)]
         if kept is not None and kept.exists():
             folder.write(f"{COPIES}/{KEPT_COPY}", kept.read_bytes())
         content = {
             "format": FORMAT,
-            "mission": _name(_resolved(plan.mission.source), base),
-            "options": _chosen(options, every, base),
+            "mission": copies.name_of(plan.mission.source),
+            "options": copies.options(options),
             "versions": versions(),
             "files": [asdict(item) for item in listed],
         }
@@ -96,16 +95,58 @@ def keep_inputs(
         folder.on_loss(LIST, error.strerror or str(error))
 
 
-def _keep(folder: RunFolder, file: Path, base: Path, *, is_played: bool) -> InputFile:
-    content = b"" if is_played else file.read_bytes()
-    digest = sha256(content).hexdigest()
-    if file.is_relative_to(ROOT):
-        return InputFile(file.relative_to(ROOT).as_posix(), "treepilot", digest)
-    name = file.relative_to(base).as_posix()
-    if is_played or len(content) > LARGEST:
-        return InputFile(name, "elsewhere", digest)
-    folder.write(f"{COPIES}/{name}", content)
-    return InputFile(name, "copied", digest)
+def _played(plan: PreparedMission) -> list[Path]:
+    """The files of the recording that is played: a bag is a folder."""
+    if plan.recording is None:
+        return []
+    file = plan.recording.file
+    return [item for item in file.rglob("*") if item.is_file()] if file.is_dir() else [file]
+
+
+class _Copies:
+    """Places of the files of a run among its copies.
+
+    Args:
+        files: of the run, resolved.
+    """
+
+    def __init__(self, files: set[Path]) -> None:
+        self.files = files
+        own = [file.parent for file in files if not _is_shipped(file)]
+        self._base = Path(os.path.commonpath(own)) if own else MISSIONS.parent
+
+    def name_of(self, file: Path) -> str:
+        """The path of a file relative to the folder of the copies."""
+        file = _resolved(file)
+        if _is_shipped(file):
+            return f"{SHIPPED}/{file.relative_to(MISSIONS.parent).as_posix()}"
+        return file.relative_to(self._base).as_posix()
+
+    def keep(self, folder: RunFolder, file: Path) -> InputFile:
+        """Copy a file unless it is too large."""
+        name, digest = self.name_of(file), _digest(file)
+        if file.stat().st_size > LARGEST:
+            return InputFile(name, digest, str(file))
+        target = folder.path / COPIES / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        copyfile(file, target)
+        return InputFile(name, digest)
+
+    def options(self, options: RunOptions) -> dict[str, Any]:
+        """The options; the files that they name by their places among the copies."""
+        chosen: dict[str, Any] = {name: getattr(options, name) for name in CHOSEN}
+        for name in ("robot", "world", "replay"):
+            if chosen[name] is not None:
+                file = _resolved(Path(chosen[name]))
+                file = file / "robot.yaml" if name == "robot" and file.is_dir() else file
+                known = file in self.files or (file.is_dir() and name == "replay")
+                is_copy = known and not _is_shipped(file)
+                chosen[name] = f"{COPIES}/{self.name_of(file)}" if is_copy else str(chosen[name])
+        return chosen
+
+
+def _is_shipped(file: Path) -> bool:
+    return any(file.is_relative_to(package) for package in PACKAGES)
 
 
 def _resolved(file: Path) -> Path:
@@ -113,30 +154,13 @@ def _resolved(file: Path) -> Path:
     return Path(os.path.normpath(file.absolute()))
 
 
-def _common_folder(files: Collection[Path]) -> Path:
-    return Path(os.path.commonpath([file.parent for file in files]))
-
-
-def _name(file: Path, base: Path) -> str:
-    """How a file is found again: by its place among the copies, or as a shipped one by its name."""
-    return file.stem if file.is_relative_to(ROOT) else file.relative_to(base).as_posix()
-
-
-def _chosen(options: RunOptions, files: Collection[Path], base: Path) -> dict[str, Any]:
-    """The options; the files that they name by their places among the copies."""
-    chosen: dict[str, Any] = {name: getattr(options, name) for name in CHOSEN}
-    for name in ("robot", "world", "replay"):
-        value = chosen[name]
-        if value is None:
-            continue
-        named = _resolved(Path(value))
-        if named.is_dir():
-            named /= "robot.yaml"
-        if named in files and not named.is_relative_to(ROOT):
-            chosen[name] = f"{COPIES}/{named.relative_to(base).as_posix()}"
-        else:
-            chosen[name] = str(value)
-    return chosen
+def _digest(file: Path) -> str:
+    """SHA-256 of a file; empty if it cannot be read."""
+    try:
+        with file.open("rb") as content:
+            return file_digest(content, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 @dataclass(frozen=True)
@@ -145,14 +169,14 @@ class RunInputs:
 
     Attributes:
         folder: of the run.
-        mission: the copy of the mission, or the name of a shipped one.
+        mission: the copy of the mission.
         options: of the run.
         versions: of treepilot and the libraries that its results depend on.
         files: that the run read.
     """
 
     folder: Path
-    mission: str
+    mission: Path
     options: RunOptions
     versions: dict[str, str]
     files: tuple[InputFile, ...]
@@ -162,39 +186,47 @@ class RunInputs:
         """Copy of the values that the run kept from earlier ones; it need not exist."""
         return self.folder / COPIES / KEPT_COPY
 
+    def link_large_files(self) -> None:
+        """Put links to the files that were too large to be copied in their places.
+
+        Raises:
+            InputError: one is not there any more, or is another one.
+        """
+        for item in self.files:
+            place = self.folder / COPIES / item.path
+            if not item.source or place.exists():
+                continue
+            if _digest(Path(item.source)) != item.sha256:
+                raise InputError(
+                    f"the run read {item.source}, which was too large to be copied: it is not there"
+                    " or is another one"
+                )
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.symlink_to(item.source)
+
     def changes(self, read: Iterable[Path]) -> list[str]:
         """What a new run has not found as it was, as sentences.
 
         Args:
             read: files that the new run has read.
         """
-        now, copies = versions(), self.folder / COPIES
+        now, copies = versions(), _resolved(self.folder / COPIES)
         found = [
             f"{name} was {before}, is {now.get(name, 'not installed')}"
             for name, before in self.versions.items()
             if now.get(name) != before
         ]
-        for item in self.files:
-            base, what = (
-                (ROOT, f"{item.path} of treepilot is another one")
-                if item.place == "treepilot"
-                else (copies, f"{COPIES}/{item.path} has been changed")
-            )
-            if item.place != "elsewhere" and _digest(base / item.path) != item.sha256:
-                found.append(what)
         known = {item.sha256 for item in self.files}
         for file in map(_resolved, read):
-            inside = file.is_relative_to(_resolved(copies)) or file.is_relative_to(ROOT)
-            if not inside and _digest(file) not in known:
+            if _digest(file) in known:
+                continue
+            if file.is_relative_to(copies):
+                found.append(f"{COPIES}/{file.relative_to(copies)} has been changed")
+            elif _is_shipped(file):
+                found.append(f"{file.relative_to(MISSIONS.parent)} of treepilot is another one")
+            else:
                 found.append(f"{file}, named by its full path, is not the file of the run")
         return found
-
-
-def _digest(file: Path) -> str:
-    try:
-        return sha256(file.read_bytes()).hexdigest()
-    except OSError:
-        return ""
 
 
 def read_inputs(folder: Path) -> RunInputs:
@@ -215,10 +247,11 @@ def read_inputs(folder: Path) -> RunInputs:
         raise InputError(f"{folder} does not say what it was made of: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{file} is damaged: {error!r:.100}") from None
-    copy = folder / COPIES / mission
-    if not copy.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{file} is damaged: the mission {mission!r} is not in the run folder")
-    return RunInputs(folder, str(copy) if copy.is_file() else mission, options, known, listed)
+    places = [mission, *(item.path for item in listed)]
+    for place in places:
+        if not _resolved(folder / COPIES / place).is_relative_to(_resolved(folder / COPIES)):
+            raise InputError(f"{file} is damaged: {place!r} is not in the run folder")
+    return RunInputs(folder, folder / COPIES / mission, options, known, listed)
 
 
 def _read_options(folder: Path, chosen: Mapping[str, Any]) -> RunOptions:

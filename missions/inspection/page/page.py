@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from itertools import zip_longest
 
 import numpy as np
 
+from missions.execution.repeat import first_difference
 from missions.inspection.page.figures import RUN_COLOURS, map_figure, plot, timeline
 from missions.inspection.page.story import Failing, Story
-from stack.telemetry.records import ROUTINE, Event
+from stack.telemetry.records import ROUTINE
 from stack.types.printable import printable
 
 MOST_FAILURES, MOST_EVENTS = 30, 60
@@ -69,7 +69,7 @@ def page_of(stories: Sequence[Story]) -> str:
     title = " and ".join(story.name for story in stories)
     parts = [f"<h1>{_safe(stories[0].title)}</h1>"]
     if len(stories) > 1:
-        parts.append(f'<p class="note">{_safe(first_difference(stories[0], stories[1]))}</p>')
+        parts.append(f'<p class="note">{_safe(_difference(*stories[:2]))}</p>')
     if len(stories) == 1:
         parts.append(
             f'<div class="runs"><div class="run">{_outcome(stories[0])}</div>'
@@ -94,26 +94,9 @@ def page_of(stories: Sequence[Story]) -> str:
     )
 
 
-def first_difference(one: Story, other: Story) -> str:
-    """The first event in which two runs differ, as a sentence."""
-    for ours, theirs in zip_longest(one.events, other.events):
-        if _same(ours, theirs):
-            continue
-        if ours is None or theirs is None:
-            longer, event = (one, ours) if theirs is None else (other, theirs)
-            return f"equal up to {event.time:.2f} s; then only {longer.name} goes on: {event.text}"
-        return (
-            f"equal up to {min(ours.time, theirs.time):.2f} s; then {one.name}: {ours.text} "
-            f"({ours.time:.2f} s), but {other.name}: {theirs.text} ({theirs.time:.2f} s)"
-        )
-    return "the two runs are equal, event by event"
-
-
-def _same(one: Event | None, other: Event | None) -> bool:
-    """Whether two events tell the same; poses may differ in the last digits that are shown."""
-    if one is None or other is None:
-        return False
-    return (one.time, one.kind, one.text) == (other.time, other.kind, other.text)
+def _difference(one: Story, other: Story) -> str:
+    found = first_difference(one.events, other.events, (one.name, other.name))
+    return found or "the two runs are equal, event by event"
 
 
 def _safe(words: str) -> str:

@@ -195,7 +195,7 @@ class Story:
         if self.inputs is None:
             return []
         try:
-            every = parameters_of(self.inputs.mission, self.inputs.options)
+            every = parameters_of(str(self.inputs.mission), self.inputs.options)
             return [one for one in every if one.is_set]
         except InputError:
             return []

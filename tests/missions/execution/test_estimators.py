@@ -140,13 +140,13 @@ def test_parameters_of_the_estimator_change_during_a_run(tmp_path):
     parts = run.runtime.parts
     deviation = parts.perceiver.estimator.estimate.position_deviation
     assert deviation < 0.06  # of a hundred particles or more, drawn with 3 cm
-    parts.tuning.change("localisation.max_particles", 350)
+    parts.live_parameters.change("localisation.max_particles", 350)
     parts.robot.localisation.set_pose(
         Pose2D(1.5, 2.0), position_deviation=2.0, heading_deviation=1.0, source="test"
     )
     assert len(parts.perceiver.estimator.particles) == 350  # a spread of 2 m asks for more
     with pytest.raises(ParameterError, match="max_particles"):
-        parts.tuning.change("localisation.max_particles", 100)
+        parts.live_parameters.change("localisation.max_particles", 100)
 
 
 def test_a_saved_parameter_of_the_estimator_applies_at_once(tmp_path):
@@ -165,8 +165,8 @@ def test_behaviours_get_the_scans_of_the_lidar_that_localises(tmp_path):
     run = live(tmp_path, "localisation: {lidar: rear}\n", robot=str(tmp_path / "robot.yaml"))
     assert run.runtime.parts.robot.perception.scan.range_max == 7.0
     with pytest.raises(InputError, match="has no lidar 'raer'; did you mean 'rear'"):
-        run.runtime.parts.tuning.change("localisation.lidar", "raer")
-    run.runtime.parts.tuning.change("localisation.lidar", "")
+        run.runtime.parts.live_parameters.change("localisation.lidar", "raer")
+    run.runtime.parts.live_parameters.change("localisation.lidar", "")
     assert run.runtime.parts.robot.perception.scan.range_max != 7.0
 
 
@@ -183,7 +183,7 @@ def test_a_mission_chooses_the_odometry_and_its_sources(tmp_path, mission):
     assert (source.sensor, source.twist, source.gate) == ("flow", ("linear",), 3.0)
     parts = live(tmp_path, "odometry: {use: wheels_gyro, gyro_timeout: 0.3}\n").runtime.parts
     assert type(parts.perceiver.odometry).__name__ == "WheelGyroOdometry"
-    parts.tuning.change("odometry.gyro_timeout", 0.2)
+    parts.live_parameters.change("odometry.gyro_timeout", 0.2)
     assert parts.perceiver.odometry.parameters.gyro_timeout == 0.2
 
 

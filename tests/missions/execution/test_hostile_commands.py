@@ -70,7 +70,7 @@ def condition(run: LiveRun) -> tuple:
     parts = runtime.parts
     return (
         runtime.state, runtime.reason, runtime.mission.emergency_stop, parts.body.pace,
-        parts.tuning.current(), parts.robot.localisation.pose, parts.debugger.view(),
+        parts.live_parameters.current(), parts.robot.localisation.pose, parts.debugger.view(),
         runtime.command, parts.navigator.base.teleoperation, parts.tree.outcome,
         len(run.kept.events),
     )  # fmt: skip

@@ -181,7 +181,7 @@ def test_a_model_that_fails_in_the_run_is_one_event_and_the_mission_goes_on(live
 
 def test_the_threshold_is_tuned_while_the_mission_runs(live):
     run = live("run: {find_object: {label: red box}}\n")
-    run.runtime.parts.tuning.change("object_detector.threshold", 0.7)
+    run.runtime.parts.live_parameters.change("object_detector.threshold", 0.7)
     assert run.runtime.parts.perceiver.objects.parameters.threshold == 0.7
     assert run.snapshot.parameters["object_detector.threshold"] == 0.7
 

@@ -158,11 +158,11 @@ def test_who_walks_is_an_obstacle_from_the_step_on_in_which_evasion_is_switched_
     run = hall(DRIVE)
     world = run.runtime.perceived.world
     assert len(world.tracks) == len(world.evaded) == 1
-    run.runtime.parts.tuning.change("evasion.when", "never")
+    run.runtime.parts.live_parameters.change("evasion.when", "never")
     run.steps()
     world = run.runtime.perceived.world
     assert len(world.tracks) == 1 and world.evaded == ()
-    run.runtime.parts.tuning.change("evasion.when", "always")
+    run.runtime.parts.live_parameters.change("evasion.when", "always")
     run.steps()
     assert len(run.runtime.perceived.world.evaded) == 1
 
@@ -173,7 +173,7 @@ def test_there_are_tracks_when_nothing_needed_them_at_the_start(tmp_path):
     off = "navigation: {evasion: {when: never}, safety: {predict_motion: false}}\n"
     run = LiveRun(tmp_path, DRIVE, head=HEAD + off)
     run.steps(20)
-    run.runtime.parts.tuning.change("evasion.when", "always")
+    run.runtime.parts.live_parameters.change("evasion.when", "always")
     run.steps(100)
     assert len(run.runtime.perceived.world.evaded) == 1
     run.close()

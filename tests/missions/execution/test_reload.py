@@ -90,7 +90,7 @@ def test_what_cannot_be_replaced_is_said_and_the_rest_is_taken(run):
         pytest.fail(str(run.texts("finding")))
     assert reload.level == "warning"
     assert reload.fields["next_run"] == ["initial_pose unknown", "start", "planner lattice"]
-    assert run.runtime.parts.tuning.current()["controller.cruise_speed"] == 0.3
+    assert run.runtime.parts.live_parameters.current()["controller.cruise_speed"] == 0.3
     assert len(run.snapshot.tree) == 5
 
 
@@ -117,7 +117,7 @@ def test_a_file_saved_again_before_the_robot_stands_loses_nothing(run):
     del run.runtime.step
     reload = run.until("reload")
     assert reload.fields["next_run"] == ["planner lattice"]
-    assert run.runtime.parts.tuning.current()["controller.cruise_speed"] == 0.3
+    assert run.runtime.parts.live_parameters.current()["controller.cruise_speed"] == 0.3
     assert run.texts("reload") == [reload.text]
 
 
@@ -141,7 +141,7 @@ def test_includes_and_parameter_files_are_watched_too(tmp_path):
     run.steps(2)
     run.save("controller: {cruise_speed: 0.2}", "slow.yaml")
     run.until("reload")
-    assert run.runtime.parts.tuning.current()["controller.cruise_speed"] == 0.2
+    assert run.runtime.parts.live_parameters.current()["controller.cruise_speed"] == 0.2
     run.save("controller: {cruise_speed: fast}", "slow.yaml")
     assert "slow.yaml:1:" in run.until("finding").text
     run.until("mission_ended")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from missions.execution.prepare import RunOptions
+from missions.execution.records import inputs
 from missions.execution.records.inputs import read_inputs
 from missions.execution.repeat import repeat_run
 from missions.execution.running import run_mission
@@ -109,8 +110,7 @@ def run(project, tmp_path, **options):
 def test_a_packed_run_repeats_where_nothing_else_is(project, tmp_path):
     out, first = run(project, tmp_path)
     assert first.status == "success", first.reason
-    copies = {file.path for file in read_inputs(out).files if file.place == "copied"}
-    assert copies == {
+    assert {file.path for file in read_inputs(out).files} == {
         str(file.relative_to(project))
         for file in project.rglob("*")
         if file.is_file() and "__pycache__" not in file.parts and file.suffix != ".md"
@@ -155,6 +155,37 @@ def test_options_and_kept_values_are_those_of_the_run(project, tmp_path):
     assert again.report.blackboard["runs"] == "2"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("largest", [50_000_000, 100_000])
+def test_a_played_recording_repeats(project, tmp_path, monkeypatch, largest):
+    """Copied if it is small; found in its place if it is not; an error if that is another one."""
+    monkeypatch.setattr(inputs, "LARGEST", largest)
+    recorded, _ = run(project, tmp_path, record=("sensors",))
+    log = (recorded / "sensors.mcap").rename(tmp_path / "sensors.mcap")
+    assert log.stat().st_size > 100_000
+    shutil.rmtree(recorded)
+    out, first = run(project, tmp_path, replay=log, forget_kept=True)
+    again = repeat_run(out)
+    assert again.is_same, again.difference
+    assert again.report.log_sha256 == first.log_sha256
+    if largest < 1_000_000:
+        shutil.rmtree(out / "repeats")
+        next((out / "inputs").rglob("sensors.mcap")).unlink()
+        log.write_bytes(log.read_bytes()[:-1000])
+        with pytest.raises(InputError, match="was too large to be copied: it is not there or is"):
+            repeat_run(out)
+
+
+@pytest.mark.slow
+def test_a_shipped_mission_repeats_from_its_copy(tmp_path):
+    out = tmp_path / "run"
+    first = run_mission("01_drive_to_a_point", RunOptions(seed=3, out=out))
+    assert read_inputs(out).mission.is_file()
+    again = repeat_run(out)
+    assert again.is_same, again.difference
+    assert again.report.log_sha256 == first.log_sha256
+
+
 def test_a_run_without_inputs_is_refused(tmp_path):
     with pytest.raises(InputError, match="does not say what it was made of"):
         read_inputs(tmp_path)
@@ -164,7 +195,9 @@ def test_a_run_without_inputs_is_refused(tmp_path):
     "content",
     ["", "[]", "{}", '{"format": 2}', '{"format": 1, "options": 3}',
      '{"format": 1, "options": {}, "files": [{}], "mission": "m", "versions": {}}',
-     '{"format": 1, "options": {}, "files": [], "mission": "../../m", "versions": {}}'],
+     '{"format": 1, "options": {}, "files": [], "mission": "../../m", "versions": {}}',
+     '{"format": 1, "options": {}, "files": [{"path": "../x", "sha256": "", "source": ""}], '
+     '"mission": "m", "versions": {}}'],
 )  # fmt: skip
 def test_a_damaged_list_is_refused(content, tmp_path):
     (tmp_path / "inputs.json").write_text(content)

@@ -87,7 +87,7 @@ def test_only_what_the_mission_sets_is_compared_with_the_robot(tmp_path):
 
 
 def test_the_command_line_and_live_tuning_refuse_a_contradiction(live, tmp_path):
-    tuning = live("safety: {tight_speed: 0.1}").runtime.parts.tuning
+    tuning = live("safety: {tight_speed: 0.1}").runtime.parts.live_parameters
     with pytest.raises(ParameterError, match=r"0.05 m/s is less than tight_speed 0.1 m/s"):
         tuning.change("safety.padding_speed", 0.05)
     tuning.change("safety.padding_speed", 0.1)
@@ -119,7 +119,7 @@ def test_the_local_costmap_has_the_size_that_is_set(live):
     grid = parts.perceiver.world_model.local_costmap.grid
     assert grid.cells.shape[0] * grid.resolution == pytest.approx(3.0, abs=2 * grid.resolution)
     with pytest.raises(ParameterError, match="cannot be changed during a run"):
-        parts.tuning.change("local_costmap.local_size", 4.0)
+        parts.live_parameters.change("local_costmap.local_size", 4.0)
 
 
 def test_settings_reach_obstacle_memory_and_the_history_of_poses(live):
@@ -132,7 +132,7 @@ def test_settings_reach_obstacle_memory_and_the_history_of_poses(live):
     parts.perceiver.frames.pose_at("odom", now - 0.95)
     with pytest.raises(FrameError):
         parts.perceiver.frames.pose_at("odom", now - 1.2)
-    parts.tuning.change("obstacle_memory.blind_time", 2.0)
+    parts.live_parameters.change("obstacle_memory.blind_time", 2.0)
     assert parts.perceiver.obstacle_memory.parameters.blind_time == 2.0
 
 
