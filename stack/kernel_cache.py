@@ -72,7 +72,7 @@ def _is_number(value: object) -> bool:
 # The last two are numba's own, for functions that have no file. An environment variable would reach
 # other programs, which have no such classes.
 OWN = (UserProvided, InTree, UserWide)
-config.CACHE_LOCATOR_CLASSES = ",".join(
+config.CACHE_LOCATOR_CLASSES = ",".join(  # type: ignore[attr-defined]
     [*(f"{__name__}.{own.__name__}" for own in OWN), "IPythonCacheLocator", "ZipCacheLocator"]
 )
 
