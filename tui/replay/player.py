@@ -21,7 +21,7 @@ FOLLOW_PERIOD = 0.5
 BEFORE = 60.0
 """Robot time before a jump's target of which charts and the driven way are shown, s."""
 
-PAST = 150
+PAST = 75
 """Snapshots that are shown of this time."""
 
 SHOWN_EVENTS = 2000
@@ -132,7 +132,8 @@ class Player:
         self.jumped = False
         first = self.recording.index_at(self._time - BEFORE)
         stride = max(1, (self._number - first) // PAST)
-        return [self.recording.snapshot(number) for number in range(first, self._number, stride)]
+        numbers = range(first, self._number, stride)
+        return [self.recording.snapshot(number, whole=False) for number in numbers]
 
     def toggle(self) -> None:
         """Play or pause; at the end, play again from the beginning."""

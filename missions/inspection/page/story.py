@@ -235,7 +235,7 @@ def read_story(folder: Path) -> Story:
     with SnapshotRecording(folder) as recording:
         count = len(recording.times)
         numbers = sorted({*range(0, count, -(-count // MOST_SAMPLES)), count - 1})
-        samples = _samples([recording.snapshot(number) for number in numbers])
+        samples = _samples([recording.snapshot(number, whole=False) for number in numbers])
         last, info = recording.snapshot(count - 1), recording.info
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,

@@ -18,7 +18,7 @@ import numpy as np
 
 from stack.documents.files import RECORD_BYTES, open_regular
 from stack.errors import InputError
-from stack.telemetry.codec import Codec, MalformedError, codec_of, field_codecs
+from stack.telemetry.codec import Codec, MalformedError, field_codecs
 from stack.telemetry.event_log import event_of
 from stack.telemetry.hub import EVENTS as EVENT_FILE
 from stack.telemetry.hub import SNAPSHOTS
@@ -33,7 +33,6 @@ from stack.telemetry.snapshots.log import (
     NANOSECONDS,
     PATCH,
     ROWS,
-    ROWS_TYPE,
     recorded_fields,
     schemas,
 )
@@ -82,6 +81,7 @@ class SnapshotRecording:
         self._decompress = _decompressor()
         self._events = _EventFile(folder / EVENT_FILE)
         self._number, self._state = -1, dict[str, Any]()
+        self._decoded_fields: dict[str, tuple[Any, Any]] = {}
         self._info: RunInfo | None = None
         self._version = ""
         try:
@@ -134,13 +134,31 @@ class SnapshotRecording:
         """Number of the newest snapshot at a robot time, s; the first one before its time."""
         return max(0, bisect_right(self._times, time) - 1)
 
-    def snapshot(self, number: int) -> Snapshot:
-        """Return a snapshot with its layers and events.
+    def snapshot(self, number: int, *, whole: bool = True) -> Snapshot:
+        """Return a snapshot.
+
+        Args:
+            number: of the snapshot, from 0.
+            whole: with its layers and events.
 
         Raises:
             IndexError: there is no such snapshot.
             InputError: the file is damaged.
         """
+        self._go_to(number)
+        names = self._layer_names() if whole else ()
+        layers = {name: self._layer(name, number) for name in names}
+        try:
+            return Snapshot(
+                **self._fields(),
+                layers={name: layer for name, layer in layers.items() if layer is not None},
+                events=self._events.before(self._event_count(), SHOWN_EVENTS) if whole else (),
+            )
+        except TypeError as error:
+            raise self._damaged(f"a snapshot lacks fields: {error}") from None
+
+    def _go_to(self, number: int) -> None:
+        """Make the state that of a snapshot."""
         if not 0 <= number < len(self._times):
             raise IndexError(f"snapshot {number} of {len(self._times)}")
         keyframe = self._keyframes[bisect_right(self._keyframes, number) - 1]
@@ -149,13 +167,18 @@ class SnapshotRecording:
         while self._number < number:
             self._number += 1
             self._apply(self._message(self._places[self._number]))
-        layers = {name: self._layer(name, number) for name in self._state[LAYERS]}
-        known = {key: value for key, value in self._state.items() if key not in (LAYERS, EVENTS)}
-        return Snapshot(
-            **known,
-            layers={name: layer for name, layer in layers.items() if layer is not None},
-            events=self._events.before(self._state[EVENTS], SHOWN_EVENTS),
-        )
+
+    def _layer_names(self) -> list[str]:
+        names = self._state.get(LAYERS)
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise self._damaged("a snapshot does not name its layers")
+        return names
+
+    def _event_count(self) -> int:
+        count = self._state.get(EVENTS)
+        if type(count) is not int or count < 0:
+            raise self._damaged("a snapshot does not say how many events were before it")
+        return count
 
     def events(self, first: int, end: int) -> list[Event]:
         """The events of these numbers, without the last one."""
@@ -163,8 +186,8 @@ class SnapshotRecording:
 
     def events_before(self, number: int) -> int:
         """How many events were there when this snapshot was taken."""
-        self.snapshot(number)
-        return int(self._state[EVENTS])
+        self._go_to(number)
+        return self._event_count()
 
     def _begin(self) -> RunInfo:
         if self._file.read(len(MAGIC)) != MAGIC:
@@ -264,22 +287,33 @@ class SnapshotRecording:
             raise self._damaged(f"a malformed {kind}: {error}") from None
 
     def _apply(self, content: dict[str, Any]) -> None:
-        """Apply a keyframe, or changes, to the state."""
-        state, rows = self._state, content.pop(ROWS, ())
+        """Apply a keyframe, or changes, to the state, which stays encoded."""
+        rows = content.pop(ROWS, ())
+        self._state |= content
+        if not rows:
+            return
         try:
-            state[LAYERS] = [str(name) for name in content[LAYERS]]
-            state[EVENTS] = int(content[EVENTS])
+            tree = list(self._state["tree"])
+            for index, row in rows:
+                tree[index] = row
         except (LookupError, TypeError, ValueError) as error:
-            raise self._damaged(f"a malformed snapshot: {error!r}") from None
-        state |= self._decoded(content, "Snapshot")
-        if rows:
-            tree = list(state["tree"])
-            try:
-                for index, row in _ROWS.decode(rows):
-                    tree[index] = row
-            except (MalformedError, LookupError, TypeError, ValueError) as error:
-                raise self._damaged(f"a malformed row of the tree: {error}") from None
-            state["tree"] = tuple(tree)
+            raise self._damaged(f"a malformed change of the tree: {error!r}") from None
+        self._state["tree"] = tree
+
+    def _fields(self) -> dict[str, Any]:
+        """The decoded fields of the state; what has not changed is not decoded again."""
+        fields, decoded = {}, self._decoded_fields
+        for name, codec in self._readable.get("Snapshot", {}).items():
+            if name not in self._state:
+                continue
+            encoded = self._state[name]
+            if name not in decoded or decoded[name][0] is not encoded:
+                try:
+                    decoded[name] = encoded, codec.decode(encoded)
+                except (MalformedError, TypeError, ValueError, OverflowError) as error:
+                    raise self._damaged(f"a malformed Snapshot: {error}") from None
+            fields[name] = decoded[name][1]
+        return fields
 
     def _layer(self, name: str, number: int) -> Layer | None:
         """The newest version of a layer that was written before a snapshot."""
@@ -412,8 +446,6 @@ def _required(kind: type) -> frozenset[str]:
         if item.default is MISSING and item.default_factory is MISSING
     )
 
-
-_ROWS = codec_of(ROWS_TYPE)
 
 _FIELDS: dict[str, tuple[frozenset[str], Mapping[str, Codec]]] = {
     "RunInfo": (_required(RunInfo), field_codecs(RunInfo)),
