@@ -18,6 +18,7 @@ class RunOptions:
         out: the run folder, made absolute; None writes no records.
         serve: let dashboards attach.
         mavlink: address to send MAVLink telemetry to, or None.
+        foxglove: port on the loopback device on which Foxglove can watch, or None.
         parameters: `controller.cruise_speed` -> value as text; overrides all files.
         camera: "asked" renders an image only when the mission asks for one; "off" simulates a
             robot without a working camera; "on" renders all the time, for the recording.
@@ -43,6 +44,7 @@ class RunOptions:
     rerun: bool = False
     serve: bool = True
     mavlink: str | None = None
+    foxglove: int | None = None
     camera: str = "asked"
     renderer: str = ""
     parameters: Mapping[str, str] | None = None

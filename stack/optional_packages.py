@@ -58,6 +58,7 @@ class Package:
 GTSAM = Package("gtsam", "gtsam>=4.3,<5")
 """Pose graphs. A dependency of treepilot: it is missing only where it has no wheel."""
 
+FOXGLOVE = Package("foxglove", "treepilot[foxglove]")
 MODERNGL = Package("moderngl", "treepilot[gl]")
 PYGLS = Package("pygls", "treepilot[lsp]")
 PYSERIAL = Package("serial", "treepilot[serial]")

@@ -349,7 +349,19 @@ def tuning_table(follower: Follower, block: Block) -> None:
     assert re.search(verdict, follower.output, re.MULTILINE)
 
 
-OUTPUTS = {"behaviours.md": plugin_problems, "tuning.md": tuning_table}
+def topics(follower: Follower, block: Block) -> None:
+    """The topics of an exported run and their schemas, as the page lists them."""
+    command = ["export", str(follower.folder / "runs/one"), "--mcap"]
+    printed = CliRunner().invoke(app, command).output.splitlines()
+    listed, found = (
+        {tuple(line.split()[:2]) for line in lines if line.startswith("/")}
+        for lines in (block.text.splitlines(), printed[:-1])
+    )
+    assert found <= listed, found - listed
+    assert len(found) > 20
+
+
+OUTPUTS = {"runs.md": topics, "behaviours.md": plugin_problems, "tuning.md": tuning_table}
 
 
 def first_key(block: Block) -> str:

@@ -129,6 +129,7 @@ ONE_PLACE = {
     "pybullet": {PYBULLET_ENGINE},
     "moderngl": {"stack/sim/sensors"},
     "rerun": {"stack/telemetry"},
+    "foxglove": {"stack/telemetry/foxglove"},
     "pyarrow": {"stack/telemetry/rerun"},
     "pymavlink": {"stack/telemetry", "robots"},
     "zmq": {"stack/telemetry"},

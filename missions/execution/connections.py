@@ -1,4 +1,4 @@
-"""Links of a run to the outside: MAVLink, and the channel through which operators command it."""
+"""Links of a run: MAVLink, Foxglove, and the channel through which operators command it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,18 @@ def network_sinks_of(options: RunOptions) -> tuple[list[Sink], TelemetryServer |
     """Return the sinks on the network, and the server that operators command the run through.
 
     Raises:
-        InputError: an address is wrong, or there is no place for the server's socket.
+        InputError: an address is wrong, a port is in use, or there is no place for the socket of
+            the server.
     """
     sinks: list[Sink] = []
     if options.mavlink:
         from stack.telemetry.mavlink_sink import MavlinkSink
 
         sinks.append(MavlinkSink(options.mavlink))
+    if options.foxglove is not None:
+        from stack.telemetry.foxglove.server import FoxgloveServer
+
+        sinks.append(FoxgloveServer(options.foxglove))
     if not options.serve:
         return sinks, None
     try:

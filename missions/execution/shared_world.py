@@ -118,6 +118,7 @@ def _refuse_options_of_one_mission(options: RunOptions) -> None:
         "--watch": options.watch,
         "--replay": options.replay is not None,
         "--mavlink": options.mavlink is not None,
+        "--foxglove": options.foxglove is not None,
     }
     for option, is_given in given.items():
         if is_given:

@@ -89,6 +89,16 @@ def run(  # noqa: PLR0913 - each is an option of the command
         str | None,
         typer.Option(metavar="ADDRESS", help="send MAVLink to, e.g., udpout:127.0.0.1:14550"),
     ] = None,
+    foxglove: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=1,
+            max=65535,
+            help="show the run live to the Foxglove app on this machine: ws://127.0.0.1:PORT;"
+            " usual is 8765",
+        ),
+    ] = None,
     camera: Annotated[Camera, typer.Option(help="render on request, always or never")] = (
         Camera.ASKED
     ),
@@ -180,7 +190,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
     without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
     options = RunOptions(
         seed=seed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
-        out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
+        out=out, rerun=not no_rerun, mavlink=mavlink, foxglove=foxglove, camera=camera.value,
+        watch=watch,
         renderer=renderer.value if renderer else "",
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),
@@ -193,4 +204,6 @@ def run(  # noqa: PLR0913 - each is an option of the command
         tuple(missions), options, headless=without_dashboard, json=json, speed=speed,
         on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout,
     )  # fmt: skip
+    if foxglove is not None:
+        typer.echo(f"in Foxglove: Open connection, ws://127.0.0.1:{foxglove}", err=True)
     raise typer.Exit(launch(launched))

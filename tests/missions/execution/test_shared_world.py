@@ -199,6 +199,7 @@ def test_a_signal_ends_all_missions(files):
          r"east\.yaml is in small room, west\.yaml in office; choose one with --world"),
         ({"west": EAST}, {}, r"east\.yaml and west\.yaml start at the same place, \(1, 2\.4\)"),
         ({}, {"start": "1,1"}, r"--start is for one mission"),
+        ({}, {"foxglove": 8765}, r"--foxglove is for one mission"),
         ({}, {"breakpoints": ("a",)}, r"--break is for one mission"),
         ({}, {"arguments": {"speed": "3"}}, r"--set speed: none of the missions"),
         ({"west": WEST.replace("run:", "runs:")}, {}, r"west\.yaml"),
