@@ -17,6 +17,7 @@ import typer
 from missions.cli.bench import bench_app
 from missions.cli.calibrate.command import calibrate
 from missions.cli.inspection.check import check, explain
+from missions.cli.inspection.diagnose import diagnose
 from missions.cli.inspection.doctor import doctor
 from missions.cli.inspection.list import describe, list_
 from missions.cli.inspection.nav2 import nav2
@@ -61,6 +62,7 @@ app.command()(calibrate)
 app.command()(lsp)
 app.command()(trace)
 app.command()(report)
+app.command()(diagnose)
 app.command()(doctor)
 app.command()(watch)
 app.command()(replay)
