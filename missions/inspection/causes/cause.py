@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-CERTAIN, LEAST = 0.95, 0.25
-"""Strength of a cause that the records show directly, and below which a cause is not told."""
+CERTAIN, STATE, LEAST = 0.95, 0.9, 0.25
+"""Strength of a cause that the records show directly; of a state of the robot, such as being lost,
+that another cause may have brought about; and below which a cause is not told."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,15 +10,20 @@ from typing import Any
 import numpy as np
 
 from missions.execution.prepare import PreparedMission, prepare
+from missions.inspection.causes.cause import share
 from missions.inspection.page.story import Story
 from missions.inspection.trace_model import Node, Tree, is_reset
 from stack.errors import InputError
+from stack.navigation.landmarks import Doorway, Landmarks
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
-from stack.types import CostGrid, FloatArray
+from stack.types import CostGrid, FloatArray, Pose2D
 
 WINDOW = 30.0
 """Seconds before the failure that are looked at, at least; the whole run of the failing leaf."""
+
+STALL_RADIUS = 0.3
+"""Metres within which a robot does not get ahead."""
 
 MOST_SHOTS = 200
 """Snapshots of that time that are read."""
@@ -43,6 +48,12 @@ class FailedNode:
     time: float
     where: str
     line: str
+
+    @property
+    def line_number(self) -> int:
+        """Line of the mission; 0 if it is not known."""
+        number = self.where.rpartition(":")[2]
+        return int(number) if number.isdecimal() else 0
 
 
 class Evidence:
@@ -122,22 +133,43 @@ class Evidence:
         """Seconds that each snapshot stands for: up to the next one."""
         return np.append(np.diff(self.times), 0.0)
 
+    @cached_property
+    def stalled(self) -> int:
+        """How many of the last snapshots show the robot within STALL_RADIUS of its last place."""
+        end = self.last.odometry
+        gone = [
+            number for number, shot in enumerate(self.shots)
+            if shot.odometry.distance_to(end) > STALL_RADIUS
+        ]  # fmt: skip
+        return len(self.shots) - (gone[-1] + 1 if gone else 0)
+
+    def held_share(self, cause: str) -> float:
+        """Return the share of the standstill at the end in which a cause held the robot."""
+        shots, spans = self.shots[-self.stalled :], self.spans[-self.stalled :]
+        held = sum(
+            span
+            for shot, span in zip(shots, spans, strict=True)
+            if any(one.stands and one.cause == cause for one in shot.limitations)
+        )
+        return share(float(held), float(spans.sum()))
+
     def costmap(self, name: str) -> CostGrid | None:
         """Return a costmap at the failure."""
         layer = self.before.layers.get(name)
         content = None if layer is None else layer.content
         return content if isinstance(content, CostGrid) else None
 
-    def place(self, x: float, y: float) -> str:
-        """Return a place in words: its coordinates, and the nearest place of the mission."""
-        near = min(
-            self.story.places.items(),
-            key=lambda item: np.hypot(item[1][0] - x, item[1][1] - y), default=None,
-        )  # fmt: skip
-        if near is None:
-            return f"({x:.2f}, {y:.2f})"
-        away = np.hypot(near[1][0] - x, near[1][1] - y)
-        return f"({x:.2f}, {y:.2f}), {away:.1f} m from {near[0]!r}"
+    @cached_property
+    def landmarks(self) -> Landmarks:
+        """Names of the mission's places, and of the doors of its world."""
+        places = {name: Pose2D(x, y) for name, (x, y) in self.story.places.items()}
+        doors = () if self.plan is None else self.plan.world.doors
+        return Landmarks(places, [Doorway(door.name, door.start, door.end) for door in doors])
+
+    @property
+    def inscribed_radius(self) -> float:
+        """Metres from the centre of the robot to its outline."""
+        return self.story.footprint.inscribed_radius
 
     def _read(self) -> list[Snapshot]:
         with SnapshotRecording(self.story.folder) as recording:

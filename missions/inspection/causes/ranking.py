@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-from missions.inspection.causes import endings
+from missions.inspection.causes import (
+    costmaps,
+    endings,
+    holdups,
+    passages,
+    planning,
+    poses,
+    sensors,
+)
 from missions.inspection.causes.cause import LEAST, Cause
 from missions.inspection.causes.evidence import Evidence
 from missions.inspection.page.story import Story
 
-EVERY = (*endings.CAUSES,)
-"""A cause is a function of the evidence; of two that are equally strong, the first is told first."""
+EVERY = (
+    *endings.CAUSES, *poses.CAUSES, *costmaps.CAUSES, *passages.CAUSES, *sensors.CAUSES,
+    *planning.CAUSES, *holdups.CAUSES,
+)  # fmt: skip
+"""Functions of the evidence; of two equally strong causes, that of the earlier one comes first."""
 
 
 def causes_of(story: Story) -> list[Cause]:
