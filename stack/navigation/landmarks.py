@@ -73,6 +73,14 @@ class Landmarks:
         near = min(self.doors, key=lambda door: door.distance_to(at), default=None)
         return near if near is not None and near.distance_to(at) <= AT_DOOR else None
 
+    def closed(self, at: Point) -> str:
+        """Return what closes a way, as in: the way between 'a' and 'b' is closed at … by …"""
+        around = self.around(at)
+        return (
+            f"the way {around}{' ' if around else ''}is closed at ({at[0]:.2f}, {at[1]:.2f}) by "
+            f"{self.obstacle(at)}"
+        )
+
     def obstacle(self, at: Point) -> str:
         """Return what is at a point where the map is free."""
         door = self.door_at(at)

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from missions.execution.build.world import landmarks_of
 from missions.execution.prepare import PreparedMission, prepare
 from missions.inspection.causes.cause import share
 from missions.inspection.page.story import Story
 from missions.inspection.trace_model import Node, Tree, is_reset
 from stack.errors import InputError
-from stack.navigation.landmarks import Doorway, Landmarks
+from stack.navigation.landmarks import Landmarks
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from stack.types import CostGrid, FloatArray, Pose2D
@@ -162,9 +163,9 @@ class Evidence:
     @cached_property
     def landmarks(self) -> Landmarks:
         """Names of the mission's places, and of the doors of its world."""
-        places = {name: Pose2D(x, y) for name, (x, y) in self.story.places.items()}
-        doors = () if self.plan is None else self.plan.world.doors
-        return Landmarks(places, [Doorway(door.name, door.start, door.end) for door in doors])
+        if self.plan is not None:
+            return landmarks_of(self.plan)
+        return Landmarks({name: Pose2D(x, y) for name, (x, y) in self.story.places.items()})
 
     @property
     def inscribed_radius(self) -> float:

@@ -43,7 +43,7 @@ def passage_closed(evidence: Evidence) -> Cause | None:
         advice += "; if it is always there, draw it into the map"
     return Cause(
         "passage closed", CERTAIN * share(reachable_area(grid, shot.pose), ROOM),
-        f"the way at {marks.where(found.at)} is closed by {marks.obstacle(found.at)}",
+        marks.closed(found.at),
         facts, advice,
     )  # fmt: skip
 
