@@ -17,6 +17,7 @@ import typer
 from missions.cli.bench import bench_app
 from missions.cli.calibrate.command import calibrate
 from missions.cli.inspection.check import check, explain
+from missions.cli.inspection.diagnose import diagnose
 from missions.cli.inspection.doctor import doctor
 from missions.cli.inspection.export import export
 from missions.cli.inspection.list import describe, list_
@@ -63,6 +64,7 @@ app.command()(lsp)
 app.command()(trace)
 app.command()(report)
 app.command()(export)
+app.command()(diagnose)
 app.command()(doctor)
 app.command()(watch)
 app.command()(replay)

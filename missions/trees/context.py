@@ -206,11 +206,12 @@ class Execution:
         if self.emit is _ignore:
             return
         before, node = WORDS[previous], record.node
+        code = {"code": self.code_of(node)} if status is Status.FAILURE else {}
         self.emit(
             level="info", kind="node_status", text=f"{node.name}: {before} > {WORDS[status]}",
             fields={
                 "node": record.id, "name": node.name, "from": before, "to": WORDS[status],
-                "message": node.feedback_message if status is not Status.RUNNING else "",
+                "message": node.feedback_message if status is not Status.RUNNING else "", **code,
             },
         )  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import copysign, inf
 
 import numpy as np
@@ -18,12 +19,12 @@ from stack.navigation.people.narrow_meeting import LOOKAHEAD
 from stack.navigation.people.possible_people import PossiblePeople
 from stack.navigation.people.standoff import PERSON_DISTANCE, nearest
 from stack.navigation.plans.choice import PlanChoice
+from stack.navigation.plans.closed_passages import explained
 from stack.navigation.plans.goal_sequence import GoalSequence
 from stack.navigation.plans.path_check import PartialEnd, PathCheck, near_partial_end
 from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import TURNING_DISTANCE, turning_place
-from stack.navigation.plans.zone_names import with_zones
 from stack.navigation.tasks import MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
 
@@ -329,8 +330,7 @@ class GoalDrive(Drive):
             answer = self._choice.within_tolerance(answer)
         if isinstance(answer, Failure):
             self._planner = self._requested_from
-            request, costmap = future.request, self._tools.global_costmap
-            self._plan_failed(with_zones(answer, costmap, request.start, request.goals), perceived)
+            self._plan_failed(answer, future.request, perceived)
             return
         self._patience.reset()
         if future.request.goals != self._goals.left:
@@ -342,7 +342,7 @@ class GoalDrive(Drive):
         ):
             self._adopt(answer, perceived)
 
-    def _plan_failed(self, failure: Failure, perceived: Perceived) -> None:
+    def _plan_failed(self, failure: Failure, request: PlanRequest, perceived: Perceived) -> None:
         """Handle a failed plan: continue on the current path, or retry until patience ends."""
         if failure.code in PERMANENT_FAILURES:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
@@ -356,7 +356,10 @@ class GoalDrive(Drive):
         if self.path is None:
             close = nearest(perceived.world.tracks, perceived.estimate.pose, PERSON_DISTANCE)
             self._follower.standoff.face(close, perceived.time)
-        self._patience.failed(failure, perceived, follows_path=self.path is not None)
+        explain = partial(
+            explained, tools=self._tools, pose=request.start, goals=request.goals
+        )  # fmt: skip
+        self._patience.failed(failure, perceived, explain, follows_path=self.path is not None)
 
     def _adopt(self, plan: Plan, perceived: Perceived) -> None:
         first = self.path is None

@@ -9,6 +9,7 @@ from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Lifecycle
+from stack.navigation.landmarks import Landmarks
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.reactive_motions import ReactiveMotions
@@ -22,6 +23,7 @@ class DriveTools:
     Attributes:
         period: seconds between control steps.
         motions: by range sensors, as parts of drives.
+        landmarks: names of places and doors, for sentences.
         replans: number of plans so far that have replaced another one of the same drive.
     """
 
@@ -36,6 +38,7 @@ class DriveTools:
     emit: Emit
     period: float
     motions: ReactiveMotions = field(init=False)
+    landmarks: Landmarks = field(default_factory=Landmarks)
     replans: int = 0
     _steered_by: object = None
 

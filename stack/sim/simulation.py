@@ -240,4 +240,5 @@ class Simulation:
         self.doors[name] = closed
         self.scene_changes += 1
         for robot in self._robots:
-            robot.report("door", f"the door {name} {'closed' if closed else 'opened'}")
+            done = "closed" if closed else "opened"
+            robot.report("door", f"the door {name} {done}", door=name, closed=closed)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
-from missions.execution.build.world import map_of, world_model_of
+from missions.execution.build.world import landmarks_of, map_of, world_model_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
@@ -304,6 +304,7 @@ def _navigator(  # noqa: PLR0913 - what it needs of the engine
         global_costmap=world.global_costmap,
         emit=emit,
         period=period,
+        landmarks=landmarks_of(plan),
     )
     evasion = Evasion(robot, choices["evasion"].parameters)
     return Navigator(tools, evasion, perceiver.estimator, now, world.cover, log)

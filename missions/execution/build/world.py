@@ -10,6 +10,7 @@ from missions.execution.resources import load_map
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import GrowingMap, resampled_grid, unexplored
+from stack.navigation.landmarks import Doorway, Landmarks
 from stack.navigation.world_model import WorldModel
 from stack.perception.tracking.tracker import Tracker
 from stack.types import OccupancyGrid
@@ -78,3 +79,10 @@ def _replacing(*costmaps: Costmap) -> Callable[[OccupancyGrid], None]:
 
 def _ignore(_: object = ()) -> None:
     """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
+
+
+def landmarks_of(plan: PreparedMission) -> Landmarks:
+    """Return the names of the mission's places, and of the doors of a map made from its world."""
+    doors = plan.world.doors if plan.mission.map == "from_world" else ()
+    doorways = [Doorway(door.name, door.start, door.end) for door in doors]
+    return Landmarks(plan.mission.places, doorways)

@@ -8,6 +8,7 @@ from html import escape
 import numpy as np
 
 from missions.execution.repeat import first_difference
+from missions.inspection.causes.html import causes_html
 from missions.inspection.page.figures import RUN_COLOURS, map_figure, plot, timeline
 from missions.inspection.page.story import Failing, Story
 from stack.telemetry.records import ROUTINE
@@ -59,7 +60,7 @@ td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
   svg .name { font-size: 18px; } }
 code { font-size: .85rem; background: var(--panel); padding: 1px 4px; border-radius: 4px; }
 .note { border-left: 4px solid var(--warn); background: var(--panel); padding: 8px 12px;
-  border-radius: 4px; }
+  border-radius: 4px; margin: 0 0 8px; } .note ul { margin: 4px 0; padding-left: 20px; }
 .scroll { overflow-x: auto; } details > summary { cursor: pointer; color: var(--dim); }
 """
 
@@ -148,7 +149,7 @@ def _outcome(story: Story) -> str:
         if held:
             rows.append(("held", "; ".join(held)))
         rows.append(("event log", report.log_sha256[:16]))
-    return f'<p class="lead">{sentence}</p>{_table(rows)}'
+    return f'<p class="lead">{sentence}</p>{causes_html(story)}{_table(rows)}'
 
 
 def _table(rows: Iterable[tuple[str, str]]) -> str:

@@ -19,7 +19,7 @@ from stack.documents.files import YAML_BYTES, read_bytes
 from stack.errors import InputError
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
-from stack.types import FloatArray, OccupancyGrid
+from stack.types import FloatArray, Footprint, OccupancyGrid
 
 MOST_SAMPLES = 1500
 """Samples of the whole run that are drawn."""
@@ -106,6 +106,7 @@ class Story:
     robot: str
     world: str
     places: dict[str, tuple[float, float]]
+    footprint: Footprint
     report: Report | None
     inputs: RunInputs | None
     _lines: dict[str, list[str]] = field(default_factory=dict)
@@ -239,7 +240,7 @@ def read_story(folder: Path) -> Story:
         last, info = recording.snapshot(count - 1), recording.info
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
-        {name: (pose.x, pose.y) for name, pose in info.places.items()},
+        {name: (pose.x, pose.y) for name, pose in info.places.items()}, info.footprint,
         read_report(folder), inputs,
     )  # fmt: skip
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stack.errors import NavigationError
 from stack.lifecycle import Timers
 from stack.navigation.drive_tools import DriveTools
@@ -40,12 +42,16 @@ class PlanPatience:
         """Start over: a plan was found."""
         self._failing.reset()
 
-    def failed(self, failure: Failure, perceived: Perceived, *, follows_path: bool) -> None:
+    def failed(
+        self, failure: Failure, perceived: Perceived, explain: Callable[[Failure], Failure],
+        *, follows_path: bool,
+    ) -> None:  # fmt: skip
         """Note that a plan failed.
 
         Args:
             failure: of the plan.
             perceived: in this step.
+            explain: returns the failure with a sentence that says more, once the patience is over.
             follows_path: whether the robot goes on along an earlier path meanwhile.
 
         Raises:
@@ -64,7 +70,7 @@ class PlanPatience:
         if waited >= p.patience:
             if person is not None and failure.code in CLOSED_BY_PERSON:
                 raise blocked_by(person, p.person_patience)
-            raise NavigationError(FailureCode(failure.code), failure.sentence)
+            raise NavigationError(FailureCode(failure.code), explain(failure).sentence)
 
     def _person_near(self, perceived: Perceived, failure: Failure) -> TrackedObject | None:
         """Return a person who may be why there is no path: near the robot, the goal or its end."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.navigation.drive_tools import DriveTools
+from stack.navigation.plans.closed_passages import explained
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
-from stack.navigation.plans.zone_names import with_zones
 from stack.navigation.tasks import MotionTask
 from stack.types import Perceived, Pose2D
 
@@ -58,5 +58,5 @@ class PlanQueries:
             task.succeed(f"plan found, {answer.path.length:.1f} m")
         elif answer is not None:
             start = task.future.request.start
-            answer = with_zones(answer, tools.global_costmap, start, (planning.goal,))
+            answer = explained(answer, tools, start, (planning.goal,))
             task.fail(answer.code, answer.sentence)

@@ -1,0 +1,1 @@
+"""`treepilot diagnose`: the likely causes of what went wrong in a run, each with its evidence."""

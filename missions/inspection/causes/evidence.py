@@ -1,0 +1,223 @@
+"""What the records of a run show about its decisive failure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from missions.execution.build.world import landmarks_of
+from missions.execution.prepare import PreparedMission, prepare
+from missions.inspection.causes.cause import share
+from missions.inspection.page.story import Story
+from missions.inspection.trace_model import Node, Tree, is_reset
+from stack.errors import InputError
+from stack.navigation.landmarks import Landmarks
+from stack.telemetry.records import Event, Snapshot
+from stack.telemetry.snapshots.recording import SnapshotRecording
+from stack.types import CostGrid, FloatArray, Pose2D
+
+WINDOW = 30.0
+"""Seconds before the failure that are looked at, at least; the whole run of the failing leaf."""
+
+STALL_RADIUS = 0.3
+"""Metres within which a robot does not get ahead."""
+
+MOST_SHOTS = 200
+"""Snapshots of that time that are read."""
+
+
+@dataclass(frozen=True, slots=True)
+class FailedNode:
+    """The node whose failure ended the mission.
+
+    Attributes:
+        name: of the node; kind: the word in the mission.
+        code: of the failure; empty in a run of an older version. message: why, for people.
+        begin: robot time of its last start, seconds; time: of the failure.
+        where: file and line of the mission; line: its text.
+    """
+
+    name: str
+    kind: str
+    code: str
+    message: str
+    begin: float
+    time: float
+    where: str
+    line: str
+
+    @property
+    def line_number(self) -> int:
+        """Line of the mission; 0 if it is not known."""
+        number = self.where.rpartition(":")[2]
+        return int(number) if number.isdecimal() else 0
+
+
+class Evidence:
+    """What the records show about the failure of a run.
+
+    Args:
+        story: of the run.
+
+    Attributes:
+        failed: the decisive node; None if no node of the mission failed.
+        shots: snapshots before the end of the failure, ascending, at least one.
+    """
+
+    def __init__(self, story: Story) -> None:
+        self.story = story
+        self.failed = failed_node(story)
+        self.shots = self._read()
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """All events of the run."""
+        return self.story.events
+
+    @property
+    def code(self) -> str:
+        """Failure code of the decisive node; empty without one."""
+        return "" if self.failed is None else self.failed.code
+
+    @property
+    def end(self) -> float:
+        """Robot time of the failure, or else of the end of the run, seconds."""
+        return self.story.end if self.failed is None else self.failed.time
+
+    @property
+    def begin(self) -> float:
+        """Robot time at which what failed began, seconds."""
+        return 0.0 if self.failed is None else self.failed.begin
+
+    @property
+    def last(self) -> Snapshot:
+        """The snapshot at the failure."""
+        return self.shots[-1]
+
+    @property
+    def before(self) -> Snapshot:
+        """The last snapshot with a goal, in which the robot still drove; the newest without one."""
+        return next((shot for shot in reversed(self.shots) if shot.goal is not None), self.last)
+
+    @cached_property
+    def plan(self) -> PreparedMission | None:
+        """The mission as it was prepared; None if its copies cannot be read any more."""
+        inputs = self.story.inputs
+        try:
+            return None if inputs is None else prepare(inputs.mission, inputs.options)
+        except InputError:
+            return None
+
+    def told(self, kind: str, since: float | None = None) -> list[Event]:
+        """Return the events of a kind up to the failure, from a time on."""
+        first = -np.inf if since is None else since
+        return [
+            event for event in self.events
+            if event.kind == kind and first <= event.time <= self.end + 1e-6
+        ]  # fmt: skip
+
+    def values(self, read: Any) -> FloatArray:
+        """Return a figure of each snapshot."""
+        return np.array([read(shot) for shot in self.shots], dtype=np.float64)
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """Robot time of each snapshot, seconds."""
+        return self.values(lambda shot: shot.time)
+
+    @cached_property
+    def spans(self) -> FloatArray:
+        """Seconds that each snapshot stands for: up to the next one."""
+        return np.append(np.diff(self.times), 0.0)
+
+    @cached_property
+    def stalled(self) -> int:
+        """How many of the last snapshots show the robot within STALL_RADIUS of its last place."""
+        end = self.last.odometry
+        gone = [
+            number for number, shot in enumerate(self.shots)
+            if shot.odometry.distance_to(end) > STALL_RADIUS
+        ]  # fmt: skip
+        return len(self.shots) - (gone[-1] + 1 if gone else 0)
+
+    def held_share(self, cause: str) -> float:
+        """Return the share of the standstill at the end in which a cause held the robot."""
+        shots, spans = self.shots[-self.stalled :], self.spans[-self.stalled :]
+        held = sum(
+            span
+            for shot, span in zip(shots, spans, strict=True)
+            if any(one.stands and one.cause == cause for one in shot.limitations)
+        )
+        return share(float(held), float(spans.sum()))
+
+    def costmap(self, name: str) -> CostGrid | None:
+        """Return a costmap at the failure."""
+        layer = self.before.layers.get(name)
+        content = None if layer is None else layer.content
+        return content if isinstance(content, CostGrid) else None
+
+    @cached_property
+    def landmarks(self) -> Landmarks:
+        """Names of the mission's places, and of the doors of its world."""
+        if self.plan is not None:
+            return landmarks_of(self.plan)
+        return Landmarks({name: Pose2D(x, y) for name, (x, y) in self.story.places.items()})
+
+    @property
+    def inscribed_radius(self) -> float:
+        """Metres from the centre of the robot to its outline."""
+        return self.story.footprint.inscribed_radius
+
+    def _read(self) -> list[Snapshot]:
+        with SnapshotRecording(self.story.folder) as recording:
+            first = recording.index_at(min(self.begin, self.end - WINDOW))
+            last = recording.index_at(self.end + 1e-6)
+            every = max(1, -(-(last - first + 1) // MOST_SHOTS))
+            numbers = sorted({*range(first, last + 1, every), last})
+            return [recording.snapshot(number) for number in numbers]
+
+
+def failed_node(story: Story) -> FailedNode | None:
+    """Return the first cause: follow the failures from the root of the last tree."""
+    if story.status != "failure":
+        return None
+    changes: dict[int, list[Event]] = {}
+    tree = story.trace.trees[-1]
+    for event, _, number in story.trace.with_trees():
+        is_last = number == len(story.trace.trees) - 1
+        if is_last and event.kind == "node_status" and not is_reset(event):
+            changes.setdefault(int(event.fields["node"]), []).append(event)
+    node: Node | None = next(iter(tree.nodes.values()), None)
+    found: Event | None = None
+    while node is not None and _fails(changes.get(node.id, [])):
+        found = changes[node.id][-1]
+        node = max(
+            _failed_children(tree, node, changes),
+            key=lambda child: changes[child.id][-1].number, default=None,
+        )  # fmt: skip
+    return None if found is None else _told(story, tree, found, changes)
+
+
+def _failed_children(tree: Tree, node: Node, changes: dict[int, list[Event]]) -> Iterator[Node]:
+    """Yield the children that failed, and were not started again or halted since."""
+    for child in tree.children(node):
+        if _fails(changes.get(child.id, [])):
+            yield child
+
+
+def _fails(changes: list[Event]) -> bool:
+    return bool(changes) and changes[-1].fields["to"] == "failure"
+
+
+def _told(story: Story, tree: Tree, event: Event, changes: dict[int, list[Event]]) -> FailedNode:
+    node = tree.nodes[int(event.fields["node"])]
+    begun = [one.time for one in changes[node.id] if one.fields["to"] == "running"]
+    return FailedNode(
+        node.name, node.kind, str(event.fields.get("code", "")),
+        str(event.fields.get("message") or ""), begun[-1] if begun else event.time, event.time,
+        node.where, story.line_of(node.where),
+    )  # fmt: skip

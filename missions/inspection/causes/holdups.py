@@ -1,0 +1,73 @@
+"""Causes in what stood in the way: people, obstacles, safety zones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from missions.inspection.causes.cause import CERTAIN, Cause, Fact
+from missions.inspection.causes.evidence import Evidence
+from stack.types import FailureCode
+from stack.types.limitations import (
+    BLIND_SECTOR,
+    NOT_FINITE,
+    OBSTACLE,
+    PERSON,
+    SPEED_LIMIT,
+    UNSEEN_GROUND,
+    ZONE,
+)
+
+SYMPTOM = 0.8
+"""Factor on what holds a robot that something else may have led there."""
+
+THINGS = (OBSTACLE, ZONE, BLIND_SECTOR, UNSEEN_GROUND, SPEED_LIMIT, NOT_FINITE)
+"""What can hold a robot besides people, old measurements, operators and doubt."""
+
+
+def held_by_person(evidence: Evidence) -> Cause | None:
+    """A person was in the way."""
+    held = evidence.held_share(PERSON)
+    certain = evidence.code == FailureCode.BLOCKED_BY_PERSON
+    if not certain and not held:
+        return None
+    return Cause(
+        "held by a person", CERTAIN if certain else CERTAIN * held,
+        "a person was in the way", _facts(evidence, PERSON, held),
+        "let it wait longer (`navigator.person_patience`), take another route, or ask the person: "
+        "`say` in a recovery",
+    )  # fmt: skip
+
+
+def held_by_obstacle(evidence: Evidence) -> Cause | None:
+    """An obstacle or a safety zone held the robot."""
+    cause = max(THINGS, key=evidence.held_share)
+    held = evidence.held_share(cause)
+    ahead = evidence.code == FailureCode.COLLISION_AHEAD
+    if not ahead and not held:
+        return None
+    cause = cause if held else OBSTACLE
+    return Cause(
+        "held by an obstacle" if cause == OBSTACLE else f"held by {cause}",
+        SYMPTOM * (1.0 if ahead else held), f"the robot was held by: {cause}",
+        _facts(evidence, cause, held),
+        "look at what is there with `treepilot replay`; leave it more room, or change the zone or "
+        "limit that holds the robot (`treepilot parameters MISSION safety`)",
+    )  # fmt: skip
+
+
+def _facts(evidence: Evidence, cause: str, held: float) -> tuple[Fact, ...]:
+    told = [event for event in evidence.told("held") if event.fields.get("cause") == cause]
+    stall = evidence.times[-1] - evidence.times[-evidence.stalled]
+    found = [Fact(event.text, event.time, _pair(event.fields.get("place"))) for event in told[-3:]]
+    if held:
+        found.append(Fact(f"{held:.0%} of the last {stall:.1f} s, in which it did not get ahead"))
+    if evidence.failed is not None:
+        found.append(Fact(evidence.failed.message, evidence.failed.time))
+    return tuple(found)
+
+
+def _pair(raw: Any) -> tuple[float, float] | None:
+    return (float(raw[0]), float(raw[1])) if raw else None
+
+
+CAUSES = (held_by_person, held_by_obstacle)

@@ -1,0 +1,67 @@
+"""A way that is open on the map is closed: by a door, or by something that is not on the map."""
+
+from __future__ import annotations
+
+from math import hypot
+
+from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.costmaps import ROOM, ground_of, reachable_area
+from missions.inspection.causes.evidence import Evidence
+from stack.costmap.closed_way import ClosedWay, closed_way
+from stack.telemetry.records import Snapshot
+from stack.types import FailureCode
+
+AT_PERSON = 0.3
+"""Metres from the body of a person within which what is there is the person."""
+
+
+def passage_closed(evidence: Evidence) -> Cause | None:
+    """There is no path, although the map has one."""
+    grid, shot = evidence.costmap("global_costmap"), evidence.before
+    if grid is None or shot.goal is None or evidence.code != FailureCode.NO_VALID_PATH:
+        return None
+    found = closed_way(
+        grid, ground_of(evidence, grid), shot.pose, shot.goal, evidence.inscribed_radius
+    )
+    if found is None:
+        return None
+    marks = evidence.landmarks
+    if _person_at(shot, found.at):
+        return _closed_by_person(evidence, found)
+    door = marks.door_at(found.at)
+    moved = [
+        event for event in evidence.told("door")
+        if door is not None and event.fields.get("door") == door.name
+    ]  # fmt: skip
+    facts = (
+        Fact(f"the map has a way of {found.length:.1f} m to {marks.name(shot.goal)}, closed after "
+             f"{found.open_length:.1f} m", evidence.end, found.at),
+        *(Fact(event.text, event.time) for event in moved[-1:]),
+    )  # fmt: skip
+    advice = "wait for it (`retry` with a delay), take another way, or ask for help with `say`"
+    if door is None:
+        advice += "; if it is always there, draw it into the map"
+    return Cause(
+        "passage closed", CERTAIN * share(reachable_area(grid, shot.pose), ROOM),
+        marks.closed(found.at),
+        facts, advice,
+    )  # fmt: skip
+
+
+def _person_at(shot: Snapshot, at: tuple[float, float]) -> bool:
+    """Whether a person of the simulation, or a track, is at a place; also one who stands."""
+    known = [] if shot.people is None else [tuple(row) for row in shot.people.tolist()]
+    known += [(*track.position, track.radius) for track in shot.tracks]
+    return any(hypot(x - at[0], y - at[1]) <= radius + AT_PERSON for x, y, radius in known)
+
+
+def _closed_by_person(evidence: Evidence, found: ClosedWay) -> Cause:
+    where = evidence.landmarks.where(found.at)
+    return Cause(
+        "held by a person", CERTAIN, f"a person stands in the way at {where}",
+        (Fact("the map has a way; a person closes it", evidence.end, found.at),),
+        "wait for them (`retry` with a delay), take another way, or ask with `say`",
+    )  # fmt: skip
+
+
+CAUSES = (passage_closed,)

@@ -1,0 +1,70 @@
+"""Causes in plans and settings: a slow planner, and parameters that do not fit the robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.evidence import Evidence
+from stack.types import FailureCode
+
+FRUITLESS = frozenset(
+    {FailureCode.NO_VALID_PATH, FailureCode.START_OCCUPIED, FailureCode.GOAL_OCCUPIED,
+     FailureCode.START_OUTSIDE_MAP, FailureCode.GOAL_OUTSIDE_MAP}
+)  # fmt: skip
+"""Failures of plans that were computed."""
+
+TIMEOUT = "timeout"
+"""Kind of the node that limits time."""
+
+NAMED, OTHER = 0.9, 0.5
+"""Strength of a warning about the line that failed, and about another line."""
+
+
+def planner_slow(evidence: Evidence) -> Cause | None:
+    """The planner gave up, or the robot waited for its plans."""
+    failed = evidence.failed
+    if failed is None or failed.code in FRUITLESS:
+        return None
+    gave_up = failed.code == FailureCode.TIMED_OUT and failed.kind != TIMEOUT
+    waits = evidence.values(lambda shot: shot.goal is not None and shot.path is None)
+    waited = float((waits * evidence.spans)[evidence.times >= failed.begin].sum())
+    strength = CERTAIN * share(waited, failed.time - failed.begin)
+    if gave_up:
+        strength = CERTAIN
+    elif not waited:
+        return None
+    latency = evidence.last.parameters.get("navigator.planning_latency")
+    facts = (
+        *([Fact(failed.message, failed.time)] if gave_up else []),
+        Fact(f"{waited:.1f} of {failed.time - failed.begin:.1f} s were spent without a path"),
+        *([Fact(f"navigator.planning_latency: {latency:g} s")] if latency is not None else []),
+    )
+    return Cause(
+        "planner too slow", strength, "the robot waited for a plan", facts,
+        "use a faster planner or a coarser costmap (`costmap.map_resolution`), raise "
+        "`planner.max_expansions`, or split the way with via poses",
+    )  # fmt: skip
+
+
+def setting_unfit(evidence: Evidence) -> Cause | None:
+    """A setting does not fit the robot or another setting; `check` warned of it."""
+    plan, failed = evidence.plan, evidence.failed
+    if plan is None or failed is None or failed.code in FRUITLESS:
+        return None
+    warned = sorted(plan.warnings, key=lambda one: one.mark.line != failed.line_number)
+    if not warned:
+        return None
+    is_named = warned[0].mark.line == failed.line_number
+    facts = tuple(
+        Fact(f"{Path(one.mark.file).name}:{one.mark.line} {one.code} {one.sentence}")
+        for one in warned[:3]
+    )
+    return Cause(
+        "setting does not fit", NAMED if is_named else OTHER,
+        f"a setting does not fit the robot, the world or another setting: {warned[0].sentence}",
+        facts, warned[0].hint or "follow the warnings of `treepilot check`",
+    )  # fmt: skip
+
+
+CAUSES = (planner_slow, setting_unfit)

@@ -1,0 +1,147 @@
+"""Causes in the sensors: silent, late, with wrong stamps; and wheels that slip."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.evidence import Evidence
+from stack.types import FloatArray
+from stack.types.limitations import OLD_MEASUREMENT
+
+FRESH = 0.25
+"""Seconds of age up to which a scan is fresh: a period, its rotation and a snapshot."""
+
+LATE = 0.5
+"""Seconds of age of the scans that explain a failure wholly: no robot drives by them."""
+
+RECENT = 5.0
+"""Seconds before the failure in which the age of the scans counts."""
+
+COMMANDED = 0.5
+"""Metres commanded from which on slip is judged."""
+
+
+def sensor_silent(evidence: Evidence) -> Cause | None:
+    """A sensor delivered nothing."""
+    newest = {str(event.fields.get("sensor")): event for event in evidence.told("sensor")}
+    newest |= {str(event.fields.get("camera")): event for event in evidence.told("camera")}
+    silent = [event for event in newest.values() if event.fields.get("fault") == "silent"]
+    if not silent:
+        return None
+    ages = _ages(evidence)
+    stops = evidence.held_share(OLD_MEASUREMENT)
+    blind = bool(len(ages)) and ages[-1] > 1.0
+    first = min(silent, key=lambda event: event.number)
+    facts = (
+        *(Fact(event.text, event.time) for event in silent),
+        *([Fact(f"the newest scan was {ages[-1]:.1f} s old", evidence.end)] if blind else []),
+        *([Fact(f"held for {stops:.0%} of the standstill by old measurements")] if stops else []),
+    )
+    names = ", ".join(
+        str(event.fields.get("sensor", event.fields.get("camera"))) for event in silent
+    )
+    strength = CERTAIN if blind else CERTAIN * max(0.4, stops)
+    return Cause(
+        "sensor silent", strength * (1.0 - _dropped_share(evidence)),
+        f"no measurements of {names} from {first.time:.1f} s on", facts,
+        "check its cable, power and driver; a mission can wait for it or stop, see `treepilot "
+        "trace`",
+    )  # fmt: skip
+
+
+def scans_late(evidence: Evidence) -> Cause | None:
+    """Scans arrive, but long after they were measured."""
+    ages, stamps = _ages(evidence), _stamps(evidence)
+    if len(np.unique(stamps)) < 3:
+        return None
+    age = float(np.median(ages))
+    if age <= FRESH:
+        return None
+    stops = evidence.held_share(OLD_MEASUREMENT)
+    facts = (
+        Fact(f"scans were {age:.2f} s old (median of the last {RECENT:g} s); fresh up to {FRESH:g}"
+             " s", evidence.end),
+        *([Fact(f"held for {stops:.0%} of the standstill by old measurements")] if stops else []),
+    )  # fmt: skip
+    return Cause(
+        "scans late", CERTAIN * share(age, LATE), "the scans arrive late", facts,
+        "look for a slow network or a busy computer between lidar and robot; `safety.stale_after` "
+        "is the age at which the robot stops",
+    )  # fmt: skip
+
+
+def wrong_stamps(evidence: Evidence) -> Cause | None:
+    """Measurements whose stamps do not fit the clock of the robot."""
+    report, ages = evidence.story.report, _ages(evidence)
+    dropped = {} if report is None else report.scans_dropped
+    lost = [event for event in evidence.told("sensor") if event.fields.get("fault") == "dropped"]
+    ahead = -float(ages.min()) if len(ages) else 0.0
+    strength = CERTAIN * max(_dropped_share(evidence), share(ahead, LATE))
+    facts = (
+        *(Fact(event.text, event.time) for event in lost[:2]),
+        *(Fact(f"{count} scans of {name} could not be used") for name, count in dropped.items()),
+        *([Fact(f"a scan was stamped {ahead:.2f} s in the future")] if ahead > 0.05 else []),
+    )
+    if not facts:
+        return None
+    return Cause(
+        "stamps wrong", strength, "the stamps of the measurements do not fit the robot's clock",
+        facts, "synchronise the clocks of sensor and robot; stamps count in seconds of the robot's "
+        "clock, from the middle of the measurement",
+    )  # fmt: skip
+
+
+def wheel_slip(evidence: Evidence) -> Cause | None:
+    """The wheels turned, and the robot did not move."""
+    shots, spans = evidence.shots, evidence.spans
+    commanded = float((evidence.values(lambda shot: abs(shot.commanded.linear)) * spans).sum())
+    places = [shot.truth or shot.pose for shot in shots]
+    moved = sum(a.distance_to(b) for a, b in pairwise(places))
+    if commanded < COMMANDED or moved > commanded:
+        return None
+    missing = commanded - moved
+    pose = evidence.last.pose
+    touched = bool(evidence.told("contact", evidence.times[0]))
+    facts = (
+        Fact(f"{commanded:.1f} m were commanded and {moved:.1f} m driven in the last "
+             f"{evidence.times[-1] - evidence.times[0]:.0f} s", evidence.end, (pose.x, pose.y)),
+        *([Fact("the robot touched something meanwhile")] if touched else []),
+    )  # fmt: skip
+    return Cause(
+        "wheel slip", CERTAIN * share(missing, commanded) * (0.6 if touched else 1.0),
+        "the wheels turned, and the robot hardly moved", facts,
+        "look at the floor, the tyres and what the robot may push against; drive slower there, and "
+        "use odometry by scans (`odometry`)",
+    )  # fmt: skip
+
+
+def _dropped_share(evidence: Evidence) -> float:
+    """Return the share of the scans that came before the failure and could not be used."""
+    report, stamps = evidence.story.report, _stamps(evidence)
+    if report is None or not report.scans_dropped:
+        return 0.0
+    dropped = max(report.scans_dropped.values())
+    used = len(np.unique(stamps[stamps >= evidence.end - RECENT]))
+    return share(dropped, dropped + used)
+
+
+def _stamps(evidence: Evidence) -> FloatArray:
+    """Return the stamp of the newest scan in each snapshot of the last seconds."""
+    since = evidence.end - RECENT
+    return np.array(
+        [shot.scan.stamp for shot in evidence.shots if shot.scan and shot.time >= since]
+    )
+
+
+def _ages(evidence: Evidence) -> FloatArray:
+    """Return the age of the newest scan in each snapshot of the last seconds."""
+    since = evidence.end - RECENT
+    return np.array(
+        [shot.time - shot.scan.stamp for shot in evidence.shots if shot.scan and shot.time >= since]
+    )
+
+
+CAUSES = (sensor_silent, scans_late, wrong_stamps, wheel_slip)

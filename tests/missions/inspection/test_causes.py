@@ -1,0 +1,287 @@
+"""`treepilot diagnose` names the cause that was injected into a real run first."""
+
+from dataclasses import replace
+
+import pytest
+
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.run import Run
+from missions.execution.running import run_mission
+from missions.inspection.causes.ranking import causes_of
+from missions.inspection.causes.telling import lines_of, plain_of
+from missions.inspection.page.story import read_story
+from robots.simulated import SimulatedBody
+from stack.telemetry.records import Command
+from stack.types import Observation, Scan
+
+HALL = """\
+world: hall
+format: 1
+bounds: [-0.5, -0.5, 10.5, 4.5]
+start: west
+places: {west: [1.5, 2.0, 0 deg], east: [8.5, 2.0, 0 deg]}
+walls:
+  - {points: [[0, 0], [10, 0], [10, 4], [0, 4]], closed: true}
+  - {points: [[5, 0], [5, 1.3]]}
+  - {points: [[5, 2.7], [5, 4]]}
+boxes:
+  - {name: shelf, at: [3.0, 3.7, 0 deg], size: [1.2, 0.5, 1.0]}
+  - {name: bench, at: [7.6, 0.3, 0 deg], size: [1.4, 0.5, 1.0]}
+"""
+"""Two rooms of 5 x 4 m with an opening of 1.4 m between them."""
+
+UNMAPPED = "  - {{name: {0}, at: [{1}, {2}, 0 deg], size: [{3}, {4}, 1.0], on_map: false}}\n"
+
+MISSION = """\
+mission: to the east
+format: 1
+robot: scout
+world: ./hall.yaml
+{head}run:
+{tree}
+"""
+DRIVE = "  - navigate_to_pose: {goal: $east}\n    timeout: 60 s"
+
+
+def unmapped(name, x, y, length, width):
+    return UNMAPPED.format(name, x, y, length, width)
+
+
+def mission(folder, tree=DRIVE, world=HALL, head=""):
+    (folder / "hall.yaml").write_text(world, "utf-8")
+    steps = "  sequence:\n" + "\n".join(f"  {line}" for line in tree.splitlines())
+    (folder / "m.yaml").write_text(MISSION.format(head=head, tree=steps), "utf-8")
+    return folder / "m.yaml"
+
+
+def diagnosed(folder, *, make_body=None, parameters=None, **content):
+    """Run a mission, and return the story with its causes."""
+    options = RunOptions(seed=1, out=folder / "run", serve=False, parameters=parameters)
+    run_mission(mission(folder, **content), options, make_body=make_body)
+    story = read_story(folder / "run")
+    return story, causes_of(story)
+
+
+def first(folder, name, **content):
+    """Return the first cause, which must be the injected one, and say the others if it is not."""
+    story, causes = diagnosed(folder, **content)
+    names = [(cause.name, round(cause.strength, 2)) for cause in causes]
+    assert names and names[0][0] == name, (story.reason, names)
+    assert causes[0].facts
+    assert causes[0].advice
+    return causes[0]
+
+
+class Faulty(SimulatedBody):
+    """A simulated robot whose lidar has a fault from 3 s on."""
+
+    @classmethod
+    def made(cls, setup):
+        return cls(setup.robot, setup.world, start=setup.start, seed=setup.seed)
+
+    def sense(self):
+        seen = super().sense()
+        if seen.time < 3.0:
+            return seen
+        others = {n: one for n, one in seen.measurements.items() if not isinstance(one, Scan)}
+        return Observation(seen.time, {**others, **self.scans(seen)})
+
+    def scans(self, seen):
+        return {}
+
+
+class Lagging(Faulty):
+    def scans(self, seen):
+        self.kept = [*getattr(self, "kept", []), *seen.of(Scan).items()]
+        due = [one for one in self.kept if one[1].stamp <= seen.time - 0.7]
+        self.kept = [one for one in self.kept if one[1].stamp > seen.time - 0.7]
+        return dict(due[-1:])
+
+
+class Behind(Faulty):
+    """The clock of the lidar is 20 s behind that of the robot."""
+
+    def scans(self, seen):
+        return {n: replace(scan, stamp=scan.stamp - 20.0) for n, scan in seen.of(Scan).items()}
+
+
+def test_a_run_that_went_well_says_so(tmp_path):
+    story, causes = diagnosed(tmp_path)
+    assert causes == []
+    assert list(lines_of(story, causes))[-1] == "The run went well: there is nothing to explain."
+
+
+def test_a_time_limit_that_is_too_short(tmp_path):
+    cause = first(tmp_path, "time limit too short", tree=DRIVE.replace("60 s", "6 s"))
+    # 7 m at about 0.6 m/s take about 13 s
+    assert "m.yaml:7" in cause.advice
+
+
+def test_enclosed_by_what_is_not_on_the_map(tmp_path):
+    boxes = (
+        unmapped("a", 1.0, 2.0, 0.1, 1.4) + unmapped("b", 2.0, 2.0, 0.1, 1.4)
+        + unmapped("c", 1.5, 1.4, 1.0, 0.1) + unmapped("d", 1.5, 2.6, 1.0, 0.1)
+    )  # fmt: skip
+    first(tmp_path, "costmap full", world=HALL + boxes)
+
+
+def test_a_costmap_without_the_layer_of_the_lidar(tmp_path):
+    cause = first(
+        tmp_path, "costmap empty", head="navigation: {costmap: {layers: [static]}}\n",
+        world=HALL + unmapped("crate", 5.0, 2.0, 0.5, 1.2),
+    )  # fmt: skip
+    assert any("layers: static" in fact.text for fact in cause.facts)
+
+
+def test_a_goal_in_an_obstacle(tmp_path):
+    first(
+        tmp_path, "goal in an obstacle", head="blackboard: {spot: {type: Pose, optional: true}}\n",
+        tree='  - set: {spot: "pose(7.6, 0.3, 0)"}\n  - navigate_to_pose: {goal: $spot}',
+    )  # fmt: skip
+
+
+def test_a_door_that_closes(tmp_path):
+    door = (
+        "doors:\n  - {name: gate, from: [5, 1.35], to: [5, 2.65]}\n"
+        "timeline:\n  - {when: {near: [3, 2, 70 cm]}, close_door: gate}\n"
+    )
+    cause = first(tmp_path, "passage closed", world=HALL + door)
+    assert "between 'west' and 'east'" in cause.sentence
+    assert "the door 'gate'" in cause.sentence
+
+
+def test_a_passage_that_something_unmapped_closes(tmp_path):
+    cause = first(tmp_path, "passage closed", world=HALL + unmapped("crate", 5.0, 2.0, 0.4, 1.3))
+    assert "not on the map" in cause.sentence
+
+
+PLAIN = HALL[: HALL.index("boxes")]
+
+
+def test_a_pose_that_is_wrong_and_sure(tmp_path):
+    # Half a turn about the middle of the hall (5, 2) maps it onto itself.
+    cause = first(
+        tmp_path, "pose wrong", head="initial_pose: [8.5, 2.0, 180 deg]\n",
+        world=PLAIN + "docks:\n  - {at: [8.5, 2.0]}\n",
+        tree="  - navigate_to_pose: {goal: [7, 2.0, 180 deg]}\n"
+        "  - wait_until: battery.charging\n    timeout: 5 s",
+    )  # fmt: skip
+    assert cause.strength == pytest.approx(0.95)  # 7 m off
+
+
+def test_a_robot_that_was_carried_away_is_lost(tmp_path):
+    moved = "timeline:\n  - {when: {time: 4 s}, move_robot: [7.0, 3.2, 130 deg]}\n"
+    first(tmp_path, "lost", world=HALL + moved)
+
+
+def test_a_robot_that_turns_round_and_round(tmp_path):
+    first(
+        tmp_path, "spinning",
+        tree="  - sequence:\n      - {spin: {angle: 180 deg}, repeat: 20}\n    timeout: 20 s",
+    )  # fmt: skip
+
+
+def test_a_lidar_that_falls_silent(tmp_path):
+    first(tmp_path, "sensor silent", make_body=Faulty.made, tree=DRIVE.replace("60 s", "15 s"))
+
+
+def test_scans_that_arrive_late(tmp_path):
+    first(tmp_path, "scans late", make_body=Lagging.made, tree=DRIVE.replace("60 s", "15 s"))
+
+
+def test_a_clock_that_is_wrong(tmp_path):
+    first(tmp_path, "stamps wrong", make_body=Behind.made, tree=DRIVE.replace("60 s", "15 s"))
+
+
+def test_wheels_that_slip(tmp_path):
+    ice = "friction_zones:\n  - {from: [0, 0], to: [10, 4], friction: 0.0}\n"
+    first(tmp_path, "wheel slip", world=HALL + ice, tree=DRIVE.replace("60 s", "40 s"))
+
+
+def test_a_planner_that_gives_up(tmp_path):
+    first(tmp_path, "planner too slow", head="navigation: {planner: {max_expansions: 30}}\n")
+
+
+def test_a_robot_that_waits_for_its_plans(tmp_path):
+    first(
+        tmp_path, "planner too slow", parameters={"navigator.planning_latency": "30"},
+        tree=DRIVE.replace("60 s", "15 s"),
+    )  # fmt: skip
+
+
+def test_a_person_in_the_way(tmp_path):
+    person = (
+        "people:\n  - {name: Ada, waypoints: [[5.0, 2.0], [5.2, 2.0]], pause: 500 s,"
+        " speed: 0.5 m/s, radius: 45 cm}\n"
+    )
+    first(tmp_path, "held by a person", world=HALL + person)
+
+
+def test_a_safety_zone_that_holds_the_robot(tmp_path):
+    zone = (
+        "navigation:\n  safety:\n    zones:\n      - {name: bumper, action: stop, radius: 90 cm}\n"
+    )
+    cause = first(tmp_path, "held by zone", head=zone)
+    assert "bumper" in cause.facts[0].text
+
+
+def test_a_speed_that_the_robot_cannot_reach(tmp_path):
+    cause = first(
+        tmp_path, "setting does not fit",
+        tree="  - drive_on_heading: {distance: 3 m, speed: 2 m/s}\n    timeout: 3 s",
+    )  # fmt: skip
+    assert "at most at 0.8 m/s" in cause.sentence
+
+
+def test_a_run_that_was_killed(tmp_path):
+    diagnosed(tmp_path)
+    for name in ("snapshots.mcap", "events.jsonl"):
+        file = tmp_path / "run" / name
+        content = file.read_bytes()[: file.stat().st_size // 2]
+        file.write_bytes(
+            content if name.startswith("snap") else content[: content.rindex(b"\n") + 1]
+        )
+    (tmp_path / "run" / "report.json").unlink()
+    (cause, *_) = causes_of(read_story(tmp_path / "run"))
+    assert cause.name == "engine ended"
+
+
+RAISES = """\
+from treepilot import Behaviour
+
+
+class Grip(Behaviour):
+    def update(self):
+        raise ValueError("no gripper")
+"""
+
+
+def test_an_exception_in_a_behaviour(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "grip.py").write_text(RAISES, "utf-8")
+    cause = first(tmp_path, "exception", head="plugins: [./mine]\n", tree="  - grip: {}")
+    assert "no gripper" in cause.sentence
+
+
+def test_an_empty_battery(tmp_path):
+    first(
+        tmp_path, "battery empty", world=HALL + "timeline:\n  - {when: {time: 2 s}, battery: 0 %}\n",
+        tree="  - wait: {time: 3 s}\n  - check: battery.charge > 0.1",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["abort", "estop"])
+def test_an_operator_who_ends_it(tmp_path, kind):
+    options = RunOptions(seed=1, out=tmp_path / "run", serve=False)
+    run = Run(prepare(mission(tmp_path), options), options)
+    while run.engine.body.time < 3.0:
+        run.step()
+    run.engine.runtime.apply(Command("1", kind, {"reason": "enough"}))
+    run.step()
+    run.interrupt()
+    run.finish()
+    run.close()
+    story = read_story(tmp_path / "run")
+    (cause, *_) = causes_of(story)
+    assert cause.name == "commanded"
+    assert plain_of(story, [cause])["causes"][0]["strength"] == 1.0
