@@ -57,8 +57,8 @@ class Dashboard(TerminalApp):
     """Shows a run until the operator leaves.
 
     Returns `over` (the run has ended), `leave` (it continues), `hangup` (the terminal is
-    gone), `abort` (the operator aborted it), `interrupt` (a signal or ctrl+c) or `lost` (the engine
-    does not answer).
+    gone), `abort` (the operator aborted it), `interrupt` (ctrl+c), `terminated` (a signal ended
+    the dashboard alone) or `lost` (the engine does not answer).
     """
 
     CSS_PATH = Path(__file__).with_name("app.tcss")
@@ -73,20 +73,20 @@ class Dashboard(TerminalApp):
 
     def __init__(
         self, source: Source, *, live: bool = True,
-        interrupted: Callable[[], bool] = lambda: False, owns_run: bool = False,
+        terminated: Callable[[], bool] = lambda: False, owns_run: bool = False,
     ) -> None:  # fmt: skip
         """Show a source.
 
         Args:
             source: the run; closed together with the dashboard.
             live: refresh by a timer. Tests disable it and call `refresh_now`.
-            interrupted: called at each refresh; if it returns True, the dashboard returns
-                `interrupt`.
+            terminated: called at each refresh; if it returns True, the dashboard returns
+                `terminated`.
             owns_run: whether ctrl+c returns `interrupt`, because the run was started here.
                 Otherwise ctrl+c acts like q.
         """
         super().__init__()
-        self.source, self._live, self._interrupted = source, live, interrupted
+        self.source, self._live, self._terminated = source, live, terminated
         self._owns_run = owns_run
         self.snapshot: Snapshot | None = None
         self._pacing = Pacing(everything=not live)
@@ -142,8 +142,8 @@ class Dashboard(TerminalApp):
         """Refresh, less often while nothing happens; not while the panes are being taken down."""
         if not self.screen_stack or not self._panes.query(MapPane):
             return
-        if self._interrupted():
-            self.exit("interrupt")
+        if self._terminated():
+            self.exit("terminated")
         elif self.terminal_is_gone:
             self.exit("hangup")
         elif self._pacing.begin_turn():
@@ -261,8 +261,9 @@ class Dashboard(TerminalApp):
 
     def action_pause(self) -> None:
         """Pause or resume."""
-        paused = self.snapshot is not None and self.snapshot.state is MissionState.PAUSED
-        self._send("resume" if paused else "pause")
+        now = self.snapshot
+        stands = now is not None and now.state is MissionState.PAUSED and not now.detour
+        self._send("resume" if stands else "pause")
 
     def action_abort(self) -> None:
         """Abort the mission after a confirmation."""
@@ -402,6 +403,10 @@ class Dashboard(TerminalApp):
     def action_goal(self) -> None:
         """Send the robot to a place."""
         self._ask_place("Send the robot to", "set_goal")
+
+    def action_cancel_goal(self) -> None:
+        """Cancel the drive to the operator's goal."""
+        self._send("cancel_goal")
 
     def action_stands_at(self) -> None:
         """Set the robot's pose to a place."""

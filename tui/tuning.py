@@ -14,10 +14,11 @@ from textual.screen import ModalScreen
 from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
+from stack.parameters import quantity_unit
 from tui.drawing.palette import BAD, DIM, css
 from tui.drawing.strips import one_line
 
-HINT = "enter selects · x lists those for experts too · esc cancels · the engine checks the value"
+HINT = "enter selects · x lists more · esc cancels · while typing, ctrl+space stops"
 YES, NO = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
 
@@ -32,6 +33,8 @@ class Change:
 def parsed(text: str, present: object) -> object:
     """Return the value of a typed text, of the same type as the parameter's present value.
 
+    A number with a unit stays a text: the engine knows the parameter's own unit and converts it.
+
     Raises:
         ValueError: the text has another type; the message states what was expected.
     """
@@ -40,21 +43,22 @@ def parsed(text: str, present: object) -> object:
         if text.lower() not in YES + NO:
             raise ValueError(f"{text!r}: expected true or false")
         return text.lower() in YES
-    for kind, words in ((int, "a whole number"), (float, "a number")):
-        if isinstance(present, kind):
-            try:
-                return kind(text)
-            except ValueError:
-                raise ValueError(f"{text!r}: expected {words}") from None
-    return text
+    if isinstance(present, int):
+        try:
+            return int(text)
+        except ValueError:
+            raise ValueError(f"{text!r}: expected a whole number") from None
+    return _number(text) if isinstance(present, float) else text
 
 
-class ValueInput(Input):
-    """Text input that leaves the space bar to the emergency stop."""
-
-    def check_consume_key(self, key: str, character: str | None) -> bool:
-        """Return whether the key is typed; Textual disables the bindings of typed keys."""
-        return key != "space" and super().check_consume_key(key, character)
+def _number(text: str) -> float | str:
+    """A number, or the text of one with a unit; raise ValueError for anything else."""
+    try:
+        return float(text)
+    except ValueError:
+        if text[:1] in "+-.0123456789" and quantity_unit(text) is not None:
+            return text
+        raise ValueError(f"{text!r}: expected a number, with a unit or without") from None
 
 
 class ParameterScreen(ModalScreen[Change | None]):
@@ -81,7 +85,7 @@ class ParameterScreen(ModalScreen[Change | None]):
         with Vertical(classes="dialog"):
             yield Label("Change a parameter")
             yield OptionList(*_options(self._listed or self._parameters), markup=False)
-            yield ValueInput()
+            yield Input()
             yield Static(f"[{css(DIM)}]{HINT}[/]", id="hint")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:

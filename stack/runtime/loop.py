@@ -256,6 +256,7 @@ class Runtime:
             counters=self.counters(),
             teleop=parts.navigator.base.teleoperation is not None,
             detour=self._commands.drives_to_operator_goal,
+            detour_held=self._commands.holds_operator_goal,
             limitations=self.limitations,
             events=parts.telemetry.recent(SHOWN_EVENTS),
             debugging=parts.debugger.view() if parts.debugger else Debugging(),

@@ -283,6 +283,7 @@ class Snapshot:
         counters: recoveries, replans, collisions, distance (m)…
         teleop: whether the operator may drive with `teleop` commands.
         detour: whether the robot drives to the operator's goal while the mission is paused.
+        detour_held: whether this drive is paused too; `resume` continues it.
         limitations: why safety stage and doubt about the pose limit the velocity now.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
@@ -327,6 +328,7 @@ class Snapshot:
     counters: Mapping[str, float] = field(default_factory=dict)
     teleop: bool = False
     detour: bool = False
+    detour_held: bool = False
     limitations: tuple[Limitation, ...] = ()
     events: tuple[Event, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()
@@ -352,9 +354,9 @@ class Command:
     Attributes:
         id: chosen by the sender; returned in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
-            set_parameter | teleop (a velocity for half a second of the robot's clock, while the
-            behaviour assisted_teleop runs) | teleop_done | break | unbreak | step | continue |
-            force.
+            cancel_goal | set_parameter | teleop (a velocity for half a second of the robot's
+            clock, while the behaviour assisted_teleop runs) | teleop_done | break | unbreak |
+            step | continue | force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
             {"linear": 0.2, "angular": -0.4, "lateral": 0.0}, {"ticks": 1}, {"node": "12",

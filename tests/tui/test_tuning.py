@@ -13,6 +13,7 @@ from tui.tuning import ParameterScreen, parsed
     [
         ("0.4", 0.5, 0.4),
         (" 400 ", 500, 400),
+        ("30 cm/s", 0.5, "30 cm/s"),
         ("yes", False, True),
         ("0", True, False),
         ("a", "b", "a"),
@@ -20,10 +21,12 @@ from tui.tuning import ParameterScreen, parsed
 )
 def test_values_keep_the_kind_of_the_present_one(text, present, value):
     assert parsed(text, present) == value
-    assert type(parsed(text, present)) is type(present)
+    assert type(parsed(text, present)) is type(value)
 
 
-@pytest.mark.parametrize(("text", "present"), [("fast", 0.5), ("1.5", 500), ("maybe", True)])
+@pytest.mark.parametrize(
+    ("text", "present"), [("fast", 0.5), ("3 parsecs", 0.5), ("1.5", 500), ("maybe", True)]
+)
 def test_a_value_of_another_kind_is_refused_and_quoted(text, present):
     with pytest.raises(ValueError, match=f"'{text}': expected"):
         parsed(text, present)
@@ -61,10 +64,15 @@ async def test_parameters_for_experts_are_listed_on_request():
         assert pilot.app.screen.query_one(Input).value == "x"
 
 
-async def test_space_stops_even_while_a_value_is_typed():
+@pytest.mark.parametrize("stop", ["ctrl+space", "ctrl+@"])
+async def test_a_space_in_a_value_is_a_space_and_with_ctrl_it_stops(stop):
     source = SampleSource()
     async with Dashboard(source, live=False).run_test(size=(80, 24)) as pilot:
-        await pilot.press("e", "enter", "space")
+        await pilot.press("e", "enter", "end", "space", "c", "m")
+        assert pilot.app.screen.query_one(Input).value.endswith(" cm")
+        assert source.sent == []
+        assert "ctrl+space stops" in str(pilot.app.screen.query_one("#hint").render())
+        await pilot.press(stop)
         assert [command.kind for command in source.sent] == ["estop"]
         await pilot.press("escape")
         assert len(source.sent) == 1 and not isinstance(pilot.app.screen, ParameterScreen)
