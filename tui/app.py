@@ -19,7 +19,8 @@ from textual.widget import Widget
 from textual.widgets import Footer
 
 from stack.errors import TelemetryError
-from stack.telemetry.records import Command, MissionState, Snapshot
+from stack.telemetry.records import Ack, Command, MissionState, Snapshot
+from stack.types import ParameterTable
 from tui.drawing import palette
 from tui.keys import KEYS, Key
 from tui.link import STALE_AFTER, Link, StopConfirmation
@@ -34,7 +35,7 @@ from tui.panes.vitals_pane import VitalsPane
 from tui.screens import Help, Question
 from tui.source import Source
 from tui.terminal.app import TerminalApp
-from tui.tuning import Change, ParameterScreen
+from tui.tuning import ParameterScreen
 
 REFRESH = 0.1
 """Wall seconds between two refreshes."""
@@ -93,6 +94,7 @@ class Dashboard(TerminalApp):
         self._speed_factor = 1.0
         self._stop = StopConfirmation()
         self._teleop_ids: deque[str] = deque(maxlen=50)
+        self._answered: dict[str, Callable[[Ack], None]] = {}
         self._was_teleop = False
         self._trouble = ""
         self._charts = (
@@ -183,7 +185,10 @@ class Dashboard(TerminalApp):
         for ack in acks:
             if self._stop.take(ack):
                 self.notify("the engine has accepted it", title="emergency stop", timeout=2.0)
-            if not ack.done and ack.id not in self._teleop_ids:
+            answered = self._answered.pop(ack.id, None)
+            if answered is not None:
+                answered(ack)
+            elif not ack.done and ack.id not in self._teleop_ids:
                 self.notify(ack.reason, severity="warning", title="refused")
         if events:
             self._panes.query_one(EventsPane).add(events)
@@ -226,6 +231,8 @@ class Dashboard(TerminalApp):
         self._was_teleop = snapshot.teleop
         panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
         panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
+        if isinstance(self.screen, ParameterScreen):
+            self.screen.show(snapshot.parameters)
 
     def _chart(self, snapshot: Snapshot, *, draw: bool) -> None:
         speed, health, error = self._charts
@@ -388,17 +395,21 @@ class Dashboard(TerminalApp):
             screen.set_focus(screen.query_one(MapPane))
 
     def action_tune(self) -> None:
-        """Change a parameter."""
-        if self.snapshot is None or not self.snapshot.parameters:
+        """List the parameters, to change some."""
+        snapshot, info = self.snapshot, self.source.info
+        layer = None if snapshot is None else snapshot.layers.get("parameters")
+        table = None if layer is None else layer.content
+        if snapshot is None or not isinstance(table, ParameterTable):
             self.notify("no parameters received yet", timeout=2.0)
             return
+        file = Path(f"parameters-{info.run_id if info is not None else 'run'}.yaml")
         self.push_screen(
-            ParameterScreen(self.snapshot.parameters, self.snapshot.public_parameters), self._tuned
+            ParameterScreen(table.parameters, snapshot.parameters, self._set_parameter, file)
         )
 
-    def _tuned(self, change: Change | None) -> None:
-        if change is not None:
-            self._send("set_parameter", name=change.name, value=change.value)
+    def _set_parameter(self, name: str, value: object, answered: Callable[[Ack], None]) -> None:
+        sent = self._send("set_parameter", name=name, value=value)
+        self._answered[sent] = answered
 
     def action_goal(self) -> None:
         """Send the robot to a place."""

@@ -106,6 +106,17 @@ VIEW_KEYS = (
 KEYS = (*CONTROL_KEYS, *VIEW_KEYS)
 """Keys of the dashboard of a live run."""
 
+PICKER_KEYS = (
+    Key("ctrl+e", "experts", "", "list those for experts too, on or off", everywhere=True),
+    Key("ctrl+s", "save", "", "save the changed ones as a parameter file", everywhere=True),
+    Key("escape", "back", "", "leave the value, then the list", "esc"),
+    Key("up", "choose(-1)", "", "choose a parameter; enter types its new value", "↑↓"),
+    Key("down", "choose(1)"),
+    Key("pageup", "choose(-10)"),
+    Key("pagedown", "choose(10)"),
+)
+"""Keys of the parameter list; letters filter it."""
+
 TREE_KEYS = (
     Key("b", "breakpoint", "Break"),
     Key("n", "step", "Step"),

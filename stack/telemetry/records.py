@@ -24,6 +24,7 @@ from stack.types import (
     Limitation,
     Marker,
     OccupancyGrid,
+    ParameterTable,
     Path,
     Pose2D,
     RivalPose,
@@ -218,7 +219,7 @@ class Layer:
     """
 
     version: int
-    content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
+    content: OccupancyGrid | CostGrid | ParameterTable | tuple[SceneShape, ...]
     changes: tuple[tuple[int, tuple[int, int, int, int]], ...] = field(
         default=(), compare=False, metadata={"sent": False}
     )
@@ -267,14 +268,13 @@ class Snapshot:
         scan: newest scan (in the base frame through its mount; draw it at `pose`).
         path: current global plan, map frame.
         local_plan: what the controller plans to drive next, map frame.
-        layers: map, global_costmap, local_costmap, scene by name.
+        layers: map, global_costmap, local_costmap, scene, parameters (what they are) by name.
         commanded: velocity sent to the body.
         measured: velocity measured by odometry.
         stages: compute time by stage name.
         speed: robot seconds per wall second in the last 5 s, without holds.
         pace: requested simulated seconds per wall second; 0: as fast as possible.
         parameters: current component parameters, flat: "controller.cruise_speed" -> value.
-        public_parameters: the names of those that users may need; the others are for experts.
         image: newest camera picture. Pictures are not sent to dashboards.
         truth: true pose, in simulation only.
         people: (n, 3) x, y, radius of the people, in simulation only.
@@ -319,7 +319,6 @@ class Snapshot:
     speed: float = 0.0
     pace: float = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    public_parameters: tuple[str, ...] = ()
     image: Image | None = None
     rivals: tuple[RivalPose, ...] = ()
     truth: Pose2D | None = None
