@@ -36,7 +36,9 @@ BEHAVIOUR_API = {"stack.types", "stack.robot", "stack.errors", "stack.parameters
 MAY_IMPORT = {
     "treepilot": {"missions", "behaviours", "robots", "stack"},
     "behaviours": {"stack.drivetrain.needs", *BEHAVIOUR_API},
-    "tui": {"stack.types", "stack.telemetry", "stack.errors"},
+    "tui": {
+        "stack.types", "stack.telemetry", "stack.errors", "stack.parameters", "stack.documents",
+    },
     "robots": {"stack.body", "stack.sim", *FOUNDATION},
     "stack.types": set(),
     "stack.errors": {"stack.types"},

@@ -4,7 +4,8 @@ With the word `owner`, ctrl+c ends the run; otherwise it asks.
 
 It writes one JSON object to the file descriptor: `outcome`, and after a crash `trouble` (one line)
 and `traceback`. The exit code is 0, or 3 after a crash. SIGTERM and SIGINT end it with the outcome
-`interrupt`, SIGHUP and a closed terminal with `hangup`.
+`terminated`: the supervisor gets those that mean the run itself. SIGHUP and a closed terminal end
+it with `hangup`.
 """
 
 from __future__ import annotations

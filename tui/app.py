@@ -19,7 +19,8 @@ from textual.widget import Widget
 from textual.widgets import Footer
 
 from stack.errors import TelemetryError
-from stack.telemetry.records import Command, MissionState, Snapshot
+from stack.telemetry.records import Ack, Command, MissionState, Snapshot
+from stack.types import ParameterTable
 from tui.drawing import palette
 from tui.keys import KEYS, Key
 from tui.link import STALE_AFTER, Link, StopConfirmation
@@ -34,7 +35,7 @@ from tui.panes.vitals_pane import VitalsPane
 from tui.screens import Help, Question
 from tui.source import Source
 from tui.terminal.app import TerminalApp
-from tui.tuning import Change, ParameterScreen
+from tui.tuning import ParameterScreen
 
 REFRESH = 0.1
 """Wall seconds between two refreshes."""
@@ -57,8 +58,8 @@ class Dashboard(TerminalApp):
     """Shows a run until the operator leaves.
 
     Returns `over` (the run has ended), `leave` (it continues), `hangup` (the terminal is
-    gone), `abort` (the operator aborted it), `interrupt` (a signal or ctrl+c) or `lost` (the engine
-    does not answer).
+    gone), `abort` (the operator aborted it), `interrupt` (ctrl+c), `terminated` (a signal ended
+    the dashboard alone) or `lost` (the engine does not answer).
     """
 
     CSS_PATH = Path(__file__).with_name("app.tcss")
@@ -73,26 +74,27 @@ class Dashboard(TerminalApp):
 
     def __init__(
         self, source: Source, *, live: bool = True,
-        interrupted: Callable[[], bool] = lambda: False, owns_run: bool = False,
+        terminated: Callable[[], bool] = lambda: False, owns_run: bool = False,
     ) -> None:  # fmt: skip
         """Show a source.
 
         Args:
             source: the run; closed together with the dashboard.
             live: refresh by a timer. Tests disable it and call `refresh_now`.
-            interrupted: called at each refresh; if it returns True, the dashboard returns
-                `interrupt`.
+            terminated: called at each refresh; if it returns True, the dashboard returns
+                `terminated`.
             owns_run: whether ctrl+c returns `interrupt`, because the run was started here.
                 Otherwise ctrl+c acts like q.
         """
         super().__init__()
-        self.source, self._live, self._interrupted = source, live, interrupted
+        self.source, self._live, self._terminated = source, live, terminated
         self._owns_run = owns_run
         self.snapshot: Snapshot | None = None
         self._pacing = Pacing(everything=not live)
         self._speed_factor = 1.0
         self._stop = StopConfirmation()
         self._teleop_ids: deque[str] = deque(maxlen=50)
+        self._answered: dict[str, Callable[[Ack], None]] = {}
         self._was_teleop = False
         self._trouble = ""
         self._charts = (
@@ -142,8 +144,8 @@ class Dashboard(TerminalApp):
         """Refresh, less often while nothing happens; not while the panes are being taken down."""
         if not self.screen_stack or not self._panes.query(MapPane):
             return
-        if self._interrupted():
-            self.exit("interrupt")
+        if self._terminated():
+            self.exit("terminated")
         elif self.terminal_is_gone:
             self.exit("hangup")
         elif self._pacing.begin_turn():
@@ -183,7 +185,10 @@ class Dashboard(TerminalApp):
         for ack in acks:
             if self._stop.take(ack):
                 self.notify("the engine has accepted it", title="emergency stop", timeout=2.0)
-            if not ack.done and ack.id not in self._teleop_ids:
+            answered = self._answered.pop(ack.id, None)
+            if answered is not None:
+                answered(ack)
+            elif not ack.done and ack.id not in self._teleop_ids:
                 self.notify(ack.reason, severity="warning", title="refused")
         if events:
             self._panes.query_one(EventsPane).add(events)
@@ -226,6 +231,8 @@ class Dashboard(TerminalApp):
         self._was_teleop = snapshot.teleop
         panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
         panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
+        if isinstance(self.screen, ParameterScreen):
+            self.screen.show(snapshot.parameters)
 
     def _chart(self, snapshot: Snapshot, *, draw: bool) -> None:
         speed, health, error = self._charts
@@ -261,8 +268,9 @@ class Dashboard(TerminalApp):
 
     def action_pause(self) -> None:
         """Pause or resume."""
-        paused = self.snapshot is not None and self.snapshot.state is MissionState.PAUSED
-        self._send("resume" if paused else "pause")
+        now = self.snapshot
+        stands = now is not None and now.state is MissionState.PAUSED and not now.detour
+        self._send("resume" if stands else "pause")
 
     def action_abort(self) -> None:
         """Abort the mission after a confirmation."""
@@ -387,21 +395,29 @@ class Dashboard(TerminalApp):
             screen.set_focus(screen.query_one(MapPane))
 
     def action_tune(self) -> None:
-        """Change a parameter."""
-        if self.snapshot is None or not self.snapshot.parameters:
+        """List the parameters, to change some."""
+        snapshot, info = self.snapshot, self.source.info
+        layer = None if snapshot is None else snapshot.layers.get("parameters")
+        table = None if layer is None else layer.content
+        if snapshot is None or not isinstance(table, ParameterTable):
             self.notify("no parameters received yet", timeout=2.0)
             return
+        file = Path(f"parameters-{info.run_id if info is not None else 'run'}.yaml")
         self.push_screen(
-            ParameterScreen(self.snapshot.parameters, self.snapshot.public_parameters), self._tuned
+            ParameterScreen(table.parameters, snapshot.parameters, self._set_parameter, file)
         )
 
-    def _tuned(self, change: Change | None) -> None:
-        if change is not None:
-            self._send("set_parameter", name=change.name, value=change.value)
+    def _set_parameter(self, name: str, value: object, answered: Callable[[Ack], None]) -> None:
+        sent = self._send("set_parameter", name=name, value=value)
+        self._answered[sent] = answered
 
     def action_goal(self) -> None:
         """Send the robot to a place."""
         self._ask_place("Send the robot to", "set_goal")
+
+    def action_cancel_goal(self) -> None:
+        """Cancel the drive to the operator's goal."""
+        self._send("cancel_goal")
 
     def action_stands_at(self) -> None:
         """Set the robot's pose to a place."""

@@ -41,13 +41,21 @@ class Key:
 
 
 CONTROL_KEYS = (
-    Key("space,shift+space", "estop", "E-STOP", "emergency stop, on any screen", "space", True),
+    Key(
+        "space,shift+space,ctrl+space,ctrl+@",
+        "estop",
+        "E-STOP",
+        "emergency stop, on any screen; ctrl+space while a text is typed",
+        "space",
+        True,
+    ),
     Key("R", "release", "", "release the emergency stop"),
-    Key("p", "pause", "Pause", "pause or resume; the robot stops while paused"),
+    Key("p", "pause", "Pause", "pause or resume the mission, or the drive to your goal"),
     Key("a", "abort", "Abort…", "abort the mission; asks first"),
     Key("e", "tune", "", "change a parameter while it runs"),
     Key("g", "goal", "", "send the robot to a place; i: set its pose to a place", "g i"),
     Key("i", "stands_at"),
+    Key("G", "cancel_goal", "", "cancel your goal; the mission stays paused"),
     Key("less_than_sign,comma", "speed(0.5)", "", "simulate slower or faster", "< >"),
     Key("greater_than_sign,full_stop", "speed(2.0)"),
     Key("enter", "teleop_done", "", "end teleoperation; until then ←↑↓→ drive"),
@@ -97,6 +105,17 @@ VIEW_KEYS = (
 
 KEYS = (*CONTROL_KEYS, *VIEW_KEYS)
 """Keys of the dashboard of a live run."""
+
+PICKER_KEYS = (
+    Key("ctrl+e", "experts", "", "list those for experts too, on or off", everywhere=True),
+    Key("ctrl+s", "save", "", "save the changed ones as a parameter file", everywhere=True),
+    Key("escape", "back", "", "leave the value, then the list", "esc"),
+    Key("up", "choose(-1)", "", "choose a parameter; enter types its new value", "↑↓"),
+    Key("down", "choose(1)"),
+    Key("pageup", "choose(-10)"),
+    Key("pagedown", "choose(10)"),
+)
+"""Keys of the parameter list; letters filter it."""
 
 TREE_KEYS = (
     Key("b", "breakpoint", "Break"),

@@ -20,8 +20,8 @@ class Outcome:
 
     Attributes:
         name: over (the run has ended) | leave (it continues) | hangup (the terminal is gone) |
-            abort (the operator aborted it) | interrupt (ctrl+c, or a signal) | lost (the engine
-            does not answer) | crashed.
+            abort (the operator aborted it) | interrupt (ctrl+c) | terminated (a signal ended the
+            dashboard) | lost (the engine does not answer) | crashed.
         traceback: of a crash; empty without one.
     """
 
@@ -35,16 +35,16 @@ class Outcome:
 
 
 def show(
-    client: Source, interrupted: Callable[[], bool] = lambda: False, *, owns_run: bool = False
+    client: Source, terminated: Callable[[], bool] = lambda: False, *, owns_run: bool = False
 ) -> Outcome:
     """Show a run until the operator leaves. Never raises an Exception.
 
     Args:
         client: the run; closed at the end.
-        interrupted: whether to end.
+        terminated: whether to end.
         owns_run: whether ctrl+c means `interrupt`; otherwise it asks.
     """
-    return _shown(lambda: Dashboard(client, interrupted=interrupted, owns_run=owns_run))
+    return _shown(lambda: Dashboard(client, terminated=terminated, owns_run=owns_run))
 
 
 def show_recording(player: Player) -> Outcome:
@@ -62,7 +62,7 @@ def _shown(make: Callable[[], Dashboard]) -> Outcome:
         app = make()
         result, traceback = app.run(), app.crash
     except KeyboardInterrupt:
-        result, traceback = "interrupt", ""
+        result, traceback = "terminated", ""
     except Exception:
         result, traceback = None, format_exc()
         if settings is not None:

@@ -23,6 +23,7 @@ class Activities:
 
     Attributes:
         paused: whether the motion of the mission is held.
+        detour_held: whether the detour is held too.
     """
 
     def __init__(
@@ -32,12 +33,14 @@ class Activities:
         self._mission: MotionExecutor | None = None
         self._detour: MotionExecutor | None = None
         self._started: list[MotionExecutor] = []
-        self.paused = False
+        self.paused = self.detour_held = False
 
     @property
     def current(self) -> MotionExecutor | None:
         """The motion that is stepped, from the next step on; None without one."""
-        executor = self._detour if self.paused else self._mission
+        executor = self._mission
+        if self.paused:
+            executor = None if self.detour_held else self._detour
         return executor if executor is not None and executor.task.running else None
 
     @property
@@ -52,10 +55,11 @@ class Activities:
 
         While the mission's motion is held, this is a detour: `resume` cancels it.
         """
-        if self.current is not None:
-            self.current.task.cancel(f"replaced: {executor.task.what}")
+        replaced = self._detour if self.paused else self._mission
+        if replaced is not None and replaced.task.running:
+            replaced.task.cancel(f"replaced: {executor.task.what}")
         if self.paused:
-            self._detour = executor
+            self._detour, self.detour_held = executor, False
         else:
             self._mission = executor
 
@@ -91,6 +95,14 @@ class Activities:
         if mission in self._started:
             self._guarded(mission, lambda: mission.pause(now))
 
+    def hold_detour(self, now: float, *, held: bool) -> None:
+        """Hold the detour, which keeps its goal and its time limits, or continue it."""
+        if held is self.detour_held:
+            return
+        detour, self.detour_held = self._detour, held
+        if detour in self._started:
+            self._guarded(detour, lambda: detour.pause(now) if held else detour.resume(now))
+
     def resume(self, now: float) -> None:
         """Cancel a detour and continue the mission's motion; does nothing unless held."""
         if not self.paused:
@@ -98,6 +110,7 @@ class Activities:
         if self._detour is not None:
             self._detour.task.cancel("the mission continues")
         self.stop_ended(now)
+        self.detour_held = False
         mission, self.paused = self._mission, False
         if mission in self._started:
             self._guarded(mission, lambda: mission.resume(now))

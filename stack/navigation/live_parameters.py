@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property
 from operator import is_not
 from typing import Any, Protocol, cast
 
 from stack.errors import ParameterError
 from stack.parameters import check_relations, declarations, suggestion, values_of
+from stack.types import ParameterInfo, ParameterTable
 
 
 class Tunable(Protocol):
@@ -31,22 +31,16 @@ class LiveParameters:
     Args:
         tunables: the components by name.
         emit: called with (kind, text, **fields) for each change.
+
+    Attributes:
+        table: what the parameters are, with their values at the begin.
     """
 
     def __init__(self, tunables: Mapping[str, Tunable], emit: Callable[..., None]) -> None:
         self._tunables, self._emit = tunables, emit
         self._collected: list[Any] = []
         self._named: dict[str, Any] = {}
-
-    @cached_property
-    def public(self) -> tuple[str, ...]:
-        """Full names of the parameters that users may need."""
-        return tuple(
-            f"{component}.{name}"
-            for component, tunable in self._tunables.items()
-            for name, declared in declarations(cast("type", type(tunable.parameters))).items()
-            if declared.public
-        )
+        self.table = ParameterTable(tuple(self._described()))
 
     def current(self) -> dict[str, Any]:
         """Values by full name, e.g. `controller.cruise_speed`."""
@@ -60,6 +54,16 @@ class LiveParameters:
                 for name, value in values_of(instance).items()
             }
         return dict(self._named)
+
+    def _described(self) -> Iterator[ParameterInfo]:
+        present = self.current()
+        for component, tunable in self._tunables.items():
+            for name, item in declarations(cast("type", type(tunable.parameters))).items():
+                full = f"{component}.{name}"
+                yield ParameterInfo(
+                    full, item.type_name(), item.unit, item.range_text(), item.help, item.public,
+                    present[full],
+                )  # fmt: skip
 
     def change(self, name: str, raw: Any) -> None:
         """Set a parameter, from the next step on.

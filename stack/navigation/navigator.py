@@ -138,6 +138,10 @@ class Navigator:
         """Continue the mission's motion, and cancel a detour; does nothing unless held."""
         self.activities.resume(now)
 
+    def hold_detour(self, now: float, *, held: bool) -> None:
+        """Hold the operator's detour with its goal, or continue it; without one, no effect."""
+        self.activities.hold_detour(now, held=held)
+
     def cancel_all(self, why: str = "cancelled") -> None:
         """Cancel every task; the robot stops from the next step on."""
         self._queries.cancel(why)

@@ -147,6 +147,7 @@ SCHEMAS: dict[str, type] = {
     "speed": SpeedArguments,
     "set_pose": PoseArguments,
     "set_goal": PoseArguments,
+    "cancel_goal": NoArguments,
     "set_parameter": ParameterArguments,
     "teleop": VelocityArguments,
     "teleop_done": NoArguments,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stack.body import BodyCommand, SimulatedWorld
+from stack.body import BodyCommand, Replay, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
@@ -34,7 +34,7 @@ class CommandHandler:
     def __init__(self, parts: LoopParts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
         self._detour: Task | None = None
-        self.debugging = DebugCommands(parts, mission, self._resume)
+        self.debugging = DebugCommands(parts, mission, self._resume_mission)
         self._actions: dict[str, Callable[[Any], str | None]] = {
             "pause": lambda _: self._pause(),
             "resume": lambda _: self._resume(),
@@ -44,6 +44,7 @@ class CommandHandler:
             "speed": self._speed,
             "set_pose": self._set_pose,
             "set_goal": self._set_goal,
+            "cancel_goal": lambda _: self._cancel_goal(),
             "set_parameter": self._set_parameter,
             "teleop": lambda arguments: self._teleoperation().steer(arguments.twist),
             "teleop_done": lambda _: self._teleoperation().release(),
@@ -53,6 +54,15 @@ class CommandHandler:
     @property
     def drives_to_operator_goal(self) -> bool:
         """Whether the mission is paused and the robot drives to the operator's goal."""
+        return self._has_detour and not self._parts.navigator.activities.detour_held
+
+    @property
+    def holds_operator_goal(self) -> bool:
+        """Whether the drive to the operator's goal is paused too."""
+        return self._has_detour and self._parts.navigator.activities.detour_held
+
+    @property
+    def _has_detour(self) -> bool:
         return (
             self._mission.state is MissionState.PAUSED
             and self._detour is not None
@@ -110,15 +120,39 @@ class CommandHandler:
         if refusal:
             raise InputError(refusal)
 
-    def _pause(self) -> None:
-        self._send(MissionEvent.PAUSE)
-        self._cancel_detour()
+    def _pause(self) -> str:
+        """Pause the mission, or the drive to the operator's goal, which keeps its goal."""
+        held = self._has_detour
+        self._send(MissionEvent.PAUSE, "on the way to your goal" if held else "")
         self.debugging.forget_steps()
+        if held:
+            self._hold_detour(True)
+        return "the drive to the operator's goal pauses" if held else ""
 
-    def _resume(self) -> None:
+    def _resume(self) -> str:
+        """Continue the drive to the operator's goal if that is paused, else the mission."""
+        if self.holds_operator_goal:
+            self._send(MissionEvent.DETOUR)
+            self._hold_detour(False)
+            return "the drive to the operator's goal continues"
+        self._resume_mission()
+        return ""
+
+    def _resume_mission(self) -> None:
         self._send(MissionEvent.RESUME)
         self._detour = None
         self.debugging.forget_steps()
+
+    def _hold_detour(self, held: bool) -> None:
+        self._parts.navigator.hold_detour(self._parts.body.time, held=held)
+
+    def _cancel_goal(self) -> str:
+        """End the drive to the operator's goal; the mission stays paused."""
+        if not self._has_detour:
+            raise InputError("the robot is not on the way to a goal of yours")
+        self._cancel_detour()
+        self._send(MissionEvent.PAUSE, "your goal was cancelled")
+        return "the operator's goal is cancelled; the mission stays paused"
 
     def _emergency_stop(self, arguments: EmergencyStopArguments) -> None:
         self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
@@ -149,6 +183,7 @@ class CommandHandler:
 
     def _set_goal(self, arguments: PoseArguments) -> None:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
+        self._refuse_motion_of_recording()
         goal = self._on_map(arguments.pose)
         self._send(MissionEvent.DETOUR)
         self._detour = self._parts.navigator.base.navigate_to(goal)
@@ -171,8 +206,14 @@ class CommandHandler:
             f"{x + columns * grid.resolution:g} m and y {y:g} to {y + rows * grid.resolution:g} m"
         )
 
+    def _refuse_motion_of_recording(self) -> None:
+        """Raise InputError if the robot plays recorded sensors."""
+        if isinstance(self._parts.body, Replay):
+            raise InputError("this run plays recorded sensors: no command moves the robot")
+
     def _teleoperation(self) -> Teleoperation:
         """The running assisted_teleop; raise InputError without one."""
+        self._refuse_motion_of_recording()
         if self._mission.state is not MissionState.RUNNING:
             raise InputError(f"the mission is {self._mission.state}")
         running = self._parts.navigator.base.teleoperation

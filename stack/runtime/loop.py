@@ -69,6 +69,7 @@ class Runtime:
         self._ticks_every = parameters.steps_per_tick
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
         self._commands = CommandHandler(parts, self.mission, self.end)
+        self._parameters = Layer(1, parts.live_parameters.table)
 
     def is_ready(self) -> bool:
         """Wait up to LONGEST_NAP for what the next step needs; return whether it can be made.
@@ -210,6 +211,7 @@ class Runtime:
             "map": parts.perceiver.map_layer,
             "global_costmap": Layer(globe.version, globe.shown, globe.changes),
             "local_costmap": Layer(local.version, local.grid),
+            "parameters": self._parameters,
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
 
@@ -242,7 +244,6 @@ class Runtime:
             speed=self.pace.factor,
             pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
             parameters=parts.live_parameters.current(),
-            public_parameters=parts.live_parameters.public,
             image=self.sensing.image,
             detections=parts.robot.perception.seen_objects,
             mask=parts.robot.perception.colour_mask,
@@ -256,6 +257,7 @@ class Runtime:
             counters=self.counters(),
             teleop=parts.navigator.base.teleoperation is not None,
             detour=self._commands.drives_to_operator_goal,
+            detour_held=self._commands.holds_operator_goal,
             limitations=self.limitations,
             events=parts.telemetry.recent(SHOWN_EVENTS),
             debugging=parts.debugger.view() if parts.debugger else Debugging(),

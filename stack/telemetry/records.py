@@ -24,6 +24,7 @@ from stack.types import (
     Limitation,
     Marker,
     OccupancyGrid,
+    ParameterTable,
     Path,
     Pose2D,
     RivalPose,
@@ -218,7 +219,7 @@ class Layer:
     """
 
     version: int
-    content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
+    content: OccupancyGrid | CostGrid | ParameterTable | tuple[SceneShape, ...]
     changes: tuple[tuple[int, tuple[int, int, int, int]], ...] = field(
         default=(), compare=False, metadata={"sent": False}
     )
@@ -267,14 +268,13 @@ class Snapshot:
         scan: newest scan (in the base frame through its mount; draw it at `pose`).
         path: current global plan, map frame.
         local_plan: what the controller plans to drive next, map frame.
-        layers: map, global_costmap, local_costmap, scene by name.
+        layers: map, global_costmap, local_costmap, scene, parameters (what they are) by name.
         commanded: velocity sent to the body.
         measured: velocity measured by odometry.
         stages: compute time by stage name.
         speed: robot seconds per wall second in the last 5 s, without holds.
         pace: requested simulated seconds per wall second; 0: as fast as possible.
         parameters: current component parameters, flat: "controller.cruise_speed" -> value.
-        public_parameters: the names of those that users may need; the others are for experts.
         image: newest camera picture. Pictures are not sent to dashboards.
         truth: true pose, in simulation only.
         people: (n, 3) x, y, radius of the people, in simulation only.
@@ -283,6 +283,7 @@ class Snapshot:
         counters: recoveries, replans, collisions, distance (m)…
         teleop: whether the operator may drive with `teleop` commands.
         detour: whether the robot drives to the operator's goal while the mission is paused.
+        detour_held: whether this drive is paused too; `resume` continues it.
         limitations: why safety stage and doubt about the pose limit the velocity now.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
@@ -318,7 +319,6 @@ class Snapshot:
     speed: float = 0.0
     pace: float = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    public_parameters: tuple[str, ...] = ()
     image: Image | None = None
     rivals: tuple[RivalPose, ...] = ()
     truth: Pose2D | None = None
@@ -327,6 +327,7 @@ class Snapshot:
     counters: Mapping[str, float] = field(default_factory=dict)
     teleop: bool = False
     detour: bool = False
+    detour_held: bool = False
     limitations: tuple[Limitation, ...] = ()
     events: tuple[Event, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()
@@ -352,9 +353,9 @@ class Command:
     Attributes:
         id: chosen by the sender; returned in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
-            set_parameter | teleop (a velocity for half a second of the robot's clock, while the
-            behaviour assisted_teleop runs) | teleop_done | break | unbreak | step | continue |
-            force.
+            cancel_goal | set_parameter | teleop (a velocity for half a second of the robot's
+            clock, while the behaviour assisted_teleop runs) | teleop_done | break | unbreak |
+            step | continue | force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
             {"linear": 0.2, "angular": -0.4, "lateral": 0.0}, {"ticks": 1}, {"node": "12",

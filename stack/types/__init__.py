@@ -44,6 +44,7 @@ from stack.types.grids import (
 )
 from stack.types.limitations import Limitation
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
+from stack.types.parameter_info import ParameterInfo, ParameterTable
 from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, has_jumped
 from stack.types.places import PlaceSighting
 from stack.types.sensors import (
@@ -133,6 +134,8 @@ __all__ = [
     "Observation",
     "ObstaclePoints",
     "OccupancyGrid",
+    "ParameterInfo",
+    "ParameterTable",
     "Odometry",
     "PointCloud",
     "Path",

@@ -22,7 +22,16 @@ from stack.telemetry.records import (
     StageTiming,
     TreeRow,
 )
-from stack.types import Battery, Footprint, Marker, Path, Pose2D, Twist
+from stack.types import (
+    Battery,
+    Footprint,
+    Marker,
+    ParameterInfo,
+    ParameterTable,
+    Path,
+    Pose2D,
+    Twist,
+)
 from tests.tui.sample_office import PLACES, build_office, look_around
 
 PERIOD, CRUISE = 0.1, 0.5
@@ -53,6 +62,20 @@ PARAMETERS = {
     CRUISE_SPEED: 0.5, "controller.lookahead": 0.9, "localisation.particles": 500,
     "planner.allow_unknown": False, "world.note": "plain",
 }  # fmt: skip
+
+TABLE = ParameterTable((
+    ParameterInfo(
+        CRUISE_SPEED, "number in m/s", "m/s", "> 0", "speed on a free straight", True, 0.5
+    ),
+    ParameterInfo("controller.lookahead", "number in m", "m", "> 0", "length ahead", False, 0.9),
+    ParameterInfo(
+        "localisation.particles", "whole number", "", ">= 50", "number of particles", False, 400
+    ),
+    ParameterInfo(
+        "planner.allow_unknown", "true or false", "", "", "plan through unknown cells", True, False
+    ),
+    ParameterInfo("world.note", "text", "", "", "free text", False, "plain"),
+))  # fmt: skip
 
 # (parent, name, kind, status, message, since)
 TREE = (
@@ -172,7 +195,8 @@ class SampleSource:
             local_plan=Path(np.column_stack([ahead[:30], np.zeros(len(ahead[:30]))])),
             goal=Pose2D(*ROUTE[-1]),
             layers={"map": Layer(1, self._office.grid),
-            "global_costmap": Layer(1, self._office.costs)},
+            "global_costmap": Layer(1, self._office.costs),
+            "parameters": Layer(1, TABLE)},
             commanded=Twist(float(speed), 0.12),
             measured=Twist(float(speed + rng.normal(0.0, 0.012)), 0.10),
             stages={
@@ -189,7 +213,7 @@ class SampleSource:
                 "distance": tick * CRUISE * PERIOD,
                 "clearance": 0.31,
             },
-            parameters=PARAMETERS, public_parameters=("planner.allow_unknown", CRUISE_SPEED),
+            parameters=PARAMETERS,
         )  # fmt: skip
 
     def _pose(self, index: int) -> Pose2D:

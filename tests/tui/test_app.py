@@ -88,8 +88,8 @@ async def test_space_stops_in_every_pane(pilot, source):
 
 
 async def test_space_stops_on_every_screen(pilot, source):
-    """Dialogs, and a value that is being typed."""
-    keys = ["question_mark", "a", "q", "ctrl+c", "g", "i", "e", "e enter", "e enter 1 2", "1 f"]
+    """Dialogs; a text that is being typed is another matter."""
+    keys = ["question_mark", "a", "q", "ctrl+c", "g", "i", "1 f"]
     await press_space_everywhere(pilot, source, keys, dialogs=True)
 
 

@@ -24,6 +24,9 @@ OUTCOMES = {
 }
 
 
+GOAL_KEYS = "p pauses, G cancels it"
+
+
 @dataclass(frozen=True, slots=True)
 class Notice:
     """Content of the banner: tone (good, bad, warn or busy), headline, detail and keys to press."""
@@ -60,7 +63,11 @@ def _held(snapshot: Snapshot) -> Notice | None:
         return Notice("bad", "■ EMERGENCY STOP", snapshot.reason, "R releases it")
     paused = snapshot.state is MissionState.PAUSED
     if snapshot.detour:
-        return Notice("busy", "⚑ DRIVING TO YOUR GOAL", "the mission is paused", "p continues it")
+        return Notice("busy", "⚑ DRIVING TO YOUR GOAL", "the mission is paused", GOAL_KEYS)
+    if snapshot.detour_held:
+        return Notice(
+            "warn", "‖ YOUR GOAL IS PAUSED", "so is the mission", "p drives on, G cancels"
+        )
     if snapshot.debugging.faults:
         return _reload_failed(snapshot.debugging.faults, paused)
     if paused and snapshot.debugging.held:

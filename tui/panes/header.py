@@ -95,6 +95,7 @@ HEADERS: tuple[Row, ...] = (
     ),
     ("■ EMERGENCY STOP, STANDING", "bad", lambda now: now.is_in(S.EMERGENCY_STOP)),
     ("⚑ DRIVING TO YOUR GOAL (mission paused)", "warn", lambda now: now.snapshot.detour),
+    ("‖ YOUR GOAL IS PAUSED", "warn", lambda now: now.snapshot.detour_held and not now.is_moving),
     (
         "● STOPPED AT BREAKPOINT", "warn",
         lambda now: now.is_in(S.PAUSED) and bool(now.snapshot.debugging.held),

@@ -99,6 +99,7 @@ def _watch(supervisor: Supervisor) -> bool:
         supervisor.poll()
         viewer.wait(POLL)
     outcome = viewer.close()
+    supervisor.poll()  # a signal to both processes may have reached the dashboard first
     if outcome == "hangup":
         supervisor.hang_up()
     if supervisor.hung_up or supervisor.signalled:
@@ -110,9 +111,12 @@ def _watch(supervisor: Supervisor) -> bool:
         supervisor.leave()
         print(f"the mission continues; attach with: {attach}")
         return False
-    elif outcome == "crashed" and supervisor.engine.poll() is None:
-        supervisor.log(f"the dashboard crashed\n{viewer.traceback}")
-        print(f"the dashboard crashed: {viewer.trouble}", file=sys.stderr)
+    elif outcome in ("crashed", "terminated") and supervisor.engine.poll() is None:
+        what = f"the dashboard crashed: {viewer.trouble}"
+        if outcome == "terminated":
+            what = "the dashboard was ended by a signal"
+        supervisor.log(f"{what}\n{viewer.traceback}")
+        print(what, file=sys.stderr)
         print(f"the mission continues; attach again with: {attach}", file=sys.stderr)
         supervisor.output.show()
     return True

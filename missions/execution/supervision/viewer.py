@@ -61,7 +61,8 @@ class Viewer:
         """End it if it is open, restore the terminal, and return the outcome.
 
         Returns:
-            over | leave | hangup | abort | interrupt | lost, as the dashboard says, or `crashed`.
+            over | leave | hangup | abort | interrupt | terminated | lost, as the dashboard says, or
+            `crashed`.
         """
         was_open = self.is_open
         if was_open:

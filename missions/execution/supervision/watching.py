@@ -28,6 +28,8 @@ def watch_run(name: str) -> int:
     outcome = viewer.close()
     if outcome == "abort":
         print(f"aborted {run.run_id}", file=sys.stderr)
+    if outcome == "terminated" and not caught:
+        print("the dashboard was ended by a signal; the mission continues", file=sys.stderr)
     if outcome == "crashed":
         print(f"the dashboard crashed: {viewer.trouble}; the mission continues", file=sys.stderr)
         return INTERNAL_ERROR

@@ -24,7 +24,7 @@ from stack.telemetry.rerun.place import (
 )
 from stack.telemetry.rerun.recording import BASE, MAP, TRUTH, Recording
 from stack.telemetry.tree_text import NOTHING, tree_markdown
-from stack.types import FloatArray, Footprint, Path, Pose2D, TrackedObject
+from stack.types import FloatArray, Footprint, ParameterTable, Path, Pose2D, TrackedObject
 
 Colour = tuple[int, int, int]
 
@@ -105,6 +105,8 @@ class RerunDrawing:
     def layer(self, name: str, layer: Layer) -> None:
         """Draw a new version of a map, a costmap or the scene."""
         content = layer.content
+        if isinstance(content, ParameterTable):
+            return
         if isinstance(content, tuple):
             draw_scene(self._recording, name, content)
         else:

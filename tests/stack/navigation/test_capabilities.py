@@ -338,9 +338,11 @@ def test_parameters_change_between_steps(rig):
     before = rig.tuning.current()
     assert before["controller.cruise_speed"] == PurePursuitParameters().cruise_speed
     assert {"navigation.patience", "safety.padding"} <= before.keys()
-    assert set(rig.tuning.public) < before.keys()
-    assert "navigation.patience" in rig.tuning.public
-    assert "navigation.look_ahead" not in rig.tuning.public
+    table = {item.name: item for item in rig.tuning.table.parameters}
+    assert table.keys() == before.keys()
+    assert {name: item.start for name, item in table.items()} == before
+    assert table["navigation.patience"].public and table["navigation.patience"].unit == "s"
+    assert not table["navigation.look_ahead"].public
     rig.tuning.change("controller.cruise_speed", "30 cm/s")
     assert rig.tuning.current()["controller.cruise_speed"] == pytest.approx(0.3)
     rig.tuning.change("navigation.patience", 7)

@@ -26,6 +26,7 @@ VALID = [
     ("speed", {"factor": 1000}),
     ("set_pose", POSE),
     ("set_goal", POSE),
+    ("cancel_goal", {}),
     ("set_parameter", {"name": "controller.cruise_speed", "value": 0.4}),
     ("set_parameter", {"name": "a.b", "value": ["x", True, None, 3]}),
     ("teleop", {"linear": 0.2, "angular": -0.4, "lateral": 0.0}),
