@@ -219,7 +219,7 @@ class Layer:
     """
 
     version: int
-    content: OccupancyGrid | CostGrid | ParameterTable | tuple[SceneShape, ...]
+    content: OccupancyGrid | CostGrid | tuple[SceneShape, ...] | ParameterTable
     changes: tuple[tuple[int, tuple[int, int, int, int]], ...] = field(
         default=(), compare=False, metadata={"sent": False}
     )

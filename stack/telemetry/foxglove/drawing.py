@@ -31,7 +31,7 @@ from stack.telemetry.foxglove.messages import (
 from stack.telemetry.foxglove.scene import moving, places, surroundings
 from stack.telemetry.foxglove.urdf_frames import BASE, MAP, ODOM, link_frames
 from stack.telemetry.records import ROUTINE, Event, Layer, RunInfo, Snapshot
-from stack.types import CameraModel, DepthImage, Image, Scan
+from stack.types import CameraModel, CostGrid, DepthImage, Image, OccupancyGrid, Scan
 
 _NOTHING = object()
 
@@ -195,7 +195,7 @@ class FoxgloveDrawing:
         if isinstance(content, tuple):
             made = partial(surroundings, content, time)
             topics.log(f"/{name}", schemas.SceneUpdate, time, made)
-        else:
+        elif isinstance(content, OccupancyGrid | CostGrid):
             topics.log(f"/{name}", schemas.Grid, time, partial(grid_message, name, content, time))
 
     def _draw_scene(self, snapshot: Snapshot) -> None:

@@ -251,7 +251,7 @@ class SnapshotRecording:
     def _known(self, kind: str, written: Mapping[str, str]) -> dict[str, Codec]:
         """The codecs of the fields that mean what they mean in this version."""
         current = schemas().get(kind, {})
-        known = {name for name, shape in written.items() if current.get(name) == shape}
+        known = {name for name, shape in written.items() if _reads(current.get(name, ""), shape)}
         required, codecs = _FIELDS.get(kind, (frozenset[str](), dict[str, Codec]()))
         lacking = sorted(required - known)
         if lacking:
@@ -419,6 +419,11 @@ class _EventFile:
                 break
             self._lines.append(self._end)
             self._end += len(line)
+
+
+def _reads(current: str, written: str) -> bool:
+    """Whether a type reads what was written with a type: the same, or a union with new members."""
+    return current == written or current.startswith(f"{written}|")
 
 
 def _decompressor() -> Callable[[bytes], Any]:

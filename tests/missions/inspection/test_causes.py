@@ -265,7 +265,8 @@ def test_an_exception_in_a_behaviour(tmp_path):
 
 def test_an_empty_battery(tmp_path):
     first(
-        tmp_path, "battery empty", world=HALL + "timeline:\n  - {when: {time: 2 s}, battery: 0 %}\n",
+        tmp_path, "battery empty",
+        world=HALL + "timeline:\n  - {when: {time: 2 s}, battery: 0 %}\n",
         tree="  - wait: {time: 3 s}\n  - check: battery.charge > 0.1",
     )  # fmt: skip
 
