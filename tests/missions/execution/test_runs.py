@@ -79,10 +79,9 @@ def cancel(run: Run) -> None:
 def test_every_shipped_mission_succeeds_or_drives_without_a_collision_until_cancelled(begun, name):
     run = begun(name, 60.0 if name in SHORT else FIRST_SECONDS)
     report = asdict(run.draft())
-    if name in SHORT:
+    if name in SHORT or run.is_over:
         check_success(name, report)
     else:
-        assert not run.is_over, f"{report['status']}: {report['reason']}"
         check_safe(name, report)
         assert report["distance_m"] > 0.5
         cancel(run)
