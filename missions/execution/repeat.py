@@ -1,10 +1,10 @@
-"""Runs a recorded run again, and tells whether it became the same."""
+"""Runs a recorded run again, and says whether the result is the same."""
 
 from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -38,12 +38,11 @@ class Repetition:
     reasons: tuple[str, ...]
 
 
-def repeat_run(folder: Path, interrupted: Callable[[], bool] = lambda: False) -> Repetition:
+def repeat_run(folder: Path) -> Repetition:
     """Run a run again from the copies in its folder, with the same options.
 
     Args:
         folder: of the run.
-        interrupted: called between steps; True ends the run.
 
     Raises:
         InputError: the folder does not hold what the run was made of.
@@ -55,7 +54,7 @@ def repeat_run(folder: Path, interrupted: Callable[[], bool] = lambda: False) ->
     out = _new_folder(folder, inputs)
     options = replace(inputs.options, out=out, serve=False)
     plan = prepare(inputs.mission, options)
-    report = execute(plan, options, interrupted=interrupted)
+    report = execute(plan, options)
     is_same = report.log_sha256 == before.log_sha256
     reasons = [] if is_same else inputs.changes(plan.read)
     difference = (

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from stack.errors import InputError
+
 
 def trace(  # noqa: PLR0913 - options of a command
     run: Annotated[str, typer.Argument(help="run folder, name of a run in ./runs, or `newest`")],
@@ -32,6 +34,8 @@ def trace(  # noqa: PLR0913 - options of a command
     from missions.inspection import trace as tracing
     from missions.inspection.run_folders import find_run
 
+    if at is not None and (node or summary or since or until < inf):
+        raise InputError("--at shows the whole tree; leave out the other options")
     told = tracing.read_trace(find_run(run, Path("runs")))
     if at is not None:
         lines = tracing.tree_at(told, at)

@@ -20,8 +20,9 @@ time and size. The status `live` means that the run goes on, `incomplete` that i
 report. A folder is a run folder if it contains events.jsonl and mission.yaml; no other folder and
 no live run is ever deleted, and symbolic links are not followed.
 
-A run folder holds all that the run was made of: `runs repeat` runs it again and tells whether it
-became the same, `runs pack` makes one file of it for another machine, and `runs open` unpacks that.
+A run folder holds all that the run was made of: `runs repeat` runs it again and says whether the
+result is the same, `runs pack` makes one file of it for another machine, and `runs open` unpacks
+that.
 
 \b
     treepilot runs
@@ -109,7 +110,7 @@ def pack_(
 
 @runs_app.command("repeat")
 def repeat(context: typer.Context, name: Name) -> None:
-    """Run a run again from the copies in its folder; tell whether it became the same.
+    """Run a run again from the copies in its folder; say whether the result is the same.
 
     Exit codes: 0 the event log is the same, bit for bit; 1 it is not: the first difference is
     printed, and which versions or files are others.

@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import MISSING, Field, asdict, dataclass, fields, replace
 from hashlib import file_digest
 from pathlib import Path
 from shutil import copyfile
@@ -87,12 +87,27 @@ def keep_inputs(
             "format": FORMAT,
             "mission": copies.name_of(plan.mission.source),
             "options": copies.options(options),
+            "settings": _settings(plan),
             "versions": versions(),
             "files": [asdict(item) for item in listed],
         }
         folder.write(LIST, json.dumps(content, indent=2, ensure_ascii=False).encode() + b"\n")
     except OSError as error:
         folder.on_loss(LIST, error.strerror or str(error))
+
+
+def _settings(plan: PreparedMission) -> dict[str, str]:
+    """The parameters that are not the defaults of their components, by full name."""
+    return {
+        f"{kind}.{item.name}": str(getattr(choice.parameters, item.name))
+        for kind, choice in plan.choices.items()
+        for item in fields(choice.parameters)
+        if getattr(choice.parameters, item.name) != _default_of(item)
+    }
+
+
+def _default_of(item: Field[Any]) -> object:
+    return item.default_factory() if item.default_factory is not MISSING else item.default
 
 
 def _played(plan: PreparedMission) -> list[Path]:
@@ -172,12 +187,14 @@ class RunInputs:
         mission: the copy of the mission.
         options: of the run.
         versions: of treepilot and the libraries that its results depend on.
+        settings: parameters that were not the defaults of their components, by full name.
         files: that the run read.
     """
 
     folder: Path
     mission: Path
     options: RunOptions
+    settings: dict[str, str]
     versions: dict[str, str]
     files: tuple[InputFile, ...]
 
@@ -198,14 +215,14 @@ class RunInputs:
                 continue
             if _digest(Path(item.source)) != item.sha256:
                 raise InputError(
-                    f"the run read {item.source}, which was too large to be copied: it is not there"
-                    " or is another one"
+                    f"the run read {item.source}, which was too large to be copied: it is gone"
+                    " or has changed"
                 )
             place.parent.mkdir(parents=True, exist_ok=True)
             place.symlink_to(item.source)
 
     def changes(self, read: Iterable[Path]) -> list[str]:
-        """What a new run has not found as it was, as sentences.
+        """What is different for a new run, as sentences.
 
         Args:
             read: files that the new run has read.
@@ -223,9 +240,9 @@ class RunInputs:
             if file.is_relative_to(copies):
                 found.append(f"{COPIES}/{file.relative_to(copies)} has been changed")
             elif _is_shipped(file):
-                found.append(f"{file.relative_to(MISSIONS.parent)} of treepilot is another one")
+                found.append(f"{file.relative_to(MISSIONS.parent)} of treepilot has changed")
             else:
-                found.append(f"{file}, named by its full path, is not the file of the run")
+                found.append(f"{file}, named by its full path, is a different file now")
         return found
 
 
@@ -243,15 +260,16 @@ def read_inputs(folder: Path) -> RunInputs:
         options = _read_options(folder, content["options"])
         listed = tuple(InputFile(**item) for item in content["files"])
         mission, known = str(content["mission"]), dict(content["versions"])
+        settings = {str(name): str(value) for name, value in content["settings"].items()}
     except OSError as error:
         raise InputError(f"{folder} does not say what it was made of: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{file} is damaged: {error!r:.100}") from None
     places = [mission, *(item.path for item in listed)]
     for place in places:
         if not _resolved(folder / COPIES / place).is_relative_to(_resolved(folder / COPIES)):
             raise InputError(f"{file} is damaged: {place!r} is not in the run folder")
-    return RunInputs(folder, folder / COPIES / mission, options, known, listed)
+    return RunInputs(folder, folder / COPIES / mission, options, settings, known, listed)
 
 
 def _read_options(folder: Path, chosen: Mapping[str, Any]) -> RunOptions:

@@ -235,13 +235,12 @@ def _warnings(story: Story) -> str:
 
 def _settings(story: Story) -> str:
     parts = []
-    changed = story.changed_parameters
-    if changed:
-        rows = [(one.name, f"{one.value}  ({one.source})") for one in changed]
-        parts.append(
-            "<h3 class='small'>parameters that differ from their defaults</h3>" + _table(rows)
-        )
-    elif story.inputs is not None:
+    if story.inputs is None:
+        parts.append("<p>The folder does not say which parameters were set.</p>")
+    elif story.inputs.settings:
+        title = "<h3 class='small'>parameters that differ from their defaults</h3>"
+        parts.append(title + _table(story.inputs.settings.items()))
+    else:
         parts.append("<p>All parameters have their defaults.</p>")
     if story.report is not None:
         versions = [(name, version) for name, version in story.report.versions.items()]

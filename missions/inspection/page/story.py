@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from missions.execution.records.inputs import COPIES, RunInputs, read_inputs
 from missions.execution.report import Report, read_report
-from missions.execution.resources import MISSIONS
-from missions.inspection.parameter_sources import Origin, parameters_of
 from missions.inspection.trace_model import Node, Trace, Tree, read_trace
 from stack.documents.files import YAML_BYTES, read_bytes
 from stack.errors import InputError
@@ -190,17 +188,6 @@ class Story:
             ]
         return rows
 
-    @cached_property
-    def changed_parameters(self) -> list[Origin]:
-        """Parameters that a file or the command line sets; empty if they cannot be told."""
-        if self.inputs is None:
-            return []
-        try:
-            every = parameters_of(str(self.inputs.mission), self.inputs.options)
-            return [one for one in every if one.is_set]
-        except InputError:
-            return []
-
     def line_of(self, where: str) -> str:
         """Text of a line of the mission, as in: office_patrol.yaml:21."""
         file, _, number = where.rpartition(":")
@@ -212,14 +199,15 @@ class Story:
         return lines[at].strip() if 0 <= at < len(lines) else ""
 
     def _read_lines(self, file: str) -> list[str]:
-        copies = sorted((self.folder / COPIES).rglob(Path(file).name))
-        shipped = sorted(MISSIONS.rglob(Path(file).name))
-        for path in (*copies, *shipped, self.folder / "mission.yaml"):
-            try:
-                return read_bytes(path, YAML_BYTES).decode("utf-8", "replace").splitlines()
-            except OSError:
-                continue
-        return []
+        """Lines of a file of the mission; none if two files have this name."""
+        copies = list((self.folder / COPIES).rglob(Path(file).name))
+        if len(copies) > 1:
+            return []
+        try:
+            content = read_bytes((copies or [self.folder / "mission.yaml"])[0], YAML_BYTES)
+        except OSError:
+            return []
+        return content.decode("utf-8", "replace").splitlines()
 
 
 def read_story(folder: Path) -> Story:

@@ -172,7 +172,7 @@ def test_a_played_recording_repeats(project, tmp_path, monkeypatch, largest):
         shutil.rmtree(out / "repeats")
         next((out / "inputs").rglob("sensors.mcap")).unlink()
         log.write_bytes(log.read_bytes()[:-1000])
-        with pytest.raises(InputError, match="was too large to be copied: it is not there or is"):
+        with pytest.raises(InputError, match="was too large to be copied: it is gone or"):
             repeat_run(out)
 
 
@@ -194,10 +194,11 @@ def test_a_run_without_inputs_is_refused(tmp_path):
 @pytest.mark.parametrize(
     "content",
     ["", "[]", "{}", '{"format": 2}', '{"format": 1, "options": 3}',
-     '{"format": 1, "options": {}, "files": [{}], "mission": "m", "versions": {}}',
-     '{"format": 1, "options": {}, "files": [], "mission": "../../m", "versions": {}}',
+     '{"format": 1, "options": {}, "files": [{}], "mission": "m", "settings": {}, "versions": {}}',
+     '{"format": 1, "options": {}, "files": [], "mission": "../../m", "settings": {}, '
+     '"versions": {}}',
      '{"format": 1, "options": {}, "files": [{"path": "../x", "sha256": "", "source": ""}], '
-     '"mission": "m", "versions": {}}'],
+     '"mission": "m", "settings": {}, "versions": {}}'],
 )  # fmt: skip
 def test_a_damaged_list_is_refused(content, tmp_path):
     (tmp_path / "inputs.json").write_text(content)
