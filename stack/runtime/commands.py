@@ -8,10 +8,11 @@ from typing import Any
 from stack.body import BodyCommand, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
-from stack.robot import Task
 from stack.runtime.command_schema import (
     AbortArguments,
+    BehaviourArguments,
     EmergencyStopArguments,
+    GoalArguments,
     ParameterArguments,
     PoseArguments,
     SpeedArguments,
@@ -19,10 +20,11 @@ from stack.runtime.command_schema import (
     read_arguments,
 )
 from stack.runtime.debug_commands import DebugCommands
+from stack.runtime.detours import Detours
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
-from stack.types import STANDSTILL, OccupancyGrid, Pose2D, TaskStatus
+from stack.types import STANDSTILL, OccupancyGrid, Pose2D
 
 End = Callable[[MissionState, str], None]
 """end(state, reason): end the mission with a final state."""
@@ -33,7 +35,7 @@ class CommandHandler:
 
     def __init__(self, parts: LoopParts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
-        self._detour: Task | None = None
+        self.detours = Detours(parts.telemetry.emit)
         self.debugging = DebugCommands(parts, mission, self._resume)
         self._actions: dict[str, Callable[[Any], str | None]] = {
             "pause": lambda _: self._pause(),
@@ -44,6 +46,7 @@ class CommandHandler:
             "speed": self._speed,
             "set_pose": self._set_pose,
             "set_goal": self._set_goal,
+            "behaviour": self._behaviour,
             "set_parameter": self._set_parameter,
             "teleop": lambda arguments: self._teleoperation().steer(arguments.twist),
             "teleop_done": lambda _: self._teleoperation().release(),
@@ -51,13 +54,9 @@ class CommandHandler:
         }
 
     @property
-    def drives_to_operator_goal(self) -> bool:
-        """Whether the mission is paused and the robot drives to the operator's goal."""
-        return (
-            self._mission.state is MissionState.PAUSED
-            and self._detour is not None
-            and self._detour.status is TaskStatus.RUNNING
-        )
+    def is_on_detour(self) -> bool:
+        """Whether the mission is paused and the robot does what the operator asked for."""
+        return self._mission.state is MissionState.PAUSED and self.detours.is_running
 
     def apply_all(self, held: bool = False) -> None:
         """Apply the commands since the last step, in order.
@@ -66,6 +65,7 @@ class CommandHandler:
             held: the robot stands and no step is made. Logged, because only step and `held`
                 together define when a command took effect.
         """
+        self.detours.report()
         for command in self._parts.telemetry.commands():
             self.apply(command, held)
 
@@ -95,13 +95,15 @@ class CommandHandler:
             if self._mission.state.is_over and command.kind not in ("estop", "release"):
                 raise InputError(f"the mission is over ({self._mission.state})")
             return "", self._actions[command.kind](arguments) or ""
-        except (InputError, ParameterError, TypeError, ValueError) as error:
+        except ParameterError as error:
+            return f"{error}; {error.hint}" if error.hint else str(error), ""
+        except (InputError, TypeError, ValueError) as error:
             return str(error), ""
 
     def stand(self, reason: str) -> None:
-        """Pause without a command; a drive to the operator's goal ends too."""
+        """Pause without a command; a detour ends too."""
         self._mission.send(MissionEvent.PAUSE, reason)
-        self._cancel_detour()
+        self.detours.cancel()
         self.debugging.forget_steps()
 
     def _send(self, event: MissionEvent, reason: str = "") -> None:
@@ -112,23 +114,19 @@ class CommandHandler:
 
     def _pause(self) -> None:
         self._send(MissionEvent.PAUSE)
-        self._cancel_detour()
+        self.detours.cancel()
         self.debugging.forget_steps()
 
     def _resume(self) -> None:
+        if not self._mission.refusal(MissionEvent.RESUME):
+            self.detours.cancel()  # first: its end must not stop the mission's own motion
         self._send(MissionEvent.RESUME)
-        self._detour = None
         self.debugging.forget_steps()
 
     def _emergency_stop(self, arguments: EmergencyStopArguments) -> None:
         self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
         self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
-        self._cancel_detour()
-
-    def _cancel_detour(self) -> None:
-        """Cancel the drive to the operator's goal; `resume` continues the mission's own motion."""
-        if self._detour is not None:
-            self._detour.cancel()
+        self.detours.cancel()
 
     def _abort(self, arguments: AbortArguments) -> None:
         self._end(MissionState.ABORTED, arguments.reason)
@@ -147,11 +145,23 @@ class CommandHandler:
             source="operator",
         )
 
-    def _set_goal(self, arguments: PoseArguments) -> None:
+    def _set_goal(self, arguments: GoalArguments) -> None:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
         goal = self._on_map(arguments.pose)
         self._send(MissionEvent.DETOUR)
-        self._detour = self._parts.navigator.base.navigate_to(goal)
+        self.detours.cancel()
+        task = self._parts.navigator.base.navigate_to(goal)
+        self.detours.begin("navigate_to_pose", arguments.tag, task)
+
+    def _behaviour(self, arguments: BehaviourArguments) -> None:
+        """Pause the mission and carry out a behaviour; `resume` continues the mission."""
+        make = self._parts.make_detour
+        if make is None:
+            raise InputError("this run has no behaviours")
+        ports = dict(port.split("=", 1) for port in arguments.ports)
+        tree = make(arguments.name, {name.strip(): value for name, value in ports.items()})
+        self._send(MissionEvent.DETOUR)
+        self.detours.begin(arguments.name, arguments.tag, tree)
 
     def _on_map(self, pose: Pose2D) -> Pose2D:
         """The pose; a mission without a map accepts any.

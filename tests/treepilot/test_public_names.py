@@ -28,8 +28,8 @@ NAMES = """
     NavigationError OCCUPIED Observation OccupancyGrid Odometry OdometryFusion ParameterError
     Path PathSegment Perception PlaceSighting PlanOptions Planner PointCloud Pose2D PoseEstimate
     Posed ProgressChecker RangeReading Region Report RivalPose Robot RobotDescription STANDSTILL
-    Scan SnapshotRecording StandingObject Status StopCriterion Task TaskStatus Timer Timers TrackedObject
-    TransformBuffer TreepilotError Twist UNKNOWN UNKNOWN_COST View __api__ output parameter port
+    Scan SnapshotRecording StandingObject Status StopCriterion Task TaskStatus Timer Timers
+    TrackedObject TransformBuffer TreepilotError Twist UNKNOWN UNKNOWN_COST View __api__ output parameter port
     run run_together stream wrap_angle
 """
 """A name that is removed or changes its meaning breaks plugins: count `__api__` up."""
