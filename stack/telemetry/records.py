@@ -354,8 +354,8 @@ class Command:
         id: chosen by the sender; returned in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
             behaviour | set_parameter | teleop (a velocity for half a second of the robot's clock,
-            while the behaviour assisted_teleop runs) | teleop_done | break | unbreak | step | continue |
-            force.
+            while the behaviour assisted_teleop runs) | teleop_done | break | unbreak | step |
+            continue | force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
             {"linear": 0.2, "angular": -0.4, "lateral": 0.0}, {"ticks": 1}, {"node": "12",
