@@ -126,11 +126,9 @@ class ParameterError(TreepilotError):
 
 
 class NavigationError(TreepilotError):
-    """A planner or controller cannot continue; `failure` has the reason."""
+    """A planner, controller or drive cannot continue; `failure` has the reason."""
 
-    def __init__(
-        self, code: FailureCode, sentence: str, place: tuple[float, float] | None = None
-    ) -> None:
+    def __init__(self, code: str, sentence: str, place: tuple[float, float] | None = None) -> None:
         from stack.types import Failure  # imports NumPy
 
         self.failure = Failure(code, sentence, place)

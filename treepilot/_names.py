@@ -13,6 +13,11 @@ from behaviours.base import port as port
 from behaviours.timer import Timer as Timer
 from missions import run as run
 from missions import run_together as run_together
+from missions.execution.client import connect as connect
+from missions.execution.client import connect_async as connect_async
+from missions.execution.client.asynchronous import AsyncConnection as AsyncConnection
+from missions.execution.client.connection import Connection as Connection
+from missions.execution.client.conversation import CommandRefused as CommandRefused
 from missions.execution.report import Report as Report
 from robots.bodies import BodyKind as BodyKind
 from robots.bodies import BodySetup as BodySetup
@@ -46,6 +51,7 @@ from stack.errors import BodyError as BodyError
 from stack.errors import InputError as InputError
 from stack.errors import NavigationError as NavigationError
 from stack.errors import ParameterError as ParameterError
+from stack.errors import TelemetryError as TelemetryError
 from stack.errors import TreepilotError as TreepilotError
 from stack.lifecycle import Timers as Timers
 from stack.parameters import parameter as parameter
@@ -56,6 +62,10 @@ from stack.robot import Perception as Perception
 from stack.robot import Robot as Robot
 from stack.robot import Task as Task
 from stack.streams import stream as stream
+from stack.telemetry.records import Event as Event
+from stack.telemetry.records import MissionState as MissionState
+from stack.telemetry.records import RunInfo as RunInfo
+from stack.telemetry.records import Snapshot as Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording as SnapshotRecording
 from stack.types import FREE as FREE
 from stack.types import FREE_COST as FREE_COST

@@ -214,14 +214,14 @@ class LeafNode(Node):
             self._fail(error.code, error.sentence)
             return
         if isinstance(error, NavigationError):
-            self._fail(FailureCode(error.failure.code), error.failure.sentence)
+            self._fail(error.failure.code, error.failure.sentence)
             return
         sentence = exception_sentence(error)
         self.execution.log(f"{self.name}\n{format_exc()}")
         self._fail(FailureCode.EXCEPTION, sentence)
         self._emit(sentence)
 
-    def _fail(self, code: FailureCode, sentence: str) -> None:
+    def _fail(self, code: str, sentence: str) -> None:
         self.broken = True
         failure = Failure(code, sentence)
         if self.robot_leaf is not None:

@@ -67,7 +67,7 @@ class SpeedArguments:
 
 @dataclass(frozen=True)
 class PoseArguments:
-    """Arguments of `set_pose` and `set_goal`: a pose in the map frame."""
+    """Arguments of `set_pose`: a pose in the map frame."""
 
     x: float = parameter(REQUIRED, "m", at_least=-FARTHEST, at_most=FARTHEST, help="x")
     y: float = parameter(REQUIRED, "m", at_least=-FARTHEST, at_most=FARTHEST, help="y")
@@ -79,6 +79,28 @@ class PoseArguments:
     def pose(self) -> Pose2D:
         """The pose."""
         return Pose2D(self.x, self.y, self.heading)
+
+
+@dataclass(frozen=True)
+class GoalArguments(PoseArguments):
+    """Arguments of `set_goal`."""
+
+    tag: str = parameter("", help="returned in the event `detour` when the drive has ended")
+
+
+@dataclass(frozen=True)
+class BehaviourArguments:
+    """Arguments of `behaviour`: a behaviour that is carried out while the mission is paused."""
+
+    name: str = parameter(REQUIRED, help="behaviour of the catalogue, such as `spin`")
+    ports: Any = parameter((), help="list of NAME=VALUE, values as in a mission file")
+    tag: str = parameter("", help="returned in the event `detour` when the behaviour has ended")
+
+    def __post_init__(self) -> None:
+        if type(self.ports) not in (list, tuple) or not all(
+            isinstance(port, str) and "=" in port for port in self.ports
+        ):
+            raise ParameterError("ports", "expected a list of texts NAME=VALUE")
 
 
 @dataclass(frozen=True)
@@ -146,8 +168,9 @@ SCHEMAS: dict[str, type] = {
     "abort": AbortArguments,
     "speed": SpeedArguments,
     "set_pose": PoseArguments,
-    "set_goal": PoseArguments,
+    "set_goal": GoalArguments,
     "cancel_goal": NoArguments,
+    "behaviour": BehaviourArguments,
     "set_parameter": ParameterArguments,
     "teleop": VelocityArguments,
     "teleop_done": NoArguments,

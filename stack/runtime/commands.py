@@ -8,10 +8,11 @@ from typing import Any
 from stack.body import BodyCommand, Replay, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
-from stack.robot import Task
 from stack.runtime.command_schema import (
     AbortArguments,
+    BehaviourArguments,
     EmergencyStopArguments,
+    GoalArguments,
     ParameterArguments,
     PoseArguments,
     SpeedArguments,
@@ -19,10 +20,11 @@ from stack.runtime.command_schema import (
     read_arguments,
 )
 from stack.runtime.debug_commands import DebugCommands
+from stack.runtime.detours import Detours
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
-from stack.types import STANDSTILL, OccupancyGrid, Pose2D, TaskStatus
+from stack.types import STANDSTILL, OccupancyGrid, Pose2D
 
 End = Callable[[MissionState, str], None]
 """end(state, reason): end the mission with a final state."""
@@ -33,7 +35,7 @@ class CommandHandler:
 
     def __init__(self, parts: LoopParts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
-        self._detour: Task | None = None
+        self.detours = Detours(parts.telemetry.emit)
         self.debugging = DebugCommands(parts, mission, self._resume_mission)
         self._actions: dict[str, Callable[[Any], str | None]] = {
             "pause": lambda _: self._pause(),
@@ -45,6 +47,7 @@ class CommandHandler:
             "set_pose": self._set_pose,
             "set_goal": self._set_goal,
             "cancel_goal": lambda _: self._cancel_goal(),
+            "behaviour": self._behaviour,
             "set_parameter": self._set_parameter,
             "teleop": lambda arguments: self._teleoperation().steer(arguments.twist),
             "teleop_done": lambda _: self._teleoperation().release(),
@@ -52,22 +55,18 @@ class CommandHandler:
         }
 
     @property
-    def drives_to_operator_goal(self) -> bool:
-        """Whether the mission is paused and the robot drives to the operator's goal."""
-        return self._has_detour and not self._parts.navigator.activities.detour_held
+    def is_on_detour(self) -> bool:
+        """Whether the mission is paused and the robot does what the operator asked for."""
+        return self._has_detour and not self.detours.is_held
 
     @property
-    def holds_operator_goal(self) -> bool:
-        """Whether the drive to the operator's goal is paused too."""
-        return self._has_detour and self._parts.navigator.activities.detour_held
+    def holds_detour(self) -> bool:
+        """Whether what the operator asked for is paused too."""
+        return self._has_detour and self.detours.is_held
 
     @property
     def _has_detour(self) -> bool:
-        return (
-            self._mission.state is MissionState.PAUSED
-            and self._detour is not None
-            and self._detour.status is TaskStatus.RUNNING
-        )
+        return self._mission.state is MissionState.PAUSED and self.detours.is_running
 
     def apply_all(self, held: bool = False) -> None:
         """Apply the commands since the last step, in order.
@@ -76,6 +75,7 @@ class CommandHandler:
             held: the robot stands and no step is made. Logged, because only step and `held`
                 together define when a command took effect.
         """
+        self.detours.report()
         for command in self._parts.telemetry.commands():
             self.apply(command, held)
 
@@ -105,13 +105,15 @@ class CommandHandler:
             if self._mission.state.is_over and command.kind not in ("estop", "release"):
                 raise InputError(f"the mission is over ({self._mission.state})")
             return "", self._actions[command.kind](arguments) or ""
-        except (InputError, ParameterError, TypeError, ValueError) as error:
+        except ParameterError as error:
+            return f"{error}; {error.hint}" if error.hint else str(error), ""
+        except (InputError, TypeError, ValueError) as error:
             return str(error), ""
 
     def stand(self, reason: str) -> None:
-        """Pause without a command; a drive to the operator's goal ends too."""
+        """Pause without a command; a detour ends too."""
         self._mission.send(MissionEvent.PAUSE, reason)
-        self._cancel_detour()
+        self.detours.cancel()
         self.debugging.forget_steps()
 
     def _send(self, event: MissionEvent, reason: str = "") -> None:
@@ -121,7 +123,7 @@ class CommandHandler:
             raise InputError(refusal)
 
     def _pause(self) -> str:
-        """Pause the mission, or the drive to the operator's goal, which keeps its goal."""
+        """Pause the mission, or the operator's detour, which keeps its goal."""
         held = self._has_detour
         self._send(MissionEvent.PAUSE, "on the way to your goal" if held else "")
         self.debugging.forget_steps()
@@ -130,8 +132,8 @@ class CommandHandler:
         return "the drive to the operator's goal pauses" if held else ""
 
     def _resume(self) -> str:
-        """Continue the drive to the operator's goal if that is paused, else the mission."""
-        if self.holds_operator_goal:
+        """Continue the operator's detour if that is paused, else the mission."""
+        if self.holds_detour:
             self._send(MissionEvent.DETOUR)
             self._hold_detour(False)
             return "the drive to the operator's goal continues"
@@ -139,30 +141,28 @@ class CommandHandler:
         return ""
 
     def _resume_mission(self) -> None:
+        if not self._mission.refusal(MissionEvent.RESUME):
+            self.detours.cancel()  # first: its end must not stop the mission's own motion
         self._send(MissionEvent.RESUME)
-        self._detour = None
         self.debugging.forget_steps()
 
     def _hold_detour(self, held: bool) -> None:
-        self._parts.navigator.hold_detour(self._parts.body.time, held=held)
+        now = self._parts.body.time
+        self._parts.navigator.hold_detour(now, held=held)
+        self.detours.hold(now, held=held)
 
     def _cancel_goal(self) -> str:
         """End the drive to the operator's goal; the mission stays paused."""
         if not self._has_detour:
             raise InputError("the robot is not on the way to a goal of yours")
-        self._cancel_detour()
+        self.detours.cancel()
         self._send(MissionEvent.PAUSE, "your goal was cancelled")
         return "the operator's goal is cancelled; the mission stays paused"
 
     def _emergency_stop(self, arguments: EmergencyStopArguments) -> None:
         self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
         self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
-        self._cancel_detour()
-
-    def _cancel_detour(self) -> None:
-        """Cancel the drive to the operator's goal; `resume` continues the mission's own motion."""
-        if self._detour is not None:
-            self._detour.cancel()
+        self.detours.cancel()
 
     def _abort(self, arguments: AbortArguments) -> None:
         self._end(MissionState.ABORTED, arguments.reason)
@@ -181,12 +181,24 @@ class CommandHandler:
             source="operator",
         )
 
-    def _set_goal(self, arguments: PoseArguments) -> None:
+    def _set_goal(self, arguments: GoalArguments) -> None:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
         self._refuse_motion_of_recording()
         goal = self._on_map(arguments.pose)
         self._send(MissionEvent.DETOUR)
-        self._detour = self._parts.navigator.base.navigate_to(goal)
+        self.detours.cancel()
+        task = self._parts.navigator.base.navigate_to(goal)
+        self.detours.begin("navigate_to_pose", arguments.tag, task)
+
+    def _behaviour(self, arguments: BehaviourArguments) -> None:
+        """Pause the mission and carry out a behaviour; `resume` continues the mission."""
+        make = self._parts.make_detour
+        if make is None:
+            raise InputError("this run has no behaviours")
+        ports = dict(port.split("=", 1) for port in arguments.ports)
+        tree = make(arguments.name, {name.strip(): value for name, value in ports.items()})
+        self._send(MissionEvent.DETOUR)
+        self.detours.begin(arguments.name, arguments.tag, tree)
 
     def _on_map(self, pose: Pose2D) -> Pose2D:
         """The pose; a mission without a map accepts any.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from stack.body import Body, SimulationEvent
 from stack.navigation.capabilities.robot import StackRobot
@@ -13,7 +14,7 @@ from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Debugging, Layer, TreeRow
-from stack.types import CurrentStep, FloatArray, Observation, Pose2D, PoseEstimate
+from stack.types import CurrentStep, Failure, FloatArray, Observation, Pose2D, PoseEstimate
 
 
 class MissionTree(Protocol):
@@ -48,6 +49,36 @@ class MissionTree(Protocol):
 
     def blackboard(self) -> dict[str, str]:
         """Keys and values as text."""
+
+
+@runtime_checkable
+class DetourTree(Protocol):
+    """One behaviour that an operator lets the robot carry out while the mission is paused."""
+
+    def tick(self) -> None:
+        """Tick the behaviour once."""
+
+    def halt(self) -> None:
+        """Halt it, so that the robot stops."""
+
+    def pause(self, now: float) -> None:
+        """Let its time limits stand still from a time on, seconds."""
+
+    def resume(self, now: float) -> None:
+        """Let them go on."""
+
+    @property
+    def outcome(self) -> str:
+        """running | success | failure."""
+
+    @property
+    def failure(self) -> Failure | None:
+        """Why it failed; None otherwise."""
+
+
+MakeDetour = Callable[[str, Mapping[str, Any]], DetourTree]
+"""(name of a behaviour, its ports as a mission file writes them) -> the behaviour, ready to tick;
+raises InputError or ParameterError where it cannot be."""
 
 
 class Debugger(Protocol):
@@ -120,3 +151,4 @@ class LoopParts:
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None
     sensor_log: ObservationLog | None = None
+    make_detour: MakeDetour | None = None

@@ -181,6 +181,7 @@ class Runtime:
             return
         if self.parts.tree.outcome == "running":  # a tree that has ended keeps its statuses
             self.parts.tree.halt()
+        self._commands.detours.cancel()
         self.parts.navigator.stop_ended(self.parts.body.time)  # it is not stepped any more
         self.parts.telemetry.emit(
             "mission_ended", f"{state}: {reason}" if reason else str(state), source="mission",
@@ -256,8 +257,8 @@ class Runtime:
             blackboard=parts.tree.blackboard(),
             counters=self.counters(),
             teleop=parts.navigator.base.teleoperation is not None,
-            detour=self._commands.drives_to_operator_goal,
-            detour_held=self._commands.holds_operator_goal,
+            detour=self._commands.is_on_detour,
+            detour_held=self._commands.holds_detour,
             limitations=self.limitations,
             events=parts.telemetry.recent(SHOWN_EVENTS),
             debugging=parts.debugger.view() if parts.debugger else Debugging(),
@@ -282,9 +283,7 @@ class Runtime:
 
     def _freeze(self) -> bool:
         """Freeze a simulation while the robot is held and stands; return whether time stands."""
-        idle = (
-            self.mission.is_held and self.is_standing and not self._commands.drives_to_operator_goal
-        )
+        idle = self.mission.is_held and self.is_standing and not self._commands.is_on_detour
         return self._world is not None and self._world.freeze(idle)
 
     def _serve_operator(self) -> None:
@@ -298,7 +297,7 @@ class Runtime:
 
     @property
     def _navigates(self) -> bool:
-        return self.mission.ticks or self._commands.drives_to_operator_goal
+        return self.mission.ticks or self._commands.is_on_detour
 
     def _score(self, last: Odometry, motion: Odometry, estimate: PoseEstimate) -> None:
         """Count the distance, and compare the estimate with the truth, if it is known."""
@@ -312,6 +311,8 @@ class Runtime:
     def _tick_tree(self) -> None:
         """Tick the mission; a halted tree is replaced once the robot stands."""
         self._install_next_tree()
+        if self._commands.is_on_detour:
+            self._commands.detours.tick()
         if self._next_tree is not None or not self.mission.ticks:
             return
         if not self._commands.debugging.may_tick():

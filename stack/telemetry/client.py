@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import dataclasses
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from math import ceil
 from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 from typing import Any
 
@@ -34,13 +36,14 @@ MAX_RECEIVED = 1000
 
 
 class TelemetryClient:
-    """Connection to one run: snapshots, events, commands. No method blocks.
+    """Connection to one run: snapshots, events, commands. No method blocks but `wait`.
 
     Attributes:
         run: the run that it is connected to; commands are meant for this one only.
         info: constant data of the run; None until the engine has answered.
         report: content of report.json; None until the run is over, or after a crash.
         is_over: the engine has reported the end of the run.
+        has_all_events: all events that had happened when the engine last answered are received.
         missed_events: events that the engine had discarded before this client connected.
     """
 
@@ -63,7 +66,7 @@ class TelemetryClient:
         self.run = run
         self.info: RunInfo | None = None
         self.report: dict[str, Any] | None = None
-        self.is_over = False
+        self.is_over = self.has_all_events = False
         self.missed_events = 0
         self._clock = clock
         self._newest: Snapshot | None = None
@@ -71,6 +74,7 @@ class TelemetryClient:
         self._layers: dict[str, Layer] = {}
         self._events: list[Event] = []
         self._acks: list[Ack] = []
+        self._sleepers: list[asyncio.Event] = []
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] = self._context.socket(zmq.DEALER)
         self._socket.set(zmq.LINGER, LINGER_MS)
@@ -92,6 +96,32 @@ class TelemetryClient:
         self._receive()
         newest, self._newest = self._newest, None
         return newest
+
+    def wait(self, seconds: float) -> None:
+        """Sleep until a message has arrived, at most so many wall seconds."""
+        self._socket.poll(ceil(1000.0 * seconds))
+
+    async def wait_async(self, seconds: float) -> None:
+        """Do the same in an event loop of asyncio; wakes too when another coroutine receives."""
+        import zmq
+
+        loop, descriptor = asyncio.get_running_loop(), int(self._socket.get(zmq.FD))
+        arrived = asyncio.Event()
+        if not self._sleepers:
+            loop.add_reader(descriptor, self._wake)
+        self._sleepers.append(arrived)
+        try:
+            if not int(self._socket.get(zmq.EVENTS)) & zmq.POLLIN:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(arrived.wait(), seconds)
+        finally:
+            self._sleepers.remove(arrived)
+            if not self._sleepers:
+                loop.remove_reader(descriptor)
+
+    def _wake(self) -> None:
+        for arrived in self._sleepers:
+            arrived.set()
 
     def events(self) -> list[Event]:
         """Return the events since the last call: in order, without gaps, from number 0 on."""
@@ -158,6 +188,7 @@ class TelemetryClient:
             except zmq.Again:
                 break
             self._heard = self._clock()
+            self._wake()
             self._take(decode_one_of(encoded, SERVER_SENDS))
         now = self._clock()
         if not self.is_over and min(now - self._heard, now - self._requested) > REQUEST_TIMEOUT:
@@ -176,6 +207,7 @@ class TelemetryClient:
             case Ack():
                 self._acks.append(message)
             case Served():
+                self.has_all_events = self._next_event >= message.events
                 if not self.is_over:
                     self._request()
             case Over():

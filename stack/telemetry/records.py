@@ -282,8 +282,9 @@ class Snapshot:
         blackboard: key -> value as text.
         counters: recoveries, replans, collisions, distance (m)…
         teleop: whether the operator may drive with `teleop` commands.
-        detour: whether the robot drives to the operator's goal while the mission is paused.
-        detour_held: whether this drive is paused too; `resume` continues it.
+        detour: whether the robot drives to the operator's goal, or carries out the operator's
+            behaviour, while the mission is paused.
+        detour_held: whether that is paused too; `resume` continues it.
         limitations: why safety stage and doubt about the pose limit the velocity now.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
@@ -353,9 +354,9 @@ class Command:
     Attributes:
         id: chosen by the sender; returned in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
-            cancel_goal | set_parameter | teleop (a velocity for half a second of the robot's
-            clock, while the behaviour assisted_teleop runs) | teleop_done | break | unbreak |
-            step | continue | force.
+            cancel_goal | behaviour | set_parameter | teleop (a velocity for half a second of the
+            robot's clock, while the behaviour assisted_teleop runs) | teleop_done | break |
+            unbreak | step | continue | force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
             {"linear": 0.2, "angular": -0.4, "lateral": 0.0}, {"ticks": 1}, {"node": "12",

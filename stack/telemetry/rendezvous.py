@@ -218,7 +218,7 @@ def live_runs() -> list[RunHandle]:
     for file in sorted(file for folder in (own, *others) for file in folder.glob("*.json")):
         handle = _read(file)
         if handle is not None and handle.descriptor == file:
-            if _is_alive(handle):
+            if is_alive(handle):
                 runs.append(handle)
             else:
                 withdraw(handle)
@@ -316,7 +316,8 @@ def _read(file: Path) -> RunHandle | None:
     return handle if valid else None
 
 
-def _is_alive(handle: RunHandle) -> bool:
+def is_alive(handle: RunHandle) -> bool:
+    """Whether the process of an engine lives."""
     try:
         os.kill(handle.pid, 0)
     except (ProcessLookupError, OverflowError):

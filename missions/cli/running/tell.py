@@ -88,7 +88,7 @@ def force(
 @tell_app.command()
 def nodes(context: typer.Context) -> None:
     """List the nodes with number, status and breakpoint."""
-    from missions.execution.client import status_lines
+    from missions.execution.client.telling import status_lines
 
     for line in status_lines(context.obj):
         typer.echo(line)
@@ -103,7 +103,7 @@ def _add(kind: str, sentence: str, **arguments: Any) -> None:
 
 
 def _send(context: typer.Context, kind: str, **arguments: Any) -> None:
-    from missions.execution.client import tell
+    from missions.execution.client.telling import tell
 
     typer.echo(tell(context.obj, kind, arguments))
 

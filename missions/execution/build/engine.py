@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
+from missions.execution.build.detour import detour_maker
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import landmarks_of, map_of, world_model_of
 from missions.execution.ground_truth import SimulationScorer
@@ -152,7 +153,7 @@ def build(
     tuning = LiveParameters(_tunables(navigator, safety, perceiver, coloured), emit)
     parts = LoopParts(
         body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry,
-        scorer, debugger, sensor_log,
+        scorer, debugger, sensor_log, detour_maker(plan.mission, plan.robot, robot, log),
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
     for command in options.first_commands():

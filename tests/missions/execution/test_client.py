@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from missions.cli.app import app
-from missions.execution.client import status_lines, tell
+from missions.execution.client.telling import status_lines, tell
 from missions.execution.supervision.launch import LaunchOptions
 from missions.run_options import RunOptions
 from stack.errors import InputError, TelemetryError

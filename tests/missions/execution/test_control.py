@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from missions.cli.app import app
-from missions.execution.client import tell
+from missions.execution.client.telling import tell
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from missions.execution.running import execute

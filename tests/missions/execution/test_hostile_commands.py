@@ -39,7 +39,7 @@ HOSTILE = (
     {"f" * 10_000: 1},
     {str(n): n for n in range(10_000)},
 )
-FREE_TEXTS = {("abort", "reason"), ("estop", "reason")}
+FREE_TEXTS = {("abort", "reason"), ("estop", "reason"), ("set_goal", "tag"), ("behaviour", "tag")}
 
 
 def mutated(chance: random.Random) -> Command:
