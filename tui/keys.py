@@ -53,7 +53,7 @@ CONTROL_KEYS = (
     Key("p", "pause", "Pause", "pause or resume the mission, or the drive to your goal"),
     Key("a", "abort", "Abort…", "abort the mission; asks first"),
     Key("e", "tune", "", "change a parameter while it runs"),
-    Key("g", "goal", "", "send the robot to a place; i: set its pose to a place", "g i"),
+    Key("g", "goal", "", "send the robot somewhere; i: set its pose; or click on the map", "g i"),
     Key("i", "stands_at"),
     Key("G", "cancel_goal", "", "cancel your goal; the mission stays paused"),
     Key("less_than_sign,comma", "speed(0.5)", "", "simulate slower or faster", "< >"),
@@ -105,6 +105,27 @@ VIEW_KEYS = (
 
 KEYS = (*CONTROL_KEYS, *VIEW_KEYS)
 """Keys of the dashboard of a live run."""
+
+DRAFT_KEYS = (
+    Key("enter", "confirm_draft", "", "drive to the placed pose, or set the robot's pose to it"),
+    Key("left", "move_draft(-1,0)", "", "move it", "←↑↓→"),
+    Key("right", "move_draft(1,0)"),
+    Key("up", "move_draft(0,1)"),
+    Key("down", "move_draft(0,-1)"),
+    Key("left_square_bracket", "turn_draft(1)", "", "turn it by 15°", "[ ]"),
+    Key("right_square_bracket", "turn_draft(-1)"),
+    Key("g", "draft_kind('set_goal')", "", "it is a goal; i: it is where the robot stands", "g i"),
+    Key("i", "draft_kind('set_pose')"),
+    Key("escape", "drop_draft", "", "give it up", "esc"),
+)
+"""Keys of the map while a pose is being placed; they replace the same keys of the dashboard."""
+
+PLACE_KEYS = (
+    Key("up", "choose(-1)", "", "choose a place; enter takes it, or the typed coordinates", "↑↓"),
+    Key("down", "choose(1)"),
+    Key("escape", "cancel", "", "no place", "esc"),
+)
+"""Keys of the dialog for a place; letters filter the places."""
 
 PICKER_KEYS = (
     Key("ctrl+e", "experts", "", "list those for experts too, on or off", everywhere=True),
