@@ -87,6 +87,7 @@ VIEW_KEYS = (
     Key("up", "pan(0,1)"),
     Key("down", "pan(0,-1)"),
     Key("c", "costs", "Costs", "show or hide the costmap"),
+    Key("slash", "search", "", "search the events; in help and lists, filter the lines", "/"),
     Key("t", "follow_tree", "", "let the tree follow the running node"),
     Key("l", "level", "Log", "event log: info, warnings, errors, everything"),
     Key("1", "focus_pane('tree')", "", "focus tree, map, vitals, events, charts", "1-5"),
@@ -119,6 +120,13 @@ DRAFT_KEYS = (
     Key("escape", "drop_draft", "", "give it up", "esc"),
 )
 """Keys of the map while a pose is being placed; they replace the same keys of the dashboard."""
+
+FOUND_KEYS = (
+    Key("n", "next_match(-1)", "", "the match before; N: the one after", "n N"),
+    Key("N", "next_match(1)"),
+    Key("escape", "end_search", "", "end the search", "esc"),
+)
+"""Keys of the events while something is searched; they replace the same keys of the dashboard."""
 
 PLACE_KEYS = (
     Key("up", "choose(-1)", "", "choose a place; enter takes it, or the typed coordinates", "↑↓"),

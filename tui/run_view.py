@@ -27,7 +27,7 @@ from tui.panes.map_pane import MapPane
 from tui.panes.status_bar import StatusBar
 from tui.panes.tree_pane import TreePane
 from tui.panes.vitals_pane import VitalsPane
-from tui.screens import Help
+from tui.screens import AskText, Help
 from tui.source import Source
 from tui.terminal.app import TerminalApp
 
@@ -244,6 +244,18 @@ class RunView(TerminalApp):
     def action_costs(self) -> None:
         """Show or hide the costmap."""
         self.query_one(MapPane).toggle_costs()
+
+    def action_search(self) -> None:
+        """Ask for a text, and show the newest event with it."""
+
+        def answered(text: str | None) -> None:
+            pane = self.panes.query_one(EventsPane)
+            if text and not pane.search(text):
+                self.notify(f"no event has {text!r}", timeout=2.0)
+            elif text:
+                self.action_focus_pane("events")
+
+        self.push_screen(AskText("Search the events", "part of a line"), answered)
 
     def action_follow_tree(self) -> None:
         """Let the tree follow the running node."""
