@@ -95,6 +95,9 @@ VIEW_KEYS = (
     Key("3", "focus_pane('vitals')"),
     Key("4", "focus_pane('events')"),
     Key("5", "focus_pane('charts')"),
+    Key("H", "sheet('health')", "", "health: rates, compute time, memory, links, records"),
+    Key("P", "sheet('plots')", "", "plots of any numbers over 10 s to 10 min"),
+    Key("C", "sheet('camera')", "", "the camera's newest picture, with detections"),
     Key("z", "zoom_pane", "Full", "focused pane on the full screen, on or off"),
     Key("escape", "all_panes", "", "show all panes", "esc"),
     Key("ctrl+l", "redraw", "", "draw the whole screen again"),
@@ -127,6 +130,16 @@ FOUND_KEYS = (
     Key("escape", "end_search", "", "end the search", "esc"),
 )
 """Keys of the events while something is searched; they replace the same keys of the dashboard."""
+
+SHEET_KEYS = (Key("escape,H,P,C", "close", "", "back to the panes", "esc"),)
+"""Keys of health, plots and camera."""
+
+PLOT_KEYS = (
+    Key("plus,equals_sign", "span(-1)", "", "less time; - shows more", "+ -"),
+    Key("minus", "span(1)"),
+    Key("slash", "filter", "", "list only numbers with a text in their name", "/"),
+)
+"""Further keys of the plots; enter plots a number, or no longer."""
 
 PLACE_KEYS = (
     Key("up", "choose(-1)", "", "choose a place; enter takes it, or the typed coordinates", "↑↓"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -16,6 +16,7 @@ from textual.widgets import Footer
 from stack.errors import TelemetryError
 from stack.telemetry.records import Ack, MissionState, Snapshot
 from tui.drawing import palette
+from tui.figures import Figures
 from tui.keys import VIEW_KEYS, Key
 from tui.link import STALE_AFTER, Link
 from tui.pacing import Pacing
@@ -28,6 +29,10 @@ from tui.panes.status_bar import StatusBar
 from tui.panes.tree_pane import TreePane
 from tui.panes.vitals_pane import VitalsPane
 from tui.screens import AskText, Help
+from tui.sheets.camera import CameraSheet
+from tui.sheets.health import HealthSheet
+from tui.sheets.plots import PlotSheet
+from tui.sheets.sheet import Sheet, Shown
 from tui.source import Source
 from tui.terminal.app import TerminalApp
 
@@ -69,6 +74,8 @@ class RunView(TerminalApp):
         self.source, self._live = source, live
         self.snapshot: Snapshot | None = None
         self._pacing = Pacing(everything=not live)
+        self._figures = Figures()
+        self._plotted = ["speed set m/s", "speed m/s"]
         self.trouble = ""
         self._charts = (
             Chart("Speed", "m/s", {"set": palette.BUSY, "real": palette.PATH}, 0.0, 0.2),
@@ -162,6 +169,7 @@ class RunView(TerminalApp):
         self.take_acks(acks)
         if events:
             self.panes.query_one(EventsPane).add(events)
+            self.panes.query_one(TreePane).take(events)
         if events or acks:
             self._pacing.hurry()
         return fresh
@@ -178,9 +186,11 @@ class RunView(TerminalApp):
         panes = self.panes
         panes.query_one(EventsPane).restart()
         panes.query_one(MapPane).restart(past)
+        self._figures.restart()
         for chart in self._charts:
             chart.restart()
         for snapshot in past:
+            self._figures.add(snapshot)
             self._chart(snapshot, draw=False)
 
     def link(self) -> Link:
@@ -194,6 +204,9 @@ class RunView(TerminalApp):
     def show(self, snapshot: Snapshot) -> None:
         """Show a new snapshot."""
         panes, pacing = self.panes, self._pacing
+        self._figures.add(snapshot)
+        if isinstance(self.screen, Sheet) and pacing.draws_map:
+            self.screen.show(Shown(snapshot, self.link(), self._figures))
         draw = pacing.draws_figures
         if pacing.draws_map and panes.query_one(TreePane).show(snapshot):
             self.notify("the new tree starts from its root", title="reloaded", timeout=3.0)
@@ -244,6 +257,24 @@ class RunView(TerminalApp):
     def action_costs(self) -> None:
         """Show or hide the costmap."""
         self.query_one(MapPane).toggle_costs()
+
+    def action_sheet(self, name: str) -> None:
+        """Show health, plots or the camera over the panes."""
+        make: dict[str, Callable[[], Sheet]] = {
+            "health": HealthSheet, "plots": lambda: PlotSheet(self._plotted), "camera": CameraSheet,
+        }  # fmt: skip
+        sheet = make[name]()
+        self.source.pictures = sheet.TAKES_PICTURES
+
+        def closed(_: None) -> None:
+            self.source.pictures = False
+
+        self.push_screen(sheet, closed)
+        self.call_after_refresh(self._fill_sheet, sheet)
+
+    def _fill_sheet(self, sheet: Sheet) -> None:
+        if self.snapshot is not None and sheet.is_attached:
+            sheet.show(Shown(self.snapshot, self.link(), self._figures))
 
     def action_search(self) -> None:
         """Ask for a text, and show the newest event with it."""

@@ -4,7 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from tui.keys import DRAFT_KEYS, FOUND_KEYS, KEYS, PICKER_KEYS, TREE_KEYS, TREE_SENTENCE, Key
+from tui.keys import (
+    DRAFT_KEYS,
+    FOUND_KEYS,
+    KEYS,
+    PICKER_KEYS,
+    PLOT_KEYS,
+    TREE_KEYS,
+    TREE_SENTENCE,
+    Key,
+)
 from tui.replay.app import REPLAY_KEYS
 
 PAGE = Path(__file__).parents[2] / "docs" / "dashboard.md"
@@ -29,6 +38,7 @@ def section(title: str) -> list[str]:
         ("Parameters", PICKER_KEYS),
         ("Goals and poses", DRAFT_KEYS),
         ("Search", FOUND_KEYS),
+        ("Plots", PLOT_KEYS),
         ("Keys of a replay", REPLAY_KEYS),
     ],
 )
