@@ -53,7 +53,7 @@ CONTROL_KEYS = (
     Key("p", "pause", "Pause", "pause or resume the mission, or the drive to your goal"),
     Key("a", "abort", "Abort…", "abort the mission; asks first"),
     Key("e", "tune", "", "change a parameter while it runs"),
-    Key("g", "goal", "", "send the robot to a place; i: set its pose to a place", "g i"),
+    Key("g", "goal", "", "send the robot somewhere; i: set its pose; or click on the map", "g i"),
     Key("i", "stands_at"),
     Key("G", "cancel_goal", "", "cancel your goal; the mission stays paused"),
     Key("less_than_sign,comma", "speed(0.5)", "", "simulate slower or faster", "< >"),
@@ -87,6 +87,7 @@ VIEW_KEYS = (
     Key("up", "pan(0,1)"),
     Key("down", "pan(0,-1)"),
     Key("c", "costs", "Costs", "show or hide the costmap"),
+    Key("slash", "search", "", "search the events; in help and lists, filter the lines", "/"),
     Key("t", "follow_tree", "", "let the tree follow the running node"),
     Key("l", "level", "Log", "event log: info, warnings, errors, everything"),
     Key("1", "focus_pane('tree')", "", "focus tree, map, vitals, events, charts", "1-5"),
@@ -94,6 +95,9 @@ VIEW_KEYS = (
     Key("3", "focus_pane('vitals')"),
     Key("4", "focus_pane('events')"),
     Key("5", "focus_pane('charts')"),
+    Key("H", "sheet('health')", "", "health: rates, compute time, memory, links, records"),
+    Key("P", "sheet('plots')", "", "plots of any numbers over 10 s to 10 min"),
+    Key("C", "sheet('camera')", "", "the camera's newest picture, with detections"),
     Key("z", "zoom_pane", "Full", "focused pane on the full screen, on or off"),
     Key("escape", "all_panes", "", "show all panes", "esc"),
     Key("ctrl+l", "redraw", "", "draw the whole screen again"),
@@ -105,6 +109,44 @@ VIEW_KEYS = (
 
 KEYS = (*CONTROL_KEYS, *VIEW_KEYS)
 """Keys of the dashboard of a live run."""
+
+DRAFT_KEYS = (
+    Key("enter", "confirm_draft", "", "drive to the placed pose, or set the robot's pose to it"),
+    Key("left", "move_draft(-1,0)", "", "move it", "←↑↓→"),
+    Key("right", "move_draft(1,0)"),
+    Key("up", "move_draft(0,1)"),
+    Key("down", "move_draft(0,-1)"),
+    Key("left_square_bracket", "turn_draft(1)", "", "turn it by 15°", "[ ]"),
+    Key("right_square_bracket", "turn_draft(-1)"),
+    Key("g", "draft_kind('set_goal')", "", "it is a goal; i: it is where the robot stands", "g i"),
+    Key("i", "draft_kind('set_pose')"),
+    Key("escape", "drop_draft", "", "give it up", "esc"),
+)
+"""Keys of the map while a pose is being placed; they replace the same keys of the dashboard."""
+
+FOUND_KEYS = (
+    Key("n", "next_match(-1)", "", "the match before; N: the one after", "n N"),
+    Key("N", "next_match(1)"),
+    Key("escape", "end_search", "", "end the search", "esc"),
+)
+"""Keys of the events while something is searched; they replace the same keys of the dashboard."""
+
+SHEET_KEYS = (Key("escape,H,P,C", "close", "", "back to the panes", "esc"),)
+"""Keys of health, plots and camera."""
+
+PLOT_KEYS = (
+    Key("plus,equals_sign", "span(-1)", "", "less time; - shows more", "+ -"),
+    Key("minus", "span(1)"),
+    Key("slash", "filter", "", "list only numbers with a text in their name", "/"),
+)
+"""Further keys of the plots; enter plots a number, or no longer."""
+
+PLACE_KEYS = (
+    Key("up", "choose(-1)", "", "choose a place; enter takes it, or the typed coordinates", "↑↓"),
+    Key("down", "choose(1)"),
+    Key("escape", "cancel", "", "no place", "esc"),
+)
+"""Keys of the dialog for a place; letters filter the places."""
 
 PICKER_KEYS = (
     Key("ctrl+e", "experts", "", "list those for experts too, on or off", everywhere=True),

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
-from textual.widgets import Label, OptionList, Static
+from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
 from tui.drawing import palette
@@ -61,10 +61,46 @@ class Question(ModalScreen[str]):
         self.dismiss("")
 
 
-class Help(ModalScreen[None]):
-    """All keys, and the meaning of the glyphs."""
+class AskText(ModalScreen[str | None]):
+    """Asks for a text of one line; escape returns None.
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "close", "Back")]
+    Args:
+        question: its title.
+        example: what is shown while it is empty.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Back")]
+
+    def __init__(self, question: str, example: str) -> None:
+        super().__init__()
+        self._question, self._example = question, example
+
+    def compose(self) -> ComposeResult:
+        """Compose the text and a hint."""
+        with Vertical(classes="dialog editing") as dialog:
+            dialog.border_title = self._question
+            line = Input(placeholder=self._example)
+            line.cursor_blink = False
+            yield line
+            yield Static(f"[{css(DIM)}]enter searches · esc cancels · ctrl+space stops[/]")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Return the text."""
+        self.dismiss(event.value)
+
+    def action_cancel(self) -> None:
+        """Return None."""
+        self.dismiss(None)
+
+
+class Help(ModalScreen[None]):
+    """All keys, and the meaning of the glyphs; `/` filters the lines."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark,q", "close", "Back"),
+        Binding("escape", "back", "Back"),
+        Binding("slash", "filter", "Filter"),
+    ]
 
     def __init__(self, keys: Sequence[Key]) -> None:
         super().__init__()
@@ -74,23 +110,48 @@ class Help(ModalScreen[None]):
         """Compose one line per key, then the glyphs."""
         with VerticalScroll(classes="dialog wide") as dialog:
             dialog.border_title = "Keys"
-            dialog.border_subtitle = "esc closes"
+            dialog.border_subtitle = "/ filters · esc closes"
+            line = Input(placeholder="part of a line")
+            line.cursor_blink = False
+            yield line
             yield Static(_lines(self._keys))
+
+    def action_filter(self) -> None:
+        """Ask for words; only lines with them are shown."""
+        self.query_one(".dialog").add_class("editing")
+        self.query_one(Input).focus()
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Show the lines that have the words."""
+        self.query_one(Static).update(_lines(self._keys, event.value))
+
+    def action_back(self) -> None:
+        """End the filter, or close the help."""
+        dialog, line = self.query_one(".dialog"), self.query_one(Input)
+        if not dialog.has_class("editing"):
+            self.dismiss(None)
+            return
+        dialog.remove_class("editing")
+        line.value = ""
+        dialog.focus()
 
     def action_close(self) -> None:
         """Close the help."""
         self.dismiss(None)
 
 
-def _lines(keys: Sequence[Key]) -> Text:
-    text = Text()
+def _lines(keys: Sequence[Key], words: str = "") -> Text:
+    """The keys as lines, those that have all the words; without words, the glyphs too."""
+    text, wanted = Text(), words.lower().split()
     lines = [(key.shown, key.sentence) for key in keys if key.sentence]
     if keys is KEYS:
         lines.append((" ".join(key.shown for key in TREE_KEYS), TREE_SENTENCE))
     for shown, sentence in lines:
+        if not all(word in f"{shown} {sentence}".lower() for word in wanted):
+            continue
         text.append(f"{shown:>7}  ", style=f"bold {css(BUSY)}")
         text.append(f"{sentence}\n", style=css(TEXT))
-    for number, (glyph, word, colour) in enumerate(MEANINGS):
+    for number, (glyph, word, colour) in enumerate(MEANINGS if not wanted else ()):
         text.append("\n" if number == MEANINGS_PER_LINE else "", style=css(TEXT))
         text.append(f" {glyph} ", style=f"bold {css(colour)}")
         text.append(f"{word:<7}", style=css(TEXT))

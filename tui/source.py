@@ -17,6 +17,14 @@ class Source(Protocol):
         ...
 
     @property
+    def pictures(self) -> bool:
+        """Whether snapshots shall have the camera's newest picture, small; off at first."""
+        ...
+
+    @pictures.setter
+    def pictures(self, wanted: bool) -> None: ...
+
+    @property
     def silent_for(self) -> float:
         """Wall seconds since the last message of the engine."""
         ...

@@ -213,7 +213,7 @@ class ParameterScreen(ModalScreen[None]):
     def _list(self) -> None:
         """List what the filter passes; the chosen one stays chosen."""
         before = self._chosen
-        words = self.query_one("#filter", Input).value.lower().split()
+        words = self.query_one("#filter", Input).value.lower().lstrip("/").split()
         self._listed = [
             item for item in self._table.values()
             if (item.public or self._experts or self._is_changed(item))

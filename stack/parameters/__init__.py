@@ -15,7 +15,7 @@ from stack.parameters.declarations import (
     values_of,
 )
 from stack.parameters.names import did_you_mean, likely, nearest, suggestion
-from stack.parameters.poses import FARTHEST
+from stack.parameters.poses import FARTHEST, read_pose
 from stack.parameters.quantities import quantity_unit, read_quantity, units
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "nearest",
     "parameter",
     "quantity_unit",
+    "read_pose",
     "read_quantity",
     "refuse_changes",
     "suggestion",

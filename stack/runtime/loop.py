@@ -21,6 +21,7 @@ from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.sensing import Sensing
+from stack.runtime.sensor_rates import resident_memory
 from stack.runtime.stage_times import Stages
 from stack.safety.safety import LimitedTwist
 from stack.schedule import Schedule
@@ -251,6 +252,8 @@ class Runtime:
             depth_image=self.sensing.depth_image,
             depth_points=_depth_points(parts, state.depth),
             cameras=parts.perceiver.cameras.states,
+            sensors=self.sensing.sensors(),
+            memory=resident_memory(),
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,

@@ -9,8 +9,9 @@ from stack.perception.own_body import OwnBody
 from stack.perception.sensor_watch import SensorWatch
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
+from stack.runtime.sensor_rates import SensorRates
 from stack.telemetry.hub import SENSORS, reason_of
-from stack.types import DepthImage, Image, Observation, Pose2D
+from stack.types import DepthImage, Image, Observation, Pose2D, SensorState
 
 
 class Sensing:
@@ -30,6 +31,7 @@ class Sensing:
         robot = parts.body.description
         self._deskewer, self._sensors = Deskewer(), SensorWatch(robot)
         self._own_body = OwnBody(robot)
+        self._rates = SensorRates(robot)
         self._health: BodyHealth = HEALTHY
         self.image: Image | None = None
         self.depth_image: DepthImage | None = None
@@ -49,11 +51,17 @@ class Sensing:
             if health.problem:
                 self._mission.send(MissionEvent.PAUSE, health.problem)
         self._record(observation)
+        self._rates.update(observation)
         observation = self._with_usable_pictures(observation, pose)
         self.image = next(iter(observation.of(Image).values()), self.image)
         depth = observation.of(DepthImage)
         self.depth_image = next(iter(depth.values()), self.depth_image)
         return self._own_body.removed(self._parts.perceiver.depth_scans.added_to(observation))
+
+    def sensors(self) -> tuple[SensorState, ...]:
+        """How often each sensor delivers."""
+        on = {camera.name for camera in self._parts.perceiver.cameras.states if camera.is_on}
+        return self._rates.states(self._parts.body.time, on)
 
     def _with_usable_pictures(self, observation: Observation, pose: Pose2D) -> Observation:
         """Return the observation without pictures that cannot be used; report faulty cameras."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 
 from stack.telemetry.records import StageTiming
+
+RECENT, SHARES_EVERY = 400, 20
+"""Runs of which median and 99th percentile are taken, and runs between two of these figures."""
 
 
 @dataclass(slots=True)
@@ -16,6 +20,8 @@ class _Stage:
     worst: float = 0.0
     count: int = 0
     overruns: int = 0
+    recent: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
+    _shares: tuple[int, float, float] = (0, 0.0, 0.0)
 
     def add(self, taken: float) -> None:
         self.total += taken
@@ -23,6 +29,19 @@ class _Stage:
         if taken > self.worst:
             self.worst = taken
         self.overruns += taken > self.budget
+        self.recent.append(taken)
+
+    def timing(self) -> StageTiming:
+        """The figures so far; median and 99th percentile are a few runs old."""
+        counted, median, slow = self._shares
+        if counted == 0 or self.count - counted >= SHARES_EVERY:
+            ordered = sorted(self.recent)
+            median, slow = ordered[len(ordered) // 2], ordered[len(ordered) * 99 // 100]
+            self._shares = self.count, median, slow
+        return StageTiming(
+            self.total / self.count, self.worst, self.count, self.overruns, median, slow,
+            self.budget,
+        )  # fmt: skip
 
 
 @dataclass
@@ -75,11 +94,7 @@ class Stages:
 
     def timings(self) -> dict[str, StageTiming]:
         """Mean, worst, count and overruns of every stage."""
-        return {
-            name: StageTiming(stage.total / stage.count, stage.worst, stage.count, stage.overruns)
-            for name, stage in self.stages.items()
-            if stage.count
-        }
+        return {name: stage.timing() for name, stage in self.stages.items() if stage.count}
 
 
 class StageTimer:

@@ -24,6 +24,7 @@ from stack.telemetry.messages import (
 )
 from stack.telemetry.records import Ack, Command, Event, Layer, RunInfo, Snapshot
 from stack.telemetry.rendezvous import RunHandle
+from stack.types import Image
 
 REQUEST_TIMEOUT = 2.0
 """Wall seconds of silence after which an unanswered request is repeated."""
@@ -45,6 +46,7 @@ class TelemetryClient:
         is_over: the engine has reported the end of the run.
         has_all_events: all events that had happened when the engine last answered are received.
         missed_events: events that the engine had discarded before this client connected.
+        pictures: whether the camera's pictures are wanted; snapshots then have the newest one.
     """
 
     def __init__(self, run: RunHandle, clock: Callable[[], float] = monotonic) -> None:
@@ -68,6 +70,8 @@ class TelemetryClient:
         self.report: dict[str, Any] | None = None
         self.is_over = self.has_all_events = False
         self.missed_events = 0
+        self.pictures = False
+        self._picture: Image | None = None
         self._clock = clock
         self._newest: Snapshot | None = None
         self._moment, self._next_event = -1, 0
@@ -170,7 +174,9 @@ class TelemetryClient:
         import zmq
 
         versions = {name: layer.version for name, layer in self._layers.items()}
-        request = Request(self.info is not None, self._next_event, self._moment, versions)
+        request = Request(
+            self.info is not None, self._next_event, self._moment, versions, self.pictures
+        )  # fmt: skip
         self._requested = self._clock()
         try:
             self._socket.send(encode(request), zmq.NOBLOCK)
@@ -200,6 +206,8 @@ class TelemetryClient:
                 self.info = message
             case NamedLayer():
                 self._layers[message.name] = message.layer
+            case Image():
+                self._picture = message
             case Moment():
                 self._show(message)
             case EventBatch():
@@ -221,7 +229,7 @@ class TelemetryClient:
             if name in self._layers and self._layers[name].version == version
         }
         self._moment = moment.number
-        self._newest = dataclasses.replace(moment.snapshot, layers=layers)
+        self._newest = dataclasses.replace(moment.snapshot, layers=layers, image=self._picture)
 
     def _append(self, batch: EventBatch) -> None:
         if batch.first > self._next_event:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stack.telemetry.records import Ack, Command, Layer, MissionState, RunInfo, Snapshot
+from stack.types import Image
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +26,15 @@ class Request:
         next_event: number of the first event that the client lacks.
         moment: number of the newest Moment that the client has, -1 for none.
         layers: versions of the layers that the client has, by name.
+        pictures: the client shows the camera's pictures now; it gets an Image, small and at most
+            twice a second.
     """
 
     has_info: bool = False
     next_event: int = 0
     moment: int = -1
     layers: Mapping[str, int] = field(default_factory=dict)
+    pictures: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,4 +116,4 @@ class Over:
 
 
 CLIENT_SENDS = (Request, Command, Inquiry, Goodbye)
-SERVER_SENDS = (RunInfo, RunState, NamedLayer, Moment, EventBatch, Served, Ack, Over)
+SERVER_SENDS = (RunInfo, RunState, NamedLayer, Moment, Image, EventBatch, Served, Ack, Over)

@@ -29,6 +29,7 @@ from stack.types import (
     Pose2D,
     RivalPose,
     Scan,
+    SensorState,
     TrackedObject,
     Twist,
 )
@@ -181,12 +182,21 @@ class Debugging:
 
 @dataclass(frozen=True, slots=True)
 class StageTiming:
-    """Compute time of one stage of the loop in wall seconds, number of runs and overruns."""
+    """Compute time of one stage of the loop in wall seconds, number of runs and overruns.
+
+    Attributes:
+        median: of the last runs.
+        slow: 99 % of the last runs took no longer.
+        budget: a run that takes longer counts as an overrun.
+    """
 
     mean: float
     worst: float
     count: int
     overruns: int = 0
+    median: float = 0.0
+    slow: float = 0.0
+    budget: float = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,6 +302,8 @@ class Snapshot:
         detections: objects in recent pictures, map frame.
         mask: pixels of the colour in the newest picture that was searched.
         cameras: state of every camera of the robot.
+        sensors: how often each sensor delivers.
+        memory: of the engine, bytes; 0: unknown.
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.
         depth_image: newest picture of a depth camera.
@@ -338,6 +350,8 @@ class Snapshot:
     detections: tuple[Detection, ...] = ()
     mask: ColourMask | None = None
     cameras: tuple[CameraState, ...] = ()
+    sensors: tuple[SensorState, ...] = ()
+    memory: float = 0.0
     depth_points: FloatArray | None = None
     depth_image: DepthImage | None = None
 

@@ -34,6 +34,7 @@ from stack.telemetry.messages import (
 )
 from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
 from stack.telemetry.rendezvous import RunHandle, announce, announce_again, withdraw
+from stack.telemetry.small_picture import small_picture
 
 if TYPE_CHECKING:
     import zmq
@@ -49,6 +50,8 @@ KEPT_EVENTS = 200_000
 BATCH = 2000
 """Events in one message."""
 
+PICTURE_PERIOD = 0.5
+"""Wall seconds between two pictures to one client."""
 MAX_CLIENTS = 32
 SILENT_AFTER = 2.0
 """Wall seconds without a message and an open request after which a new client may take its place.
@@ -75,6 +78,7 @@ class _Client:
         pending: request that is not answered yet.
         asks: an Inquiry is not answered yet.
         has: what the client has after the last answer.
+        picture: wall time of the last picture, and its stamp.
     """
 
     heard: float
@@ -82,6 +86,7 @@ class _Client:
     pending: Request | None = None
     asks: bool = False
     has: Request = dataclasses.field(default_factory=Request)
+    picture: tuple[float, float] = (-1.0, -1.0)
 
 
 class TelemetryServer:
@@ -327,12 +332,13 @@ class TelemetryServer:
                 if layers.get(name) != layer.version:
                     layers[name] = layer.version
                     yield self._layer(name)
+            yield from self._newest_picture(client)
             yield self._newest_moment()
         first = max(has.next_event, self._event_count - len(self._events))
         batch = self._batch(first)
         if batch:
             yield encode(EventBatch(first, batch))
-        client.has = Request(True, first + len(batch), self._moment, layers)
+        client.has = Request(True, first + len(batch), self._moment, layers, has.pictures)
         yield encode(Served(self._event_count))
 
     def _batch(self, first: int) -> tuple[bytes, ...]:
@@ -355,8 +361,16 @@ class TelemetryServer:
             self._encoded_layers[name] = cached
         return cached[1]
 
+    def _newest_picture(self, client: _Client) -> Iterator[bytes]:
+        """The newest picture, small, for a client that asks for pictures and lacks it."""
+        image, (sent, stamp) = self._newest and self._newest.image, client.picture
+        is_due = sent < 0.0 or self._clock() - sent >= PICTURE_PERIOD
+        if client.has.pictures and is_due and image is not None and image.stamp != stamp:
+            client.picture = self._clock(), image.stamp
+            yield encode(small_picture(image))
+
     def _newest_moment(self) -> bytes:
-        """Return the newest snapshot without its pictures, which no dashboard shows."""
+        """Return the newest snapshot without its pictures."""
         if self._encoded_moment is None:
             newest = self._newest
             assert newest is not None

@@ -47,6 +47,7 @@ from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeVi
 from stack.types.parameter_info import ParameterInfo, ParameterTable
 from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, has_jumped
 from stack.types.places import PlaceSighting
+from stack.types.sensor_state import SensorState
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
@@ -150,6 +151,7 @@ __all__ = [
     "RivalPose",
     "STANDSTILL",
     "Scan",
+    "SensorState",
     "SeenGround",
     "StandingObject",
     "TaskStatus",

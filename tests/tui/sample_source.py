@@ -30,6 +30,7 @@ from stack.types import (
     ParameterTable,
     Path,
     Pose2D,
+    SensorState,
     Twist,
 )
 from tests.tui.sample_office import PLACES, build_office, look_around
@@ -133,6 +134,7 @@ class SampleSource:
     def __init__(self, tick: int = 420) -> None:
         self.info: RunInfo | None = INFO
         self.silent_for = 0.1
+        self.pictures = False
         self.report: Mapping[str, Any] | None = None
         self.is_over = False
         self.sent: list[Command] = []
@@ -200,14 +202,18 @@ class SampleSource:
             commanded=Twist(float(speed), 0.12),
             measured=Twist(float(speed + rng.normal(0.0, 0.012)), 0.10),
             stages={
-                "estimate": StageTiming(0.0021, 0.0064, tick),
-                "costmap": StageTiming(0.0014, 0.0031, tick),
+                "estimate": StageTiming(0.0021, 0.0064, tick, 0, 0.0020, 0.0051),
+                "costmap": StageTiming(0.0014, 0.0031, tick, 0, 0.0013, 0.0027),
                 "tree": StageTiming(0.0002, 0.0009, tick),
-                "navigate": StageTiming(0.0058, 0.0312, tick, 2),
+                "navigate": StageTiming(0.0058, 0.0812, tick, 2, 0.0052, 0.0503),
                 "safety": StageTiming(0.0003, 0.0005, tick),
                 "body": StageTiming(0.0041, 0.0102, tick),
             },
-            speed=8.2, truth=truth, people=people,
+            sensors=(
+                SensorState("lidar", 9.8, 10.0, 0.05), SensorState("sonar_left", 3.0, 10.0, 0.2),
+                SensorState("imu", 0.0, 100.0, 4.2), SensorState("wheels", 20.0, 0.0, 0.05),
+            ),
+            memory=312e6, speed=8.2, truth=truth, people=people,
             counters={
                 "recoveries": 1.0, "replans": 7.0, "collisions": 0.0,
                 "distance": tick * CRUISE * PERIOD,

@@ -4,7 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from tui.keys import KEYS, PICKER_KEYS, TREE_KEYS, TREE_SENTENCE, Key
+from tui.keys import (
+    DRAFT_KEYS,
+    FOUND_KEYS,
+    KEYS,
+    PICKER_KEYS,
+    PLOT_KEYS,
+    TREE_KEYS,
+    TREE_SENTENCE,
+    Key,
+)
 from tui.replay.app import REPLAY_KEYS
 
 PAGE = Path(__file__).parents[2] / "docs" / "dashboard.md"
@@ -27,6 +36,9 @@ def section(title: str) -> list[str]:
     [
         ("Keys", (*KEYS, Key(" ".join(k.shown for k in TREE_KEYS), "", "", TREE_SENTENCE))),
         ("Parameters", PICKER_KEYS),
+        ("Goals and poses", DRAFT_KEYS),
+        ("Search", FOUND_KEYS),
+        ("Plots", PLOT_KEYS),
         ("Keys of a replay", REPLAY_KEYS),
     ],
 )

@@ -67,6 +67,20 @@ async def test_running(is_as_before, size):
     assert await is_as_before(app, before, size)
 
 
+SIZES = pytest.mark.parametrize(
+    "size", [(80, 24), (120, 40), (200, 60)], ids="{0[0]}x{0[1]}".format
+)
+
+
+@SIZES
+@pytest.mark.parametrize(
+    "keys", ["e", "H", "P", "g enter"], ids=["tune", "health", "plots", "place"]
+)
+async def test_screens(is_as_before, size, keys):
+    app, before = watched(*keys.split())
+    assert await is_as_before(app, before, size)
+
+
 async def test_emergency_stop(is_as_before):
     def stop(source):
         source.changes.update(state=MissionState.EMERGENCY_STOP, reason="operator")

@@ -1,4 +1,4 @@
-"""Changing a parameter, and giving a place by its name."""
+"""The list of parameters: filtered, changed, refused, saved."""
 
 import pytest
 from textual.widgets import Input, OptionList
@@ -126,24 +126,10 @@ async def test_a_space_in_a_value_is_a_space_and_with_ctrl_it_stops(picker, stop
     assert len(source.sent) == 1 and not isinstance(picker.app.screen, ParameterScreen)
 
 
-@pytest.mark.parametrize(("key", "kind"), [("g", "set_goal"), ("i", "set_pose")])
-async def test_places_are_chosen_by_name(key, kind):
-    source = SampleSource()
-    async with Dashboard(source, live=False).run_test(size=(80, 24)) as pilot:
-        await pilot.press(key, "enter")
-        assert source.sent == []
-        await pilot.press(key, "down", "down", "enter")
-        await pilot.pause()
-    kitchen = source.info.places["kitchen"]
-    assert [(c.kind, c.arguments) for c in source.sent] == [
-        (kind, {"x": kitchen.x, "y": kitchen.y, "heading": kitchen.heading})
-    ]
-
-
-async def test_runs_without_places_or_parameters_say_so():
+async def test_a_run_without_parameters_says_so():
     source = SampleSource(-1)
     source.info = None
     async with Dashboard(source, live=False).run_test(size=(80, 24)) as pilot:
-        await pilot.press("e", "g", "i")
+        await pilot.press("e")
         await pilot.pause()
-        assert len(pilot.app._notifications) == 3 and len(pilot.app.screen_stack) == 1
+        assert len(pilot.app._notifications) == 1 and len(pilot.app.screen_stack) == 1

@@ -63,6 +63,11 @@ class View:
         scale = min(1.0, max(0.005, self.metres_per_dot / factor))
         return replace(self, metres_per_dot=scale)
 
+    def point(self, column: int, row: int, columns: int, rows: int) -> tuple[float, float]:
+        """Return the map point (x, y), metres, at the centre of a character."""
+        dot = self.metres_per_dot
+        return self.x + (2 * column + 1 - columns) * dot, self.y - (4 * row + 2 - 2 * rows) * dot
+
     def dots(self, points: FloatArray, columns: int, rows: int) -> NDArray[np.int64]:
         """Return the braille dots (n, 2), as column and row, of map points (n, 2), metres.
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import ClassVar
 
+from rich.markup import escape
 from rich.text import Text
+from textual.binding import BindingType
 from textual.widgets import RichLog
 
 from stack.telemetry.records import ROUTINE, Event
-from tui.drawing.palette import BAD, DIM, GOOD, TEXT, WARN, css
+from tui.drawing.palette import BACKDROP, BAD, BUSY, DIM, GOOD, TEXT, WARN, css
 from tui.drawing.strips import clock, one_line
+from tui.keys import FOUND_KEYS
 
 LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
 RANK = {"info": 0, "warning": 1, "error": 2}
@@ -22,12 +26,16 @@ class EventsPane(RichLog):
     """Shows events as lines and keeps them, so that a new filter also applies to old events."""
 
     BORDER_TITLE = "Events"
+    BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in FOUND_KEYS]
 
     def __init__(self) -> None:
         super().__init__(id="events", max_lines=KEPT, wrap=False, markup=False, min_width=20)
         self._events: deque[Event] = deque(maxlen=KEPT)
         self._filter = "info and up"
         self._counts = {"warning": 0, "error": 0}
+        self._wanted = ""
+        self._matches: list[int] = []
+        self._match = 0
 
     def on_mount(self) -> None:
         """Show the filter and the counts."""
@@ -41,6 +49,8 @@ class EventsPane(RichLog):
                 self._counts[event.level] += 1
             if self._passes(event):
                 self.write(line_of(event))
+        if self._wanted:
+            self._find()
         self._label()
 
     def restart(self) -> None:
@@ -53,18 +63,70 @@ class EventsPane(RichLog):
         """Switch to the next filter, cyclically; return its name."""
         names = list(LEVELS)
         self._filter = names[(names.index(self._filter) + 1) % len(names)]
+        self._rewrite()
+        return self._filter
+
+    def search(self, text: str) -> bool:
+        """Show the newest event with a text; return whether there is one."""
+        self._wanted = text.lower()
+        self._find()
+        self._match = len(self._matches) - 1
+        if not self._matches:
+            self._wanted = ""
+        self._rewrite()
+        return bool(self._matches)
+
+    def action_next_match(self, direction: int) -> None:
+        """Go to the next match, cyclically."""
+        if self._matches:
+            self._match = (self._match + direction) % len(self._matches)
+            self._show_match()
+
+    def action_end_search(self) -> None:
+        """End the search, and follow the newest event."""
+        self._wanted, self._matches = "", []
+        self.auto_scroll = True
+        self._rewrite()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Leave the keys to the dashboard while nothing is searched."""
+        return bool(self._wanted) or action not in {"next_match", "end_search"}
+
+    def _find(self) -> None:
+        lines = [line_of(event).plain.lower() for event in self._events if self._passes(event)]
+        self._matches = [number for number, line in enumerate(lines) if self._wanted in line]
+
+    def _rewrite(self) -> None:
+        """Write all lines again, with the matches marked."""
         self.clear()
         for event in self._events:
             if self._passes(event):
-                self.write(line_of(event))
+                line = line_of(event)
+                if self._wanted:
+                    mark = f"{css(BACKDROP)} on {css(WARN)}"
+                    line.highlight_words([self._wanted], mark, case_sensitive=False)
+                self.write(line, scroll_end=not self._wanted)
+        if self._wanted:
+            self._find()
+            self._match = min(self._match, len(self._matches) - 1)
+            self._show_match()
         self._label()
-        return self._filter
+
+    def _show_match(self) -> None:
+        self.auto_scroll = False
+        if self._matches:
+            line = self._matches[self._match] - self.size.height // 2
+            self.scroll_to(y=max(0, line), animate=False)
+        self._label()
 
     def _label(self) -> None:
         warnings, errors = self._counts["warning"], self._counts["error"]
-        self.border_subtitle = (
-            f"{self._filter}  [{css(WARN)}]▲[/] {warnings}  [{css(BAD)}]✘[/] {errors}"
-        )
+        found = ""
+        if self._wanted:
+            count = f"{self._match + 1} of {len(self._matches)}" if self._matches else "none"
+            found = f"[{css(BUSY)}]/{escape(one_line(self._wanted))}[/] {count}, n N esc  "
+        label = f"{found}{self._filter}  [{css(WARN)}]▲[/] {warnings}  [{css(BAD)}]✘[/] {errors}"
+        self.border_subtitle = label
 
     def _passes(self, event: Event) -> bool:
         lowest = LEVELS[self._filter]

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
+from typing import ClassVar
 
 import numpy as np
 from rich.segment import Segment
+from textual.binding import BindingType
+from textual.events import MouseDown, MouseEvent, MouseMove, MouseUp
+from textual.message import Message
 from textual.strip import Strip
 
 from stack.telemetry.beams import LONG, MATCHED, SHORT, beam_classes
 from stack.telemetry.outlines import uncertainty_ellipse
 from stack.telemetry.records import Layer, RunInfo, Snapshot
-from stack.types import CostGrid, OccupancyGrid, Scan
+from stack.types import CostGrid, OccupancyGrid, Pose2D, Scan
 from tui.drawing import palette
 from tui.drawing.canvas import Canvas, View, arrow, circle, scale_bar
 from tui.drawing.strips import Lines, ink, one_line, paper, to_strips
+from tui.keys import DRAFT_KEYS
+from tui.panes.placing import Draft
 
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25
@@ -28,6 +34,8 @@ OUTLINE_FROM = 3.0
 
 TRACK_SECONDS = 1.0
 """Time span of the line that shows the velocity of a tracked object."""
+
+_DRAFT_ACTIONS = frozenset(key.action.partition("(")[0] for key in DRAFT_KEYS)
 
 LEGEND = " ".join(
     f"[{palette.css(colour)}]{glyph}[/]{word}"
@@ -46,9 +54,25 @@ class MapPane(Lines, can_focus=True):
     """Draws the newest snapshot; the background is redrawn only when its inputs change."""
 
     BORDER_TITLE = "Map"
+    BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in DRAFT_KEYS]
 
-    def __init__(self) -> None:
+    class Placed(Message):
+        """A pose was placed and confirmed: the command for it, and the pose."""
+
+        def __init__(self, kind: str, pose: Pose2D) -> None:
+            super().__init__()
+            self.kind, self.pose = kind, pose
+
+    def __init__(self, *, commands: bool = True) -> None:
+        """Create the pane.
+
+        Args:
+            commands: whether poses can be placed on it.
+        """
         super().__init__(id="map")
+        self._commands = commands
+        self.draft: Draft | None = None
+        self.dragging = False
         self.snapshot: Snapshot | None = None
         self.info: RunInfo | None = None
         self.view: View | None = None
@@ -118,6 +142,76 @@ class MapPane(Lines, can_focus=True):
         """Show or hide the costmap."""
         self.costs_shown = not self.costs_shown
         self._redraw()
+
+    def place(self, kind: str) -> None:
+        """Begin to place a pose, in the middle of the view."""
+        if self.view is not None:
+            heading = 0.0 if self.snapshot is None else self.snapshot.pose.heading
+            self._set_draft(Draft(kind, Pose2D(self.view.x, self.view.y, heading)))
+            self.focus()
+
+    def on_mouse_down(self, event: MouseDown) -> None:
+        """Place a goal."""
+        point = self._point_at(event)
+        if self._commands and event.button == 1 and point is not None:
+            heading = 0.0 if self.snapshot is None else self.snapshot.pose.heading
+            kind = self.draft.kind if self.draft is not None else "set_goal"
+            self._set_draft(Draft(kind, Pose2D(*point, heading)))
+            self.dragging = True
+            self.capture_mouse()
+
+    def on_mouse_move(self, event: MouseMove) -> None:
+        """Turn the placed pose towards the mouse."""
+        point = self._point_at(event)
+        if self.dragging and self.draft is not None and self.view is not None and point is not None:
+            self._set_draft(self.draft.facing(*point, 4 * self.view.metres_per_dot))
+
+    def on_mouse_up(self, event: MouseUp) -> None:
+        """Ask about the placed pose; the banner does."""
+        if self.dragging:
+            self.dragging = False
+            self.release_mouse()
+
+    def action_move_draft(self, right: int, up: int) -> None:
+        """Move the placed pose by a character."""
+        if self.draft is not None and self.view is not None:
+            dot = self.view.metres_per_dot
+            self._set_draft(self.draft.moved(2 * right * dot, 4 * up * dot))
+
+    def action_turn_draft(self, turns: int) -> None:
+        """Turn the placed pose."""
+        if self.draft is not None:
+            self._set_draft(self.draft.turned(turns))
+
+    def action_draft_kind(self, kind: str) -> None:
+        """Make it a goal, or where the robot stands."""
+        if self.draft is not None:
+            self._set_draft(Draft(kind, self.draft.pose))
+
+    def action_confirm_draft(self) -> None:
+        """Send the command for the placed pose."""
+        if self.draft is not None:
+            self.post_message(self.Placed(self.draft.kind, self.draft.pose))
+            self._set_draft(None)
+
+    def action_drop_draft(self) -> None:
+        """Give up the placed pose."""
+        self._set_draft(None)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Leave the keys to the dashboard while no pose is being placed."""
+        return self.draft is not None or action not in _DRAFT_ACTIONS
+
+    def _set_draft(self, draft: Draft | None) -> None:
+        self.draft = draft
+        self._redraw()
+
+    def _point_at(self, event: MouseEvent) -> tuple[float, float] | None:
+        """The map point under the mouse; None outside the pane and without a view."""
+        offset = event.get_content_offset(self)
+        if offset is None or self.view is None:
+            return None
+        return self.view.point(offset.x, offset.y, self.size.width, self.size.height)
 
     def _extend_trail(self, snapshot: Snapshot) -> None:
         here = (snapshot.pose.x, snapshot.pose.y)
@@ -241,6 +335,8 @@ class MapPane(Lines, can_focus=True):
                 rival.pose.x, rival.pose.y, f"{arrow(rival.pose)}{rival.share:.0%}", palette.RIVAL
             )
         canvas.draw_text(pose.x, pose.y, arrow(pose), palette.ROBOT_TEXT, palette.ROBOT)
+        if self.draft is not None:
+            self.draft.draw(canvas)
 
     def _label(self, snapshot: Snapshot, view: View) -> None:
         width, pose = self.size.width, snapshot.pose

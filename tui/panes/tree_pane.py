@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from textwrap import wrap
 from typing import Any, ClassVar
 
@@ -12,7 +13,7 @@ from textual.binding import BindingType
 from textual.message import Message
 from textual.strip import Strip
 
-from stack.telemetry.records import Debugging, Snapshot, TreeRow
+from stack.telemetry.records import Debugging, Event, Snapshot, TreeRow
 from stack.telemetry.tree_text import STATUS_GLYPH
 from tui.drawing import palette
 from tui.drawing.strips import Lines, ink, one_line, paper
@@ -53,6 +54,7 @@ class TreePane(Lines, can_focus=True):
         self._rows: tuple[TreeRow, ...] = ()
         self._stems: list[str] = []
         self._time = 0.0
+        self._places: dict[int, str] = {}
         self._debugging: Debugging | None = None
         self._subtitle = ""
 
@@ -71,6 +73,13 @@ class TreePane(Lines, can_focus=True):
             self.border_subtitle = self._subtitle = counts
         self._redraw()
         return replaced
+
+    def take(self, events: Iterable[Event]) -> None:
+        """Take from the log where each node stands in the mission's files."""
+        for event in events:
+            if event.kind == "tree":
+                rows = event.fields.get("rows", ())
+                self._places = {int(row[0]): str(row[4]) for row in rows}
 
     def choose(self, lines: int) -> None:
         """Select the node `lines` further down, and stop following the running node."""
@@ -215,7 +224,11 @@ class TreePane(Lines, can_focus=True):
         row = self._rows[min(self.chosen, len(self._rows) - 1)]
         if line == 0:
             marks = " · breakpoint" if self._mark(row)[0] == "●" else ""
-            title = _shortened(one_line(f"╴{row.name} · {row.kind}{marks}╶"), width - 2)
+            place = self._places.get(row.id, "")
+            place = f" · {place}" if place else ""
+            room = max(4, width - 4 - cell_len(place) - cell_len(marks))
+            name = _shortened(one_line(f"{row.name} · {row.kind}"), room)
+            title = _shortened(one_line(f"╴{name}{place}{marks}╶"), width - 2)
             return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.IDLE))])
         duration = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
         status = f"{row.status}{duration}"

@@ -15,13 +15,13 @@ from textual.widget import Widget
 from textual.widgets import Input, Label, Static
 
 from stack.telemetry.records import Snapshot
-from tui.app import Dashboard
 from tui.drawing.palette import BAD, DIM, css
 from tui.keys import VIEW_KEYS, Key
 from tui.link import Link
 from tui.panes.tree_pane import TreePane
 from tui.replay.player import Player
 from tui.replay.timeline import Timeline
+from tui.run_view import RunView
 
 REPLAY_KEYS = (
     Key("space,shift+space,p", "play", "Play", "play or pause", "space"),
@@ -84,12 +84,11 @@ class AskTime(ModalScreen[float | None]):
         self.dismiss(None)
 
 
-class ReplayDashboard(Dashboard, inherit_bindings=False):
+class ReplayDashboard(RunView, inherit_bindings=False):
     """Shows a recorded run. Nothing can be commanded; returns `leave`."""
 
     KEYS = (*REPLAY_KEYS, *VIEW_KEYS)
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in KEYS]
-    DEBUGS = False
 
     def __init__(self, player: Player, *, live: bool = True) -> None:
         """Show a recording.
@@ -115,8 +114,8 @@ class ReplayDashboard(Dashboard, inherit_bindings=False):
         """After a jump, the minute before the play head."""
         return self._player.land()
 
-    def _link(self) -> Link:
-        return replace(super()._link(), is_replay=True)
+    def link(self) -> Link:
+        return replace(super().link(), is_replay=True)
 
     def action_play(self) -> None:
         """Play or pause."""
@@ -148,7 +147,7 @@ class ReplayDashboard(Dashboard, inherit_bindings=False):
 
     def action_next_change(self, direction: int) -> None:
         """Go to the next change of the selected node, or to the one before."""
-        row = self._panes.query_one(TreePane).chosen_row
+        row = self.panes.query_one(TreePane).chosen_row
         if row is not None:
             changes = self._player.changes_of(row.id)
             self._seek(changes, direction, f"change of {row.name}")

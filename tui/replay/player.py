@@ -57,6 +57,7 @@ class Player:
     """
 
     silent_for = 0.0
+    pictures = False
     is_over = False
     report: Mapping[str, Any] | None = None
 

@@ -46,7 +46,7 @@ KEYFRAME_PERIOD = 5.0
 SLOW_PERIOD = 1.0
 """Robot time between two records of what is large and changes little, s."""
 
-SLOW = ("particles", "stages", "parameters", "depth_points", "counters")
+SLOW = ("particles", "stages", "parameters", "depth_points", "counters", "sensors", "memory")
 
 LAYER_PERIODS = {"local_costmap": 1.0, "global_costmap": 2.0}
 """Robot time between two records of a costmap, s. Other layers are recorded at each change."""

@@ -22,7 +22,7 @@ from stack.telemetry.messages import EventBatch, Served
 from stack.telemetry.records import Ack, Command, Layer
 from stack.telemetry.rendezvous import RunHandle, live_runs
 from stack.telemetry.server import TelemetryServer
-from stack.types import CostGrid
+from stack.types import CameraModel, CostGrid, Image
 
 PATIENCE = 30.0
 """Real seconds that the background threads of ZeroMQ get to deliver something."""
@@ -200,6 +200,36 @@ def test_a_layer_travels_once_for_each_version(run, snapshot_at, monkeypatch):
     while "local_costmap" in snapshot.layers:
         snapshot = run.until(client.poll)
     assert snapshot.layers.keys() == {"map", "scene"}
+
+
+def test_pictures_are_small_and_sent_only_while_a_viewer_asks(run, snapshot_at):
+    """At most two a wall second to a client."""
+    camera = CameraModel(640, 480, 500.0, (0.0, 0.0, 0.3))
+    pixels = np.zeros((480, 640, 3), dtype=np.uint8)
+    client, stamps = run.connect(), []
+
+    def step():
+        image = Image(run.clock.now, pixels, camera)
+        run.make = lambda: replace(snapshot_at(run.clock.now), image=image)
+        run.publish()
+        run.clock.now += 0.05
+        snapshot = client.poll()
+        if snapshot is not None and snapshot.image is not None:
+            stamps.append(snapshot.image.stamp)
+            assert snapshot.image.pixels.shape == (120, 160, 3)
+        return snapshot
+
+    run.until(step)
+    for _ in range(60):
+        step()
+    assert stamps == []
+    client.pictures = True
+    run.until(lambda: stamps, step)
+    del stamps[:]
+    begin = run.clock.now
+    for _ in range(60):
+        step()
+    assert len(set(stamps)) <= 2 * (run.clock.now - begin) + 1
 
 
 def emit(run, count):

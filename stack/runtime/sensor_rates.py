@@ -1,0 +1,75 @@
+"""How often each sensor delivers, against the rate that the robot file states."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection
+from math import inf
+from pathlib import Path
+
+from stack.drivetrain.description import RobotDescription
+from stack.perception.cameras.watch import COLOUR_CAMERA
+from stack.types import Imu, Observation, SensorState
+
+WINDOW = 5.0
+"""Seconds of the robot's clock over which a rate is counted."""
+
+PAGE = 4096
+"""Bytes of a page of memory in /proc/self/statm."""
+
+
+class SensorRates:
+    """Counts the measurements of the last seconds.
+
+    Args:
+        robot: its description.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        self._expected = {name: lidar.rate for name, lidar in robot.real_lidars.items()}
+        self._expected |= {name: sonar.rate for name, sonar in robot.sonars.items()}
+        if robot.imu is not None:
+            self._expected["imu"] = robot.imu.rate
+        self._cameras = {name: camera.rate for name, camera in robot.depth_cameras.items()}
+        if robot.camera is not None:
+            self._cameras[COLOUR_CAMERA] = robot.camera.rate
+        self._heard: dict[str, deque[tuple[float, int]]] = {}
+        self._begin = inf
+
+    def update(self, observation: Observation) -> None:
+        """Count the measurements of a step."""
+        self._begin = min(self._begin, observation.time)
+        for name, measured in observation.measurements.items():
+            count = len(measured.stamps) if isinstance(measured, Imu) else 1
+            self._heard.setdefault(name, deque()).append((observation.time, count))
+        for heard in self._heard.values():
+            while heard and heard[0][0] <= observation.time - WINDOW and len(heard) > 1:
+                heard.popleft()
+
+    def states(self, now: float, cameras_on: Collection[str]) -> tuple[SensorState, ...]:
+        """The sensors at a time of the robot's clock.
+
+        Args:
+            now: seconds.
+            cameras_on: the cameras whose pictures are requested.
+        """
+        expected = {**self._expected, **{name: 0.0 for name in self._cameras}}
+        expected |= {name: self._cameras[name] for name in cameras_on if name in self._cameras}
+        span = max(1e-9, min(WINDOW, now - self._begin))
+        return tuple(
+            self._state(name, expected.get(name, 0.0), now, span)
+            for name in dict.fromkeys((*expected, *self._heard))
+        )
+
+    def _state(self, name: str, expected: float, now: float, span: float) -> SensorState:
+        heard = self._heard.get(name, ())
+        count = sum(count for time, count in heard if time > now - span)
+        return SensorState(name, count / span, expected, now - heard[-1][0] if heard else inf)
+
+
+def resident_memory() -> float:
+    """Memory of this process, bytes; 0 where the system does not tell."""
+    try:
+        return float(Path("/proc/self/statm").read_text("ascii").split()[1]) * PAGE
+    except OSError:
+        return 0.0

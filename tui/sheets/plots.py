@@ -1,0 +1,193 @@
+"""Plots: any number of the snapshots over the last 10 s to 10 min, several curves in one frame."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from rich.segment import Segment
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal
+from textual.strip import Strip
+from textual.widgets import Input, OptionList
+from textual.widgets.option_list import Option
+
+from stack.types import FloatArray
+from tui.drawing import palette
+from tui.drawing.palette import css
+from tui.drawing.strips import Lines, one_line, style, to_strips
+from tui.keys import PLOT_KEYS
+from tui.panes.chart import draw_curve
+from tui.sheets.sheet import Sheet, Shown
+
+SPANS = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0)
+"""Widths of the plot, seconds of the robot's clock."""
+
+COLOURS = (
+    palette.BUSY, palette.PATH, palette.PERSON, palette.SCAN, palette.PARTICLE, palette.DEPTH,
+)  # fmt: skip
+"""Of the curves; a seventh has the colour of the first."""
+
+TICKS = 9
+"""Width of the vertical scale in characters."""
+
+
+def scale_of(series: list[FloatArray]) -> tuple[float, float]:
+    """Lower and upper end of a scale that fits all values, with a margin of a twentieth."""
+    values = np.concatenate([part for part in series if len(part)] or [np.zeros(1)])
+    low, high = float(values.min()), float(values.max())
+    margin = (high - low) / 20.0 or max(abs(high) / 20.0, 0.05)
+    return low - margin, high + margin
+
+
+class Plot(Lines):
+    """Curves in one frame, newest at the right."""
+
+    def draw(self, curves: dict[str, tuple[FloatArray, FloatArray]], span: float) -> None:
+        """Draw curves of times and values by name; the newest time is at the right edge."""
+        columns, rows = self.size.width - TICKS - 1, self.size.height - 1 - len(curves)
+        if columns < 8 or rows < 2:
+            self.put([])
+            return
+        low, high = scale_of([values for _, values in curves.values()])
+        glyphs = np.full((rows, columns), 0x2800, dtype=np.uint32)
+        colours = np.full((rows, columns), palette.DIM, dtype=np.uint32)
+        newest = max((times[-1] for times, _ in curves.values() if len(times)), default=0.0)
+        at = newest - span + span * np.arange(1, columns * 2 + 1) / (columns * 2)
+        for number, (times, values) in enumerate(curves.values()):
+            if len(times):
+                levels = np.interp(at, times, values, left=np.nan)
+                colour = COLOURS[number % len(COLOURS)]
+                draw_curve(glyphs, colours, (levels - low) / (high - low), colour)
+        body = to_strips(glyphs, colours, np.full_like(colours, palette.BACKDROP))
+        axis = style(palette.IDLE, palette.BACKDROP)
+        strips = [
+            Strip([Segment(_tick(row, rows, low, high), axis), *strip])
+            for row, strip in enumerate(body)
+        ]
+        ends = f"{f'-{span:g} s':<{columns - 3}}now"
+        strips.append(Strip([Segment(" " * (TICKS + 1) + ends, axis)]))
+        strips += [self._legend(n, name, curves[name][1]) for n, name in enumerate(curves)]
+        self.put(strips)
+
+    def _legend(self, number: int, name: str, values: FloatArray) -> Strip:
+        ink = style(COLOURS[number % len(COLOURS)], palette.BACKDROP)
+        plain = style(palette.TEXT, palette.BACKDROP)
+        text = "no value yet"
+        if len(values):
+            text = f"{values[-1]:.3g}   least {values.min():.3g}, most {values.max():.3g}"
+        return Strip([Segment(" ━ ", ink), Segment(one_line(f"{name:<24} {text}"), plain)])
+
+
+def _tick(row: int, rows: int, low: float, high: float) -> str:
+    shown = {0: high, rows // 2: (low + high) / 2.0, rows - 1: low}
+    return f"{shown[row]:>{TICKS - 1}.3g} ┤" if row in shown else " " * TICKS + "│"
+
+
+class PlotSheet(Sheet):
+    """A list of all numbers, and the plot of the chosen ones.
+
+    Args:
+        chosen: names of the plotted numbers; changed in place, so that they are kept.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in PLOT_KEYS]
+
+    def __init__(self, chosen: list[str]) -> None:
+        super().__init__()
+        self._chosen, self._span = chosen, 60.0
+        self._shown: Shown | None = None
+        self._names: list[str] = []
+
+    def compose(self) -> ComposeResult:
+        """Compose filter and list beside the plot."""
+        with Horizontal(classes="sheet plots") as sheet:
+            sheet.border_title = "Plots"
+            yield OptionList(markup=False)
+            yield Plot()
+        line = Input(placeholder="part of a name", id="plot-filter")
+        line.cursor_blink, line.display = False, False
+        yield line
+
+    def on_mount(self) -> None:
+        """Focus the list."""
+        self.query_one(OptionList).focus()
+        self._label()
+
+    def show(self, shown: Shown) -> None:
+        """Show the numbers of a snapshot."""
+        self._shown = shown
+        self._list()
+        self._draw()
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Plot a number, or no longer."""
+        name = event.option.id or ""
+        if name in self._chosen:
+            self._chosen.remove(name)
+        else:
+            self._chosen.append(name)
+        self._names = []
+        self._list()
+        self._draw()
+
+    def on_input_changed(self) -> None:
+        """List the numbers with these words."""
+        self._list()
+
+    def on_input_submitted(self) -> None:
+        """Return to the list; the filter stays."""
+        self.query_one(OptionList).focus()
+
+    def action_filter(self) -> None:
+        """Ask for a part of the names."""
+        self.query_one(Input).display = True
+        self.query_one(Input).focus()
+
+    def action_close(self) -> None:
+        """End the filter, or close the sheet."""
+        line = self.query_one(Input)
+        if not line.display:
+            self.dismiss(None)
+            return
+        line.value, line.display = "", False
+        self.query_one(OptionList).focus()
+
+    def action_span(self, steps: int) -> None:
+        """Show more or less time."""
+        at = SPANS.index(self._span) + steps
+        self._span = SPANS[max(0, min(at, len(SPANS) - 1))]
+        self._label()
+        self._draw()
+
+    def _label(self) -> None:
+        hint = f"{self._span:g} s, + - · enter plots · / filters · P or esc closes"
+        self.query_one(".sheet").border_subtitle = hint
+
+    def _list(self) -> None:
+        if self._shown is None:
+            return
+        words = self.query_one(Input).value.lower().split()
+        names = [
+            name for name in self._shown.figures.names if all(w in name.lower() for w in words)
+        ]
+        if names == self._names:
+            return
+        rows, self._names = self.query_one(OptionList), names
+        before = rows.highlighted
+        rows.set_options([Option(self._row(name), id=name) for name in names])
+        rows.highlighted = min(before or 0, len(names) - 1) if names else None
+
+    def _row(self, name: str) -> Text:
+        if name not in self._chosen:
+            return Text(f"  {one_line(name)}", style=css(palette.DIM))
+        colour = COLOURS[self._chosen.index(name) % len(COLOURS)]
+        return Text(f"━ {one_line(name)}", style=css(colour))
+
+    def _draw(self) -> None:
+        if self._shown is not None:
+            figures = self._shown.figures
+            curves = {name: figures.series(name, self._span) for name in self._chosen}
+            self.query_one(Plot).draw(curves, self._span)
