@@ -349,7 +349,16 @@ def tuning_table(follower: Follower, block: Block) -> None:
     assert re.search(verdict, follower.output, re.MULTILINE)
 
 
-OUTPUTS = {"behaviours.md": plugin_problems, "tuning.md": tuning_table}
+def diagnosis(follower: Follower, block: Block) -> None:
+    """It has the shape of the real output, and its causes are in the table below it."""
+    told, page = block.text.splitlines(), block.page.read_text("utf-8")
+    for line in told:
+        assert re.match(r"\w+: \w+ after [\d.]+ s$|  |\d\. [a-z ]+ \(\d+%\): |   |$", line), line
+    for cause in re.findall(r"^\d\. ([a-z ]+) \(", block.text, re.MULTILINE):
+        assert f"| `{cause}` |" in page
+
+
+OUTPUTS = {"behaviours.md": plugin_problems, "runs.md": diagnosis, "tuning.md": tuning_table}
 
 
 def first_key(block: Block) -> str:
