@@ -211,9 +211,7 @@ class Follower(Lifecycle):
             twist = self._tools.path_follower.step(control_state)
         except NavigationError as error:
             self._hold(error, perceived.time)
-            self.limitation = self.standoff.limitation(perceived.estimate.pose) or Limitation(
-                STOPPED, OBSTACLE, error.failure.sentence
-            )
+            self.limitation = self._limited_by(error, perceived)
             return STANDSTILL
         self.waiting = False
         self._blocked.reset()
@@ -223,6 +221,15 @@ class Follower(Lifecycle):
         if self._speeds is None or self.progress is None:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
+
+    def _limited_by(self, error: NavigationError, perceived: Perceived) -> Limitation:
+        """Return why the controller has no command: the person in the way, or the nearest point."""
+        person = self.standoff.limitation(perceived.estimate.pose)
+        points = perceived.obstacles.points
+        if person is not None or not len(points):
+            return person or Limitation(STOPPED, OBSTACLE, error.failure.sentence)
+        x, y = points[int(np.hypot(points[:, 0], points[:, 1]).argmin())]
+        return Limitation(STOPPED, OBSTACLE, error.failure.sentence, (float(x), float(y)))
 
     def _seen_and_mapped(self, perceived: Perceived) -> FloatArray:
         """Return the obstacle points of the controller, and the map's walls in blind sectors."""

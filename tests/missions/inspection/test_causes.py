@@ -155,11 +155,23 @@ def test_a_costmap_without_the_layer_of_the_lidar(tmp_path):
     assert any("layers: static" in fact.text for fact in cause.facts)
 
 
+def test_a_pallet_below_the_lidar_that_only_sonars_see(tmp_path):
+    pallet = "  - {name: pallet, at: [5, 2, 0 deg], size: [0.5, 1.35, 0.1], on_map: false}\n"
+    first(tmp_path, "costmap empty", world=HALL + pallet)
+
+
 def test_a_goal_in_an_obstacle(tmp_path):
     first(
         tmp_path, "goal in an obstacle", head="blackboard: {spot: {type: Pose, optional: true}}\n",
         tree='  - set: {spot: "pose(7.6, 0.3, 0)"}\n  - navigate_to_pose: {goal: $spot}',
     )  # fmt: skip
+
+
+def test_a_passage_that_is_too_narrow_on_the_map(tmp_path):
+    narrow = HALL.replace("[5, 1.3]", "[5, 1.9]").replace("[5, 2.7]", "[5, 2.1]")
+    tree = '  - set: {spot: "pose(8.5, 2.0, 0)"}\n  - navigate_to_pose: {goal: $spot}'
+    head = "blackboard: {spot: {type: Pose, optional: true}}\n"
+    first(tmp_path, "no way on the map", head=head, tree=tree, world=narrow)
 
 
 def test_a_door_that_closes(tmp_path):
@@ -246,11 +258,32 @@ def test_a_safety_zone_that_holds_the_robot(tmp_path):
         "navigation:\n  safety:\n    zones:\n      - {name: bumper, action: stop, radius: 90 cm}\n"
     )
     cause = first(tmp_path, "held by zone", head=zone)
-    reason = read_story(tmp_path / "run").reason  # NO_PROGRESS after 8 s
+    reason = read_story(tmp_path / "run").reason
     assert re.search(
         r"moved less than .* in 8 s; held [78]\.\d of 8\.0 s: stopped: .*bumper", reason
     )
     assert "bumper" in cause.facts[0].text
+
+
+def test_a_zone_that_slows_the_robot_down(tmp_path):
+    zone = "      - {name: near, action: slow_down, radius: 90 cm, ratio: 0.1}\n"
+    head = f"navigation:\n  safety:\n    zones:\n{zone}"
+    first(tmp_path, "held by zone", head=head, tree=DRIVE.replace("60 s", "15 s"))
+
+
+def test_a_cruising_speed_that_is_too_low(tmp_path):
+    head = "navigation: {controller: {cruise_speed: 5 cm/s}}\n"
+    cause = first(
+        tmp_path, "setting does not fit", head=head, tree=DRIVE.replace("60 s", "15 s")
+    )  # fmt: skip
+    assert "controller.cruise_speed 0.05 m/s; the robot's limit 0.8 m/s" in cause.facts[-1].text
+
+
+def test_a_padding_that_closes_a_door(tmp_path):
+    narrow = HALL.replace("[5, 1.3]", "[5, 1.6]").replace("[5, 2.7]", "[5, 2.4]")
+    head = "navigation: {safety: {padding: 50 cm, tight_padding: 50 cm}}\n"
+    cause = first(tmp_path, "setting does not fit", head=head, world=narrow)
+    assert "safety.padding" in cause.sentence
 
 
 def test_a_speed_that_the_robot_cannot_reach(tmp_path):
@@ -293,7 +326,8 @@ def test_an_exception_in_a_behaviour(tmp_path):
 
 def test_an_empty_battery(tmp_path):
     first(
-        tmp_path, "battery empty", world=HALL + "timeline:\n  - {when: {time: 2 s}, battery: 0 %}\n",
+        tmp_path, "battery empty",
+        world=HALL + "timeline:\n  - {when: {time: 2 s}, battery: 0 %}\n",
         tree="  - wait: {time: 3 s}\n  - check: battery.charge > 0.1",
     )  # fmt: skip
 
