@@ -160,6 +160,7 @@ class ScriptedRobot:
         grid: the map so far.
         known_area: square metres.
         recording_over: whether a replayed log is over.
+        held_by: returned by `held()`, whatever the time.
         frontier_list: returned by `frontiers()`.
         lanes: returned by `coverage()`.
         measurements: returned by `newest()`, by the name of the sensor.
@@ -198,6 +199,7 @@ class ScriptedRobot:
         default_factory=lambda: OccupancyGrid(np.zeros((1, 1), np.int8), 0.1)
     )
     known_area: float = 0.0
+    held_by: str = ""
     recording_over: bool = False
     frontier_list: list[Frontier] = field(default_factory=list)
     lanes: CoveragePlan = field(default_factory=lambda: CoveragePlan((), np.zeros((0, 2)), 0.1))
@@ -296,6 +298,9 @@ class ScriptedRobot:
         if self.objects is None:
             return None
         return tuple(item for item in self.objects if label in (None, item.label))
+
+    def held(self, since: float) -> str:
+        return self.held_by
 
     def fit_at(self, pose: Pose2D) -> float:
         return self.fit(pose)

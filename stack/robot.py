@@ -84,6 +84,12 @@ class Base(Protocol):
     def footprint(self) -> Footprint:
         """Outline of the robot in the base frame."""
 
+    def held(self, since: float) -> str:
+        """What held the robot most since a time, seconds; empty if nothing did for long.
+
+        A sentence for failures, as in: held 7.4 of 8.0 s: stopped: obstacle 0.3 m ahead.
+        """
+
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
     ) -> Task:

@@ -361,7 +361,21 @@ def topics(follower: Follower, block: Block) -> None:
     assert len(found) > 20
 
 
-OUTPUTS = {"runs.md": topics, "behaviours.md": plugin_problems, "tuning.md": tuning_table}
+def diagnosis(follower: Follower, block: Block) -> None:
+    """It has the shape of the real output, and its causes are in the table below it."""
+    told, page = block.text.splitlines(), block.page.read_text("utf-8")
+    for line in told:
+        assert re.match(r"\w+: \w+ after [\d.]+ s$|  |\d\. [a-z ]+ \(\d+%\): |   |$", line), line
+    for cause in re.findall(r"^\d\. ([a-z ]+) \(", block.text, re.MULTILINE):
+        assert f"| `{cause}` |" in page
+
+
+def runs_page(follower: Follower, block: Block) -> None:
+    """The topics of an export, or the output of `diagnose`."""
+    (topics if "\n/" in block.text else diagnosis)(follower, block)
+
+
+OUTPUTS = {"runs.md": runs_page, "behaviours.md": plugin_problems, "tuning.md": tuning_table}
 
 
 def first_key(block: Block) -> str:

@@ -106,7 +106,7 @@ def compose_report(
             "lost_seconds": round(monitor.lost_seconds, 3),
             "obscured_metres": round(monitor.obscured_distance, 3),
         },
-        held=runtime.holdups.seconds(),
+        held=runtime.parts.holdups.seconds(),
         links_lost=milestones.links_lost,
         scans_dropped=runtime.sensing.dropped_scans,
         people={} if scorer is None else scorer.people_summary(),

@@ -129,7 +129,9 @@ class Timeout(Decorator):
         if self.child.status is not Status.RUNNING:
             return self.outcome_of_child()
         if self.timer.is_over(self.seconds):
-            why = Failure(FailureCode.TIMED_OUT, f"not finished after {self.seconds:g} s")
+            held = self.execution.robot.base.held(self.execution.time - self.timer.elapsed)
+            sentence = f"not finished after {self.seconds:g} s" + (f"; {held}" if held else "")
+            why = Failure(FailureCode.TIMED_OUT, sentence)
             return self.execution.fail(self, why, self.child.name)
         return Status.RUNNING
 

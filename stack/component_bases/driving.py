@@ -198,6 +198,11 @@ class ProgressChecker(Component, Lifecycle, ABC):
     follows its path, `stop` at the end, `pause` and `resume` as for controllers.
     """
 
+    @property
+    def patience(self) -> float:
+        """Seconds without progress after which a drive fails, for its sentence; 0: not known."""
+        return 0.0
+
     @abstractmethod
     def stuck(self, state: DriveState) -> str:
         """Why the drive fails with NO_PROGRESS; empty while it makes progress."""

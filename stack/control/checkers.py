@@ -155,6 +155,10 @@ class SimpleProgressChecker(ProgressChecker):
     def resume(self, now: float) -> None:
         self._timers.resume(now)
 
+    @property
+    def patience(self) -> float:
+        return self.parameters.time
+
     def stuck(self, state: DriveState) -> str:
         p, limits = self.parameters, self._limits
         top = min(limits.linear_speed, state.top_speed)

@@ -26,7 +26,16 @@ from stack.navigation.plans.plan_patience import PlanPatience
 from stack.navigation.plans.planner_worker import Plan, PlanRequest
 from stack.navigation.plans.turning_place import TURNING_DISTANCE, turning_place
 from stack.navigation.tasks import MotionTask
-from stack.types import STANDSTILL, Failure, FailureCode, Path, Perceived, Pose2D, Twist
+from stack.types import (
+    STANDSTILL,
+    Failure,
+    FailureCode,
+    Limitation,
+    Path,
+    Perceived,
+    Pose2D,
+    Twist,
+)
 
 VIA_RADIUS = 0.4
 """Distance within which a via pose is passed, m."""
@@ -98,6 +107,7 @@ class GoalDrive(Drive):
 
     def step(self, perceived: Perceived) -> Twist:
         perceived = self._possible_people.added(perceived, held=self._is_held_up)
+        self._follower.limitation = None
         aside = self._twist_aside(perceived)
         if aside is not None:
             self._making_room.stop(perceived.time)  # its motion begins where the robot was
@@ -118,6 +128,8 @@ class GoalDrive(Drive):
             self._report()
             if self.path is None:
                 self._follower.pause(perceived.time)
+                standoff = self._follower.standoff
+                self._follower.limitation = standoff.limitation(perceived.estimate.pose)
                 return STANDSTILL
             return self._follower.step(perceived)
         except NavigationError as error:
@@ -134,6 +146,11 @@ class GoalDrive(Drive):
     @property
     def makes_way(self) -> bool:
         return self._give_way is not None and self._give_way.leaves_way
+
+    @property
+    def limitation(self) -> Limitation | None:
+        aside = None if self._give_way is None else self._give_way.limitation
+        return aside or self._follower.limitation
 
     @property
     def _is_held_up(self) -> bool:

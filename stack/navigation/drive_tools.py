@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from stack.components import GoalChecker, ProgressChecker
@@ -16,6 +17,10 @@ from stack.navigation.reactive_motions import ReactiveMotions
 from stack.navigation.tasks import Emit
 
 
+def _not_held(since: float, now: float) -> str:
+    return ""
+
+
 @dataclass
 class DriveTools:
     """Components used by drives; the parameters may be replaced between steps.
@@ -23,6 +28,7 @@ class DriveTools:
     Attributes:
         period: seconds between control steps.
         motions: by range sensors, as parts of drives.
+        held: returns what held the robot most from a time until now, seconds; empty if nothing did.
         landmarks: names of places and doors, for sentences.
         replans: number of plans so far that have replaced another one of the same drive.
     """
@@ -38,6 +44,7 @@ class DriveTools:
     emit: Emit
     period: float
     motions: ReactiveMotions = field(init=False)
+    held: Callable[[float, float], str] = _not_held
     landmarks: Landmarks = field(default_factory=Landmarks)
     replans: int = 0
     _steered_by: object = None

@@ -21,12 +21,14 @@ from stack.types import (
     TRACK_PADDING,
     FailureCode,
     FloatArray,
+    Limitation,
     Path,
     Perceived,
     Pose2D,
     Twist,
     wrap_angle,
 )
+from stack.types.limitations import OBSTACLE, STOPPED
 
 IDLE_BEFORE_REPLAN = 0.5
 """Seconds of standing before the goal after which a new plan is requested."""
@@ -48,6 +50,7 @@ class Follower(Lifecycle):
         waiting: whether the controller stands in front of an obstacle.
         idle: runs while the robot stands before the goal.
         standoff: who is in the way.
+        limitation: why it stands in this step although it wants to drive; None if it does not.
     """
 
     def __init__(self, tools: DriveTools, tolerance: float | None, task_timers: Timers) -> None:
@@ -60,6 +63,7 @@ class Follower(Lifecycle):
         self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False
+        self.limitation: Limitation | None = None
 
     @property
     def at_position(self) -> bool:
@@ -68,6 +72,7 @@ class Follower(Lifecycle):
 
     def pause(self, now: float) -> None:
         """Hold the drive; does nothing while it is held."""
+        self.limitation = None
         if self._timers.paused:
             return
         self._timers.pause(now)
@@ -181,7 +186,9 @@ class Follower(Lifecycle):
             self._tools.progress_checker.start(perceived.time)
         stuck = self._tools.progress_checker.stuck(self._drive_state(perceived, self.progress))
         if stuck:
-            raise NavigationError(FailureCode.NO_PROGRESS, stuck)
+            patience, now = self._tools.progress_checker.patience, perceived.time
+            held = self._tools.held(now - patience, now) if patience else ""
+            raise NavigationError(FailureCode.NO_PROGRESS, "; ".join(filter(None, (stuck, held))))
         self._last = self._command(perceived)
         if self._last != STANDSTILL:
             self.idle.reset()
@@ -190,7 +197,9 @@ class Follower(Lifecycle):
         return self._last
 
     def _command(self, perceived: Perceived) -> Twist:
+        self.limitation = None
         if self._keeps_distance(perceived):
+            self.limitation = self.standoff.limitation(perceived.estimate.pose)
             return STANDSTILL
         control_state = ControlState(
             perceived.time, perceived.estimate.pose, perceived.motion.twist,
@@ -202,6 +211,7 @@ class Follower(Lifecycle):
             twist = self._tools.path_follower.step(control_state)
         except NavigationError as error:
             self._hold(error, perceived.time)
+            self.limitation = self._limited_by(error, perceived)
             return STANDSTILL
         self.waiting = False
         self._blocked.reset()
@@ -211,6 +221,15 @@ class Follower(Lifecycle):
         if self._speeds is None or self.progress is None:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
+
+    def _limited_by(self, error: NavigationError, perceived: Perceived) -> Limitation:
+        """Return why the controller has no command: the person in the way, or the nearest point."""
+        person = self.standoff.limitation(perceived.estimate.pose)
+        points = perceived.obstacles.points
+        if person is not None or not len(points):
+            return person or Limitation(STOPPED, OBSTACLE, error.failure.sentence)
+        x, y = points[int(np.hypot(points[:, 0], points[:, 1]).argmin())]
+        return Limitation(STOPPED, OBSTACLE, error.failure.sentence, (float(x), float(y)))
 
     def _seen_and_mapped(self, perceived: Perceived) -> FloatArray:
         """Return the obstacle points of the controller, and the map's walls in blind sectors."""
@@ -286,6 +305,11 @@ class Drive(MotionExecutor):
     def makes_way(self) -> bool:
         """Whether the robot leaves the way of a person whom it faces."""
         return False
+
+    @property
+    def limitation(self) -> Limitation | None:
+        """Why it stands in this step although it wants to drive; None if it does not."""
+        return self._follower.limitation
 
     def pause(self, now: float) -> None:
         super().pause(now)

@@ -14,12 +14,12 @@ from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.following import PathDrive
+from stack.navigation.following import Drive, PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.recoveries import DriveForMotion
 from stack.navigation.tasks import MotionExecutor
-from stack.types import ContactZone, CurrentStep, Path, Perceived, Pose2D, Twist
+from stack.types import ContactZone, CurrentStep, Limitation, Path, Perceived, Pose2D, Twist
 
 
 class WantedTwist(NamedTuple):
@@ -82,6 +82,12 @@ class Navigator:
         """
         on = self.evasion.parameters.when != "never"
         return on and not self.tools.path_follower.plans_with_tracks
+
+    @property
+    def limitation(self) -> Limitation | None:
+        """Why the motion stands in this step although it wants to drive; None if it does not."""
+        motion = self._motion
+        return motion.limitation if isinstance(motion, Drive) else None
 
     @property
     def goal(self) -> Pose2D | None:

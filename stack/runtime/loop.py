@@ -8,14 +8,12 @@ in simulation.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
 from stack.body import BodyCommand, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
-from stack.runtime.holdups import Holdups
 from stack.runtime.interfaces import LoopParts, MissionTree
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
@@ -63,7 +61,6 @@ class Runtime:
         self.stages = Stages(self.period)
         self.distance, self.command = 0.0, LimitedTwist(STANDSTILL)
         self.sensing = Sensing(parts, self.mission)
-        self.holdups = Holdups(partial(parts.telemetry.emit, source="safety"), self.period)
         self.pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
@@ -128,7 +125,7 @@ class Runtime:
                 contact=wanted.contact,
             )  # fmt: skip
         now = p.body.time
-        self.holdups.update(self.limitations, perceived.estimate.pose, now)
+        p.holdups.update(self.limitations, perceived.estimate.pose, now)
         p.body.command(
             BodyCommand(
                 self.command.twist, p.perceiver.captures(now), p.perceiver.measures_depth(now)
@@ -270,9 +267,12 @@ class Runtime:
 
     @property
     def limitations(self) -> tuple[Limitation, ...]:
-        """Why safety stage and doubt about the pose limit the velocity now."""
-        both = (self.command.limitation, self.parts.navigator.localisation_monitor.limitation)
-        return tuple(limitation for limitation in both if limitation is not None)
+        """Why navigation, safety stage and doubt about the pose limit the velocity now."""
+        navigator = self.parts.navigator
+        waits = navigator.limitation if self._navigates else None
+        every = (self.command.limitation, navigator.localisation_monitor.limitation, waits)
+        by_cause = {one.cause: one for one in reversed(every) if one is not None}
+        return tuple(one for one in every if one is not None and by_cause[one.cause] is one)
 
     def _state_changed(self, before: MissionState, after: MissionState) -> None:
         """Pause and resume the tree and its motion; their time limits do not count meanwhile."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
 from missions.execution.build.detour import detour_maker
@@ -48,6 +49,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
 from stack.planning.outline_check import outline_checked
+from stack.runtime.holdups import Holdups
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.loop import Runtime
 from stack.runtime.perceiver import Perceiver
@@ -128,7 +130,10 @@ def build(
     grid = map_of(plan)
     perceiver = _perceiver(plan, grid, options, body, telemetry, log)
     now = CurrentStep(Perceived(body.time, perceiver.estimator.estimate))
-    navigator = _navigator(plan, perceiver, now, emit, log, is_real_time=body.is_real_time)
+    holdups = Holdups(partial(telemetry.emit, source="safety"), loop.period)
+    navigator = _navigator(
+        plan, perceiver, now, emit, log, holdups.sentence, is_real_time=body.is_real_time
+    )
     safety_choice = plan.choices["safety"]
     safety = Safety(plan.robot, safety_choice.parameters, loop.period, safety_choice.parts)
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
@@ -152,7 +157,7 @@ def build(
     sensor_log = _sensor_log(plan, options, folder)
     tuning = LiveParameters(_tunables(navigator, safety, perceiver, coloured), emit)
     parts = LoopParts(
-        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry,
+        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry, holdups,
         scorer, debugger, sensor_log, detour_maker(plan.mission, plan.robot, robot, log),
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
@@ -289,7 +294,7 @@ def _tunables(
 
 def _navigator(  # noqa: PLR0913 - what it needs of the engine
     plan: PreparedMission, perceiver: Perceiver, now: CurrentStep, emit: Emit,
-    log: Callable[[str], None], *, is_real_time: bool,
+    log: Callable[[str], None], held: Callable[[float, float], str], *, is_real_time: bool,
 ) -> Navigator:  # fmt: skip
     choices, robot, world = plan.choices, plan.robot, perceiver.world_model
     controller, period = choices["controller"], choices["loop"].parameters.period
@@ -305,6 +310,7 @@ def _navigator(  # noqa: PLR0913 - what it needs of the engine
         global_costmap=world.global_costmap,
         emit=emit,
         period=period,
+        held=held,
         landmarks=landmarks_of(plan),
     )
     evasion = Evasion(robot, choices["evasion"].parameters)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-CERTAIN, STATE, LEAST = 0.95, 0.9, 0.25
-"""Strength of a cause that the records show directly; of a state of the robot, such as being lost,
-that another cause may have brought about; and below which a cause is not told."""
+CERTAIN, SYMPTOM, LEAST = 0.95, 0.8, 0.25
+"""Strength of a cause that the records show directly; of one that another cause may have brought
+about, such as being lost or held; and below which a cause is not told."""
 
 
 @dataclass(frozen=True, slots=True)

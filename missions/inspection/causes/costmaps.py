@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
-from missions.inspection.causes.evidence import Evidence
+from missions.inspection.causes.evidence import AT_PERSON, Evidence, people_of
 from stack.costmap.layer import Frame, sampled
 from stack.geometry.connected import connected_to
 from stack.geometry.distance_transform import distances_to_zero
+from stack.telemetry.records import Snapshot
 from stack.types import (
     FREE_COST,
     INSCRIBED_COST,
@@ -18,13 +19,15 @@ from stack.types import (
     UNKNOWN_COST,
     CostGrid,
     FailureCode,
+    FloatArray,
     Pose2D,
 )
+from stack.types.limitations import OBSTACLE
 
 AROUND = 1.0
 """Metres around the robot that are looked at."""
 
-ROOM = 1.0
+ROOM = 2.0
 """Square metres that a robot can reach which is not enclosed."""
 
 AHEAD = 1.5
@@ -63,7 +66,7 @@ def costmap_full(evidence: Evidence) -> Cause | None:
 
 def costmap_empty(evidence: Evidence) -> Cause | None:
     """What the robot touched, or what stands on its path, is in no costmap."""
-    met = _touched(evidence) or _on_path(evidence)
+    met = _touched(evidence) or _on_path(evidence) or _stopped_by(evidence)
     unknown = [fact for fact in met if fact.at is not None and not _is_marked(evidence, fact.at)]
     if not unknown:
         return None
@@ -96,9 +99,9 @@ def _on_path(evidence: Evidence) -> list[Fact]:
     facts = []
     for shot in evidence.shots[-evidence.stalled :]:
         sure = shot.health >= shot.health_thresholds.good and not shot.rivals
-        if not sure or shot.scan is None or shot.path is None or not len(shot.scan.points()):
+        if not sure or shot.path is None:
             continue
-        seen, path = shot.pose.transform(shot.scan.points()), shot.path.points[:, :2]
+        seen, path = things_seen(shot), shot.path.points[:, :2]
         ahead = path[np.hypot(path[:, 0] - shot.pose.x, path[:, 1] - shot.pose.y) <= AHEAD]
         away = np.hypot(*(seen[:, None, :] - ahead[None, :, :]).T)
         if away.size and float(away.min()) < 0.5 * evidence.inscribed_radius:
@@ -106,6 +109,25 @@ def _on_path(evidence: Evidence) -> list[Fact]:
             text = "the path leads through what the lidar sees"
             facts.append(Fact(text, shot.time, (float(x), float(y))))
     return facts
+
+
+def things_seen(shot: Snapshot) -> FloatArray:
+    """Return (n, 2) what the scan shows, map frame, without people: costmaps leave them out."""
+    seen = np.empty((0, 2)) if shot.scan is None else shot.pose.transform(shot.scan.points())
+    for x, y, radius in people_of(shot):
+        seen = seen[np.hypot(seen[:, 0] - x, seen[:, 1] - y) > radius + AT_PERSON]
+    return seen
+
+
+def _stopped_by(evidence: Evidence) -> list[Fact]:
+    """Return the obstacles for which safety stopped the robot where it got no further."""
+    return [
+        Fact(limitation.text, shot.time, (there.x, there.y))
+        for shot in evidence.shots[-evidence.stalled :]
+        for limitation in shot.limitations
+        if limitation.stands and limitation.cause == OBSTACLE and limitation.at is not None
+        for there in (shot.pose.compose(Pose2D(*limitation.at)),)
+    ]
 
 
 def goal_occupied(evidence: Evidence) -> Cause | None:
@@ -164,12 +186,15 @@ def _mapped(evidence: Evidence, grid: CostGrid) -> NDArray[np.bool_]:
 
 def _is_marked(evidence: Evidence, at: tuple[float, float]) -> bool:
     grids = (evidence.costmap("global_costmap"), evidence.costmap("local_costmap"))
-    place = Pose2D(*at)
-    return any(
-        bool((_within(grid, place, NEAR) & (grid.cells == LETHAL_COST)).any())
-        for grid in grids
-        if grid is not None
-    )
+    return any(_has_lethal(grid, at) for grid in grids if grid is not None)
+
+
+def _has_lethal(grid: CostGrid, at: tuple[float, float]) -> bool:
+    """Whether a cell within NEAR of a place is lethal."""
+    (row, column), reach = grid.cell_at(*at), round(NEAR / grid.resolution)
+    top, left = max(row - reach, 0), max(column - reach, 0)
+    around = grid.cells[top : max(row + reach + 1, 0), left : max(column + reach + 1, 0)]
+    return bool((around == LETHAL_COST).any())
 
 
 def _layers(evidence: Evidence) -> str:

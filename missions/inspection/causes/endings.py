@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.cause import CERTAIN, Cause, Fact
 from missions.inspection.causes.evidence import Evidence
 from stack.types import FailureCode
 
@@ -84,35 +84,4 @@ def battery_empty(evidence: Evidence) -> Cause | None:
     )  # fmt: skip
 
 
-def time_limit(evidence: Evidence) -> Cause | None:
-    """The time limit ran out while the robot got ahead all the time."""
-    failed = evidence.failed
-    if failed is None or failed.code != FailureCode.TIMED_OUT:
-        return None
-    inside = [shot for shot in evidence.shots if shot.time >= failed.begin and shot.goal]
-    if len(inside) < 2:
-        return None
-    left = [shot.pose.distance_to(shot.goal) for shot in inside if shot.goal is not None]
-    moving = sum(not shot.measured.stands for shot in inside) / len(inside)
-    got = left[0] - left[-1]
-    if got <= 0.0:
-        return None
-    took = failed.time - failed.begin
-    needed = took * left[0] / got
-    pose = inside[-1].pose
-    facts = (
-        Fact(f"{left[-1]:.1f} of {left[0]:.1f} m to the goal were left", failed.time,
-             (pose.x, pose.y)),
-        Fact(f"it moved in {moving:.0%} of {took:.1f} s"),
-    )  # fmt: skip
-    return Cause(
-        "time limit too short", CERTAIN * share(moving, STEADY),
-        f"{failed.name} was given {took:.1f} s and got ahead all the time", facts,
-        f"allow about {1.5 * needed:.0f} s at {failed.where}, or let it drive faster",
-    )  # fmt: skip
-
-
-STEADY = 0.8
-"""Share of the time in which a robot moves that gets ahead steadily: it also plans and starts."""
-
-CAUSES = (commanded, crashed, exception, battery_empty, time_limit)
+CAUSES = (commanded, crashed, exception, battery_empty)

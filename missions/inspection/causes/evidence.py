@@ -26,6 +26,12 @@ WINDOW = 30.0
 STALL_RADIUS = 0.3
 """Metres within which a robot does not get ahead."""
 
+STALLED_FOR, STALLED_WITHIN = 3.0, 0.05
+"""Seconds in which a robot that gets less far than these metres does not get ahead."""
+
+AT_PERSON = 0.3
+"""Metres from the body of a person within which what is there is the person."""
+
 MOST_SHOTS = 200
 """Snapshots of that time that are read."""
 
@@ -144,15 +150,33 @@ class Evidence:
         ]  # fmt: skip
         return len(self.shots) - (gone[-1] + 1 if gone else 0)
 
+    @property
+    def is_stalled(self) -> bool:
+        """Whether the robot has not got ahead in the last seconds before the failure."""
+        since = int(np.searchsorted(self.times, self.end - STALLED_FOR))
+        earlier = self.shots[min(since, len(self.shots) - 1)]
+        return earlier.odometry.distance_to(self.last.odometry) < STALLED_WITHIN
+
     def held_share(self, cause: str) -> float:
-        """Return the share of the standstill at the end in which a cause held the robot."""
-        shots, spans = self.shots[-self.stalled :], self.spans[-self.stalled :]
-        held = sum(
-            span
-            for shot, span in zip(shots, spans, strict=True)
-            if any(one.stands and one.cause == cause for one in shot.limitations)
+        """Return the share of the time that a cause has cost: of the standstill, or of the node.
+
+        A robot that is slower loses the part of the time by which it is.
+        """
+        lost = np.array([self._loss(shot, cause) for shot in self.shots]) * self.spans
+        inside = self.times >= self.begin
+        standing = np.arange(len(self.shots)) >= len(self.shots) - self.stalled
+        return max(
+            share(float(lost[part].sum()), float(self.spans[part].sum()))
+            for part in (inside, standing)
         )
-        return share(float(held), float(spans.sum()))
+
+    def _loss(self, shot: Snapshot, cause: str) -> float:
+        if not any(one.cause == cause for one in shot.limitations):
+            return 0.0
+        if any(one.stands and one.cause == cause for one in shot.limitations):
+            return 1.0
+        top = float(shot.parameters.get("controller.cruise_speed", 0.0))
+        return 1.0 - share(abs(shot.commanded.linear), top) if top else 0.0
 
     def costmap(self, name: str) -> CostGrid | None:
         """Return a costmap at the failure."""
@@ -179,6 +203,13 @@ class Evidence:
             every = max(1, -(-(last - first + 1) // MOST_SHOTS))
             numbers = sorted({*range(first, last + 1, every), last})
             return [recording.snapshot(number) for number in numbers]
+
+
+def people_of(shot: Snapshot) -> list[tuple[float, float, float]]:
+    """Return x, y and radius of the people of the simulation and of the tracks."""
+    known = [] if shot.people is None else shot.people.tolist()
+    tracked = [(*track.position, track.radius) for track in shot.tracks]
+    return [(x, y, radius) for x, y, radius in (*known, *tracked)]
 
 
 def failed_node(story: Story) -> FailedNode | None:

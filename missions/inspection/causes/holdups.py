@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from missions.inspection.causes.cause import CERTAIN, Cause, Fact
+from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact
 from missions.inspection.causes.evidence import Evidence
 from stack.types import FailureCode
 from stack.types.limitations import (
@@ -16,9 +14,6 @@ from stack.types.limitations import (
     UNSEEN_GROUND,
     ZONE,
 )
-
-SYMPTOM = 0.8
-"""Factor on what holds a robot that something else may have led there."""
 
 THINGS = (OBSTACLE, ZONE, BLIND_SECTOR, UNSEEN_GROUND, SPEED_LIMIT, NOT_FINITE)
 """What can hold a robot besides people, old measurements, operators and doubt."""
@@ -48,26 +43,28 @@ def held_by_obstacle(evidence: Evidence) -> Cause | None:
     cause = cause if held else OBSTACLE
     return Cause(
         "held by an obstacle" if cause == OBSTACLE else f"held by {cause}",
-        SYMPTOM * (1.0 if ahead else held), f"the robot was held by: {cause}",
+        SYMPTOM * (1.0 if ahead else held), f"the robot was held: {_detail(evidence, cause)}",
         _facts(evidence, cause, held),
         "look at what is there with `treepilot replay`; leave it more room, or change the zone or "
         "limit that holds the robot (`treepilot parameters MISSION safety`)",
     )  # fmt: skip
 
 
+def _detail(evidence: Evidence, cause: str) -> str:
+    """Return the newest words of a cause."""
+    every = (one for shot in reversed(evidence.shots) for one in shot.limitations)
+    return next((one.detail for one in every if one.cause == cause), cause)
+
+
 def _facts(evidence: Evidence, cause: str, held: float) -> tuple[Fact, ...]:
     told = [event for event in evidence.told("held") if event.fields.get("cause") == cause]
     stall = evidence.times[-1] - evidence.times[-evidence.stalled]
-    found = [Fact(event.text, event.time, _pair(event.fields.get("place"))) for event in told[-3:]]
+    found = [Fact(event.text, event.time) for event in told[-3:]]
     if held:
         found.append(Fact(f"{held:.0%} of the last {stall:.1f} s, in which it did not get ahead"))
     if evidence.failed is not None:
         found.append(Fact(evidence.failed.message, evidence.failed.time))
     return tuple(found)
-
-
-def _pair(raw: Any) -> tuple[float, float] | None:
-    return (float(raw[0]), float(raw[1])) if raw else None
 
 
 CAUSES = (held_by_person, held_by_obstacle)

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from math import hypot
 
-from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
 from missions.inspection.causes.costmaps import ROOM, ground_of, reachable_area
-from missions.inspection.causes.evidence import Evidence
+from missions.inspection.causes.evidence import AT_PERSON, Evidence, people_of
 from stack.costmap.closed_way import ClosedWay, closed_way
 from stack.telemetry.records import Snapshot
 from stack.types import FailureCode
-
-AT_PERSON = 0.3
-"""Metres from the body of a person within which what is there is the person."""
 
 
 def passage_closed(evidence: Evidence) -> Cause | None:
@@ -24,7 +21,7 @@ def passage_closed(evidence: Evidence) -> Cause | None:
         grid, ground_of(evidence, grid), shot.pose, shot.goal, evidence.inscribed_radius
     )
     if found is None:
-        return None
+        return _no_way(evidence)
     marks = evidence.landmarks
     if _person_at(shot, found.at):
         return _closed_by_person(evidence, found)
@@ -48,11 +45,21 @@ def passage_closed(evidence: Evidence) -> Cause | None:
     )  # fmt: skip
 
 
+def _no_way(evidence: Evidence) -> Cause:
+    shot = evidence.before
+    facts = (
+        Fact("the map without sensed obstacles has no way either, for a robot of this width",
+             evidence.end, (shot.pose.x, shot.pose.y)),
+    )  # fmt: skip
+    return Cause(
+        "no way on the map", SYMPTOM, "the map itself has no way to the goal", facts,
+        "look for the narrowest passage with `treepilot doctor`; move the goal, or correct the map",
+    )  # fmt: skip
+
+
 def _person_at(shot: Snapshot, at: tuple[float, float]) -> bool:
     """Whether a person of the simulation, or a track, is at a place; also one who stands."""
-    known = [] if shot.people is None else [tuple(row) for row in shot.people.tolist()]
-    known += [(*track.position, track.radius) for track in shot.tracks]
-    return any(hypot(x - at[0], y - at[1]) <= radius + AT_PERSON for x, y, radius in known)
+    return any(hypot(x - at[0], y - at[1]) <= r + AT_PERSON for x, y, r in people_of(shot))
 
 
 def _closed_by_person(evidence: Evidence, found: ClosedWay) -> Cause:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from math import hypot
 from pathlib import Path
 
 from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
+from stack.safety.parameters import SafetyParameters
 from stack.types import FailureCode
+from stack.types.limitations import OBSTACLE
 
 FRUITLESS = frozenset(
     {FailureCode.NO_VALID_PATH, FailureCode.START_OCCUPIED, FailureCode.GOAL_OCCUPIED,
@@ -17,8 +20,12 @@ FRUITLESS = frozenset(
 TIMEOUT = "timeout"
 """Kind of the node that limits time."""
 
-NAMED, OTHER = 0.9, 0.5
-"""Strength of a warning about the line that failed, and about another line."""
+NAMED, OTHER = 0.97, 0.5
+"""Strength of a warning about the line that failed, which explains what it led to, and about
+another line."""
+
+OF_SETTINGS = frozenset({"W126", "W141", "W142", "W144", "W145", "W148", "W149"})
+"""Warnings that compare settings with the robot and with each other; others are about places."""
 
 
 def planner_slow(evidence: Evidence) -> Cause | None:
@@ -52,7 +59,10 @@ def setting_unfit(evidence: Evidence) -> Cause | None:
     plan, failed = evidence.plan, evidence.failed
     if plan is None or failed is None or failed.code in FRUITLESS:
         return None
-    warned = sorted(plan.warnings, key=lambda one: one.mark.line != failed.line_number)
+    warned = sorted(
+        (one for one in plan.warnings if one.code in OF_SETTINGS),
+        key=lambda one: one.mark.line != failed.line_number,
+    )
     if not warned:
         return None
     is_named = warned[0].mark.line == failed.line_number
@@ -62,9 +72,35 @@ def setting_unfit(evidence: Evidence) -> Cause | None:
     )
     return Cause(
         "setting does not fit", NAMED if is_named else OTHER,
-        f"a setting does not fit the robot, the world or another setting: {warned[0].sentence}",
+        f"a setting does not fit the robot or another setting: {warned[0].sentence}",
         facts, warned[0].hint or "follow the warnings of `treepilot check`",
     )  # fmt: skip
 
 
-CAUSES = (planner_slow, setting_unfit)
+def padding_wide(evidence: Evidence) -> Cause | None:
+    """Safety keeps a distance, set above its default, at which the robot cannot go on."""
+    held = evidence.held_share(OBSTACLE)
+    padding = evidence.last.parameters.get("safety.padding")
+    if not held or padding is None or padding <= SafetyParameters().padding:
+        return None
+    away = [
+        hypot(*one.at)
+        for shot in evidence.shots[-evidence.stalled :]
+        for one in shot.limitations
+        if one.cause == OBSTACLE and one.at is not None
+    ]
+    room = min(away, default=0.0) - evidence.inscribed_radius
+    default = SafetyParameters().padding
+    facts = (
+        Fact(f"safety.padding is {padding:g} m; default {default:g} m", evidence.end),
+        Fact(f"the obstacle is {room:.2f} m from the robot; it was held for {held:.0%} of the "
+             "standstill"),
+    )  # fmt: skip
+    return Cause(
+        "setting does not fit", CERTAIN * held * (1.0 if room > default else 0.5),
+        "the distance that safety keeps (`safety.padding`) leaves no room", facts,
+        "use a smaller `safety.padding`, or leave more room",
+    )  # fmt: skip
+
+
+CAUSES = (planner_slow, setting_unfit, padding_wide)

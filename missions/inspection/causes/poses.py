@@ -6,7 +6,7 @@ from math import degrees, pi
 
 import numpy as np
 
-from missions.inspection.causes.cause import CERTAIN, STATE, Cause, Fact, share
+from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
 from stack.telemetry.records import Snapshot
 from stack.types import FailureCode, wrap_angle
@@ -63,7 +63,7 @@ def lost(evidence: Evidence) -> Cause | None:
         *(Fact(event.text, event.time) for event in evidence.told("lifted")[-1:]),
     )  # fmt: skip
     return Cause(
-        "lost", STATE if certain else STATE * held,
+        "lost", SYMPTOM if certain else SYMPTOM * held,
         "the robot did not know where it was", facts,
         "run `relocalise` or `disambiguate` first, for example in an event on "
         "`localisation.health`",

@@ -10,14 +10,15 @@ from missions.inspection.causes import (
     planning,
     poses,
     sensors,
+    time_limits,
 )
 from missions.inspection.causes.cause import LEAST, Cause
 from missions.inspection.causes.evidence import Evidence
 from missions.inspection.page.story import Story
 
 EVERY = (
-    *endings.CAUSES, *poses.CAUSES, *costmaps.CAUSES, *passages.CAUSES, *sensors.CAUSES,
-    *planning.CAUSES, *holdups.CAUSES,
+    *endings.CAUSES, *time_limits.CAUSES, *poses.CAUSES, *costmaps.CAUSES, *passages.CAUSES,
+    *sensors.CAUSES, *planning.CAUSES, *holdups.CAUSES,
 )  # fmt: skip
 """Functions of the evidence; of two equally strong causes, that of the earlier one comes first."""
 

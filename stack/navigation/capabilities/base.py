@@ -74,6 +74,9 @@ class StackBase(Base):
     def footprint(self) -> Footprint:
         return self._robot.footprint
 
+    def held(self, since: float) -> str:
+        return self._tools.held(since, self._now.perceived.time)
+
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
     ) -> MotionTask:

@@ -16,7 +16,8 @@ from stack.navigation.people.passing_place import REACH, find_passing_place, way
 from stack.navigation.people.standoff import STANDING_SPEED, Standoff, nearest
 from stack.navigation.tasks import MotionExecutor
 from stack.planning.smoothing import resampled
-from stack.types import STANDSTILL, FloatArray, Perceived, Pose2D, TrackedObject, Twist
+from stack.types import STANDSTILL, FloatArray, Limitation, Perceived, Pose2D, TrackedObject, Twist
+from stack.types.limitations import PERSON, STOPPED
 
 TRAIL_STEP, TRAIL_LENGTH = 0.15, 8.0
 """Metres between the positions of a trail, and its length."""
@@ -135,6 +136,13 @@ class GiveWay(Lifecycle):
     def leaves_way(self) -> bool:
         """Whether the robot is on its way to a passing place, or waits there."""
         return self._drive is not None
+
+    @property
+    def limitation(self) -> Limitation | None:
+        """That the robot stands at its passing place until a person has passed; else None."""
+        if self._drive is None or not self._arrived:
+            return None
+        return Limitation(STOPPED, PERSON, "waiting for a person to pass")
 
     def step(self, perceived: Perceived, standoff: Standoff, ahead: FloatArray) -> Twist | None:
         """Return the velocity for this step; None while the robot does not give way.

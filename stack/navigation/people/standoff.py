@@ -11,7 +11,8 @@ from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.lifecycle import Timers
 from stack.navigation.parameters import NavigationParameters
-from stack.types import FailureCode, FloatArray, Perceived, Pose2D, TrackedObject
+from stack.types import FailureCode, FloatArray, Limitation, Perceived, Pose2D, TrackedObject
+from stack.types.limitations import PERSON, STOPPED
 
 PERSON_DISTANCE = 1.5
 """Metres to a person ahead who is in the way."""
@@ -51,6 +52,19 @@ class Standoff:
     def stood(self, now: float) -> float:
         """Return the seconds for which the person in the way has stood."""
         return self._stood.elapsed(now) if self._stood.running else 0.0
+
+    def limitation(self, pose: Pose2D) -> Limitation | None:
+        """Return that the robot stands for the person in the way; None if nobody is.
+
+        Args:
+            pose: of the robot, map frame.
+        """
+        if self.person is None:
+            return None
+        (x, y), radius = self.person.position, self.person.radius
+        there = Pose2D(x, y).relative_to(pose)
+        away = max(0.0, hypot(there.x, there.y) - radius)
+        return Limitation(STOPPED, PERSON, f"a person {away:.1f} m away", (there.x, there.y))
 
     def end(self) -> None:
         """Forget it: the robot has left the way meanwhile."""

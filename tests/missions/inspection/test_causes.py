@@ -1,18 +1,25 @@
 """`treepilot diagnose` names the cause that was injected into a real run first."""
 
+import ast
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from missions.execution.running import run_mission
+from missions.inspection import causes
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.causes.telling import lines_of, plain_of
 from missions.inspection.page.story import read_story
 from robots.simulated import SimulatedBody
 from stack.telemetry.records import Command
 from stack.types import Observation, Scan
+from stack.types.limitations import OBSTACLE
+
+ROOT = Path(__file__).parents[3]
 
 HALL = """\
 world: hall
@@ -64,12 +71,12 @@ def diagnosed(folder, *, make_body=None, parameters=None, **content):
 
 def first(folder, name, **content):
     """Return the first cause, which must be the injected one, and say the others if it is not."""
-    story, causes = diagnosed(folder, **content)
-    names = [(cause.name, round(cause.strength, 2)) for cause in causes]
+    story, found = diagnosed(folder, **content)
+    names = [(cause.name, round(cause.strength, 2)) for cause in found]
     assert names and names[0][0] == name, (story.reason, names)
-    assert causes[0].facts
-    assert causes[0].advice
-    return causes[0]
+    assert found[0].facts
+    assert found[0].advice
+    return found[0]
 
 
 class Faulty(SimulatedBody):
@@ -105,10 +112,25 @@ class Behind(Faulty):
         return {n: replace(scan, stamp=scan.stamp - 20.0) for n, scan in seen.of(Scan).items()}
 
 
+def test_the_documented_causes_are_those_of_the_code():
+    said = set()
+    for file in Path(causes.__file__).parent.glob("*.py"):
+        for call in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "Cause":
+                said |= {
+                    node.value for node in ast.walk(call.args[0])
+                    if isinstance(node, ast.Constant) and isinstance(node.value, str)
+                } - {OBSTACLE, "held by "}  # fmt: skip
+    table = (ROOT / "docs/runs.md").read_text("utf-8").partition("| cause | evidence |")[2]
+    rows = [line.split("|")[1] for line in table.partition("\n\n")[0].splitlines()[2:]]
+    documented = {name for row in rows for name in re.findall(r"`([a-z ]+)`", row)}
+    assert said | {"held by zone"} == documented
+
+
 def test_a_run_that_went_well_says_so(tmp_path):
-    story, causes = diagnosed(tmp_path)
-    assert causes == []
-    assert list(lines_of(story, causes))[-1] == "The run went well: there is nothing to explain."
+    story, found = diagnosed(tmp_path)
+    assert found == []
+    assert list(lines_of(story, found))[-1] == "The run went well: there is nothing to explain."
 
 
 def test_a_time_limit_that_is_too_short(tmp_path):
@@ -133,11 +155,23 @@ def test_a_costmap_without_the_layer_of_the_lidar(tmp_path):
     assert any("layers: static" in fact.text for fact in cause.facts)
 
 
+def test_a_pallet_below_the_lidar_that_only_sonars_see(tmp_path):
+    pallet = "  - {name: pallet, at: [5, 2, 0 deg], size: [0.5, 1.35, 0.1], on_map: false}\n"
+    first(tmp_path, "costmap empty", world=HALL + pallet)
+
+
 def test_a_goal_in_an_obstacle(tmp_path):
     first(
         tmp_path, "goal in an obstacle", head="blackboard: {spot: {type: Pose, optional: true}}\n",
         tree='  - set: {spot: "pose(7.6, 0.3, 0)"}\n  - navigate_to_pose: {goal: $spot}',
     )  # fmt: skip
+
+
+def test_a_passage_that_is_too_narrow_on_the_map(tmp_path):
+    narrow = HALL.replace("[5, 1.3]", "[5, 1.9]").replace("[5, 2.7]", "[5, 2.1]")
+    tree = '  - set: {spot: "pose(8.5, 2.0, 0)"}\n  - navigate_to_pose: {goal: $spot}'
+    head = "blackboard: {spot: {type: Pose, optional: true}}\n"
+    first(tmp_path, "no way on the map", head=head, tree=tree, world=narrow)
 
 
 def test_a_door_that_closes(tmp_path):
@@ -182,7 +216,9 @@ def test_a_robot_that_turns_round_and_round(tmp_path):
 
 
 def test_a_lidar_that_falls_silent(tmp_path):
-    first(tmp_path, "sensor silent", make_body=Faulty.made, tree=DRIVE.replace("60 s", "15 s"))
+    first(tmp_path, "sensor silent", make_body=Faulty.made, tree=DRIVE.replace("60 s", "9 s"))
+    reason = read_story(tmp_path / "run").reason
+    assert re.search(r"not finished after 9 s; held [56]\.\d of 9\.0 s: stopped: ", reason)
 
 
 def test_scans_that_arrive_late(tmp_path):
@@ -222,7 +258,32 @@ def test_a_safety_zone_that_holds_the_robot(tmp_path):
         "navigation:\n  safety:\n    zones:\n      - {name: bumper, action: stop, radius: 90 cm}\n"
     )
     cause = first(tmp_path, "held by zone", head=zone)
+    reason = read_story(tmp_path / "run").reason
+    assert re.search(
+        r"moved less than .* in 8 s; held [78]\.\d of 8\.0 s: stopped: .*bumper", reason
+    )
     assert "bumper" in cause.facts[0].text
+
+
+def test_a_zone_that_slows_the_robot_down(tmp_path):
+    zone = "      - {name: near, action: slow_down, radius: 90 cm, ratio: 0.1}\n"
+    head = f"navigation:\n  safety:\n    zones:\n{zone}"
+    first(tmp_path, "held by zone", head=head, tree=DRIVE.replace("60 s", "15 s"))
+
+
+def test_a_cruising_speed_that_is_too_low(tmp_path):
+    head = "navigation: {controller: {cruise_speed: 5 cm/s}}\n"
+    cause = first(
+        tmp_path, "setting does not fit", head=head, tree=DRIVE.replace("60 s", "15 s")
+    )  # fmt: skip
+    assert "controller.cruise_speed 0.05 m/s; the robot's limit 0.8 m/s" in cause.facts[-1].text
+
+
+def test_a_padding_that_closes_a_door(tmp_path):
+    narrow = HALL.replace("[5, 1.3]", "[5, 1.6]").replace("[5, 2.7]", "[5, 2.4]")
+    head = "navigation: {safety: {padding: 50 cm, tight_padding: 50 cm}}\n"
+    cause = first(tmp_path, "setting does not fit", head=head, world=narrow)
+    assert "safety.padding" in cause.sentence
 
 
 def test_a_speed_that_the_robot_cannot_reach(tmp_path):

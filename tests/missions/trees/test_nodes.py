@@ -247,6 +247,15 @@ def test_timeout_runs_on_the_robots_clock(run):
     assert it.robot.log == ["a starts", "a halted"]
 
 
+def test_a_time_limit_quotes_what_held_the_robot(run):
+    it = run("run: {act: a, timeout: 500 ms}")
+    it.robot.answers["a"], it.robot.held_by = "r", "held 0.4 of 0.5 s: stopped: a person 0.3 m away"
+    it.ticks(6)
+    assert it.tree.failure.sentence == (
+        "not finished after 0.5 s; held 0.4 of 0.5 s: stopped: a person 0.3 m away"
+    )
+
+
 def test_a_success_in_the_tick_of_the_limit_counts(run):
     it = run("run: {act: a, timeout: 100 ms}")
     it.robot.answers["a"] = "rs"

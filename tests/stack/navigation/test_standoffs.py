@@ -160,6 +160,30 @@ def test_the_robot_waits_in_a_passing_place_and_goes_on():
     assert world.pose.distance_to(Pose2D(9.0, 0.5)) < 0.3
 
 
+def test_a_robot_that_waits_for_somebody_says_whom_it_waits_for():
+    toy = facing_somebody(room(10.0, 1.0), person_patience=6.0, give_way_attempts=0)
+    task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(2.0)
+    assert toy.navigator.limitation is None
+    toy.run(20.0, lambda: toy.commands[-1] == STANDSTILL)
+    limitation = toy.navigator.limitation
+    assert (limitation.effect, limitation.cause) == ("stopped", "person")
+    # 5 m - x to the person, in the base frame
+    assert limitation.at == pytest.approx((5.0 - toy.world.pose.x, 0.0), abs=0.2)
+    toy.navigator.pause(toy.world.time)
+    assert toy.navigator.limitation is None
+    task.cancel()
+    assert toy.navigator.limitation is None
+
+
+def test_a_robot_at_its_passing_place_waits_for_a_person():
+    toy = facing_somebody(NICHE, give_way_after=1.0)
+    toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
+    toy.run(40.0, lambda: toy.world.pose.y > 1.2 and toy.commands[-1] == STANDSTILL)
+    toy.run(2.0)
+    assert toy.navigator.limitation.detail == "waiting for a person to pass"
+
+
 def test_off_its_path_the_robot_waits_for_a_new_one_while_somebody_stands_at_the_goal():
     """As couriers that park at each other's goals: one had left the way, its old path was kept."""
     world = ToyWorld(room(8.0, 6.0), robot(), Pose2D(1.0, 3.0))
