@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from stack.telemetry.foxglove.drawing import FoxgloveDrawing
     from stack.telemetry.foxglove.file import TopicSummary
 
+FILE = "foxglove.mcap"
+"""Name of an exported file in the run folder."""
+
 ATTACHED = {
     "mission.yaml": ("application/yaml", YAML_BYTES),
     "report.json": ("application/json", JSON_BYTES),

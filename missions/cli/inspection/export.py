@@ -21,7 +21,7 @@ def export(
         ),
     ] = None,
 ) -> None:
-    """Write a run as one file that other programs open, and list its topics.
+    """Write a run as one file for other programs; list its topics.
 
     --mcap writes an MCAP file with Foxglove's well-known schemas, for the Foxglove app
     (https://app.foxglove.dev, "Open local file"), its forks, and every reader of MCAP and protobuf.
@@ -35,13 +35,13 @@ def export(
 
     It needs `pip install 'treepilot[foxglove]'`. Times count from the start of the robot's clock.
     """
-    from missions.inspection.exporting import export_mcap, summary_lines
+    from missions.inspection.exporting import FILE, export_mcap, summary_lines
     from missions.inspection.run_folders import find_run, size_text
 
     if not mcap:
         raise InputError("export writes one format now: give --mcap")
     folder = find_run(run, Path("runs"))
-    file = out or folder / "foxglove.mcap"
+    file = out or folder / FILE
     topics = export_mcap(folder, file)
     typer.echo("\n".join(summary_lines(topics)))
     messages = sum(topic.messages for topic in topics)
