@@ -35,7 +35,7 @@ from stack.types import (
     Scan,
     TrackedObject,
 )
-from tests.stack.telemetry.foxglove_reader import chain, read, rigid, seconds
+from tests.stack.telemetry.foxglove_reader import chain, end_points, read, rigid, seconds
 from tests.stack.telemetry.synthetic_run import RESOLUTION, SyntheticRun
 
 STEPS, STEP = 80, 0.05
@@ -175,16 +175,6 @@ def test_the_frames_lead_from_every_link_to_the_map(exported, recorded):
         assert odometry[:2, 3] == pytest.approx([pose.x, pose.y])
     wheel, _ = chain([fixed], "left_wheel")
     assert wheel[:3, 3] == pytest.approx([0.0, 0.21, 0.09])
-
-
-def end_points(message):
-    """Ends of the beams in the frame of a foxglove.LaserScan, as its definition says."""
-    ranges = np.array(message.ranges)
-    angles = np.linspace(message.start_angle, message.end_angle, ranges.size)
-    known = np.isfinite(ranges)
-    ends = np.column_stack([np.cos(angles), np.sin(angles)])[known] * ranges[known, None]
-    pose = rigid(message.pose.position, message.pose.orientation)
-    return ends @ pose[:2, :2].T + pose[:2, 3]
 
 
 def test_scans_have_their_geometry(exported, recorded):
