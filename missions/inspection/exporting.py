@@ -62,6 +62,19 @@ def export_mcap(folder: Path, file: Path) -> list[TopicSummary]:
     return summary_of(file)
 
 
+def write_layout(file: Path) -> None:
+    """Write a layout of Foxglove's panels for runs.
+
+    Raises:
+        InputError: foxglove-sdk is not installed.
+        OSError: the file cannot be written.
+    """
+    FOXGLOVE.require("Foxglove's layouts need")
+    from stack.telemetry.foxglove.layout import layout_json
+
+    file.write_text(layout_json(), "utf-8")
+
+
 def summary_lines(topics: list[TopicSummary]) -> list[str]:
     """A table of the topics of a file."""
     rows = [(topic.name, topic.schema, str(topic.messages)) for topic in topics]

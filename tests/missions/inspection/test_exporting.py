@@ -1,5 +1,6 @@
 """`treepilot export --mcap`: other programs find in the file what the run recorded."""
 
+import json
 from dataclasses import replace
 from math import cos, sin
 
@@ -379,6 +380,39 @@ def test_the_command_lists_the_topics(folder, tmp_path, recorded):
     assert rows[0] == ["TOPIC", "SCHEMA", "MESSAGES"]
     assert ["/pose", "foxglove.PoseInFrame", str(len(recorded))] in rows
     assert ["/tree", "treepilot.tree"] in [row[:2] for row in rows]
+
+
+def panels(content):
+    """The panels of a layout, with their settings."""
+    for item in content.get("items", ()):
+        yield from panels(item["content"])
+    if content["type"] == "panel":
+        yield content["panelType"], content["config"]
+
+
+def leaf(exported, path):
+    """The values at a path of messages, as in /topic.field.field."""
+    topic, *names = path.split(".")
+    for _, message in exported[topic]:
+        for name in names:
+            message = message[name]
+        yield message
+
+
+def test_the_layout_shows_topics_and_fields_that_a_run_has(exported, folder, tmp_path):
+    words = ["--mcap", "-o", str(tmp_path / "a.mcap"), "--layout", str(tmp_path / "l.json")]
+    assert CliRunner().invoke(app, ["export", str(folder), *words]).exit_code == 0
+    found = list(panels(json.loads((tmp_path / "l.json").read_text())["content"]))
+    assert {kind for kind, _ in found} == {"ThreeDee", "StateTransitions", "Plot", "Log"}
+    shown = [topic for _, config in found for topic in config.get("topics") or ()]
+    assert set(shown) <= exported.keys() and len(shown) == 10
+    for _, config in found:
+        for series in config.get("paths") or ():
+            for value in leaf(exported, series["value"]):
+                if label := series.get("dynamicLabelField"):
+                    assert all({label, series["dynamicValueField"]} <= row.keys() for row in value)
+                else:
+                    assert isinstance(value, float | str)
 
 
 def test_without_the_library_the_command_says_how_to_install_it(folder, tmp_path, monkeypatch):
