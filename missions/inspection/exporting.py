@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from stack.telemetry.foxglove.drawing import FoxgloveDrawing
     from stack.telemetry.foxglove.file import TopicSummary
 
+FILE = "foxglove.mcap"
+"""Name of an exported file in the run folder."""
+
 ATTACHED = {
     "mission.yaml": ("application/yaml", YAML_BYTES),
     "report.json": ("application/json", JSON_BYTES),
@@ -57,6 +60,19 @@ def export_mcap(folder: Path, file: Path) -> list[TopicSummary]:
                     exported.attach(name, media_type, read_bytes(folder / name, limit))
             _draw(recording, _observations(folder), exported.drawing)
     return summary_of(file)
+
+
+def write_layout(file: Path) -> None:
+    """Write a layout of Foxglove's panels for runs.
+
+    Raises:
+        InputError: foxglove-sdk is not installed.
+        OSError: the file cannot be written.
+    """
+    FOXGLOVE.require("Foxglove's layouts need")
+    from stack.telemetry.foxglove.layout import layout_json
+
+    file.write_text(layout_json(), "utf-8")
 
 
 def summary_lines(topics: list[TopicSummary]) -> list[str]:

@@ -5,15 +5,13 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import shlex
 import shutil
 import stat
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
-from socket import gethostname
 from typing import Any
 
 from stack.columns import columns
@@ -30,18 +28,6 @@ TAIL_BYTES = 1 << 16
 
 MAX_TITLE = 100
 """Longest title and status that are read from a report, characters."""
-
-
-WEB_PORT, DATA_PORT = 9090, 9876
-"""Ports of rerun's web viewer and of the recording that it shows, on the loopback device."""
-
-WEB_ADDRESS = (
-    f"http://127.0.0.1:{WEB_PORT}?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{DATA_PORT}%2Fproxy"
-)
-"""Address of the web viewer with the recording."""
-
-DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
-"""Variables of which a graphical session on Linux sets one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,38 +55,6 @@ class RunFolderEntry:
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
         return asdict(self)
-
-
-def without_display(recording: Path, environment: Mapping[str, str], platform: str) -> str:
-    """Return what to do where no window can be opened, as over SSH; empty where one can.
-
-    Args:
-        recording: that is to be shown.
-        environment: variables of the process.
-        platform: as `sys.platform`.
-    """
-    if platform != "linux" or any(environment.get(name) for name in DISPLAYS):
-        return ""
-    host, file = gethostname(), recording.resolve()
-    show = [
-        "treepilot",
-        "runs",
-        "--folder",
-        str(file.parents[1]),
-        "open",
-        file.parent.name,
-        "--web",
-    ]
-    return (
-        f"there is no display here: none of {', '.join(DISPLAYS)} is set. On your own computer:\n"
-        f"  copy the recording:  scp {shlex.quote(f'{host}:{file}')} .\n"
-        f"  and open it:         rerun {recording.name}\n"
-        f"or show it in a browser there:\n"
-        f"  on this machine:     {shlex.join(show)}\n"
-        f"  on your computer:    ssh -N -L {WEB_PORT}:127.0.0.1:{WEB_PORT}"
-        f" -L {DATA_PORT}:127.0.0.1:{DATA_PORT} {host}\n"
-        f"  then open            {WEB_ADDRESS}"
-    )
 
 
 def find_runs(parent: Path) -> list[RunFolderEntry]:

@@ -20,8 +20,12 @@ def export(
             "--out", "-o", metavar="FILE", help="default: foxglove.mcap in the run folder"
         ),
     ] = None,
+    layout: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="also write panels for Foxglove, the same for all"),
+    ] = None,
 ) -> None:
-    """Write a run as one file that other programs open, and list its topics.
+    """Write a run as one file for other programs; list its topics.
 
     --mcap writes an MCAP file with Foxglove's well-known schemas, for the Foxglove app
     (https://app.foxglove.dev, "Open local file"), its forks, and every reader of MCAP and protobuf.
@@ -32,18 +36,24 @@ def export(
     \b
         treepilot export newest --mcap
         treepilot export 02_office_patrol-20261122-164218 --mcap -o office.mcap
+        treepilot export newest --mcap --layout treepilot.json
+
+    --layout writes the panels with which a run is seen best. Import them once, in Foxglove's menu
+    of layouts: "Import from file".
 
     It needs `pip install 'treepilot[foxglove]'`. Times count from the start of the robot's clock.
     """
-    from missions.inspection.exporting import export_mcap, summary_lines
+    from missions.inspection.exporting import FILE, export_mcap, summary_lines, write_layout
     from missions.inspection.run_folders import find_run, size_text
 
     if not mcap:
         raise InputError("export writes one format now: give --mcap")
     folder = find_run(run, Path("runs"))
-    file = out or folder / "foxglove.mcap"
+    file = out or folder / FILE
     topics = export_mcap(folder, file)
     typer.echo("\n".join(summary_lines(topics)))
+    if layout is not None:
+        write_layout(layout)
     messages = sum(topic.messages for topic in topics)
     size = size_text(file.stat().st_size)
     typer.echo(f"{shlex.quote(str(file))}: {messages} messages, {size}")

@@ -101,7 +101,7 @@ class FoxgloveDrawing:
         self, info: RunInfo, context: Any, periods: Mapping[str, float] | None = None
     ) -> None:
         self._info, self._topics = info, Topics(context)
-        self._frames = tuple(link_frames(info.urdf))
+        self._frames = link_frames(info.urdf)
         self._cameras: dict[str, CameraModel] = {}
         self._periods = periods or {}
         self._clocks: dict[str, Schedule] = {}

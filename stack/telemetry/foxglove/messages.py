@@ -125,17 +125,14 @@ def camera_frame(name: str, camera: CameraModel) -> LinkFrame:
 
 
 def scan_message(scan: Scan) -> LaserScan:
-    """A scan in the base frame. Beams are evenly spaced from the first to the last one.
-
-    Turning lidars have beams that are nearly so: the robot moves while they turn.
-    """
-    angles = np.unwrap(scan.angles)
+    """A scan in the base frame; its beams are evenly spaced from the first to the last one."""
+    first, last = _span(scan)
     return LaserScan(
         timestamp=stamp_of(scan.stamp),
         frame_id=BASE,
         pose=pose_of(scan.mount),
-        start_angle=float(angles[0]),
-        end_angle=float(angles[-1]),
+        start_angle=first,
+        end_angle=last,
         ranges=scan.ranges.tolist(),
     )
 
@@ -228,6 +225,21 @@ def log_line(event: Event) -> Log:
         message=event.text,
         name=event.source,
     )
+
+
+def _span(scan: Scan) -> tuple[float, float]:
+    """Directions of the first and the last of evenly spaced beams, radians.
+
+    The beams of a turning lidar on a moving robot are not evenly spaced (stack.frames.deskew). The
+    line through their bearings displaces their ends least: the sum of (range · error)² is minimal.
+    """
+    steps = scan.ranges.size - 1
+    if scan.bearings is None or steps < 1:
+        first = float(scan.angles[0])
+        return first, first + scan.angle_increment * steps
+    ranges = np.where(np.isfinite(scan.ranges), scan.ranges, scan.range_max)
+    slope, first = np.polyfit(np.arange(steps + 1), np.unwrap(scan.bearings), 1, w=ranges)
+    return float(first), float(first + slope * steps)
 
 
 def _fixed(stamp: Timestamp, frame: LinkFrame) -> FrameTransform:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import atan2
+from typing import Any
 
 from foxglove.messages import (
     ArrowPrimitive,
@@ -13,6 +14,7 @@ from foxglove.messages import (
     LinePrimitive,
     LinePrimitiveLineType,
     Point3,
+    Pose,
     SceneEntity,
     SceneEntityDeletion,
     SceneEntityDeletionType,
@@ -139,7 +141,7 @@ def _update(time: float, *entities: SceneEntity) -> SceneUpdate:
     return SceneUpdate(deletions=[everything], entities=list(entities))
 
 
-def _entity(time: float, name: str, frame: str = MAP, **primitives: object) -> SceneEntity:
+def _entity(time: float, name: str, frame: str = MAP, **primitives: Any) -> SceneEntity:
     return SceneEntity(
         timestamp=stamp_of(time), frame_id=frame, id=name, frame_locked=True, **primitives
     )
@@ -167,7 +169,7 @@ def _arrow(pose: Pose2D, length: float, colour: Colour) -> ArrowPrimitive:
     )
 
 
-def _cylinder(pose: object, size: Vector3, colour: Colour) -> CylinderPrimitive:
+def _cylinder(pose: Pose, size: Vector3, colour: Colour) -> CylinderPrimitive:
     return CylinderPrimitive(
         pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=_colour(colour)
     )

@@ -69,6 +69,7 @@ class FoxgloveServer(Sink):
         from stack.telemetry.foxglove.drawing import FoxgloveDrawing
 
         context = foxglove.Context()
+        listener: Any = _Subscriptions(self._newcomer)  # the library asks for more methods
         self._server = foxglove.start_server(
             name=info.title or info.mission,
             host=HOST,
@@ -76,7 +77,7 @@ class FoxgloveServer(Sink):
             context=context,
             session_id=info.identity,
             message_backlog_size=BACKLOG,
-            server_listener=_Subscriptions(self._newcomer),
+            server_listener=listener,
         )
         self._drawing = FoxgloveDrawing(info, context, LAYER_PERIODS)
 

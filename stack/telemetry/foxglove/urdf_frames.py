@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from math import cos, sin
 from xml.etree import ElementTree
 
+from stack.errors import InputError
+
 Vector = tuple[float, float, float]
 Rotation = tuple[float, float, float, float]
 """Quaternion x, y, z, w."""
@@ -35,14 +37,32 @@ class LinkFrame:
     rotation: Rotation = UNROTATED
 
 
-def link_frames(urdf: str) -> Iterator[LinkFrame]:
+def link_frames(urdf: str) -> tuple[LinkFrame, ...]:
     """The frames of all links below BASE, movable joints at zero; none without a URDF.
 
     A link with the name of one of the frames above it gets `_link` at its end.
+
+    Raises:
+        InputError: it is not a URDF.
     """
-    if not urdf:
-        return
-    robot = ElementTree.fromstring(urdf)
+    try:
+        return tuple(_frames(ElementTree.fromstring(urdf))) if urdf else ()
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"the URDF of the recording is damaged: {error}") from None
+
+
+def rotation_of(angles: Vector) -> Rotation:
+    """The rotation by roll, pitch and yaw about fixed axes, radians, as URDF defines them."""
+    (cr, sr), (cp, sp), (cy, sy) = ((cos(a / 2.0), sin(a / 2.0)) for a in angles)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def _frames(robot: ElementTree.Element) -> Iterator[LinkFrame]:
     joints = robot.findall("joint")
     children = {_link(joint, "child") for joint in joints}
     for link in robot.findall("link"):
@@ -59,17 +79,6 @@ def link_frames(urdf: str) -> Iterator[LinkFrame]:
             _vector(at.get("xyz", "")),
             rotation_of(_vector(at.get("rpy", ""))),
         )
-
-
-def rotation_of(angles: Vector) -> Rotation:
-    """The rotation by roll, pitch and yaw about fixed axes, radians, as URDF defines them."""
-    (cr, sr), (cp, sp), (cy, sy) = ((cos(a / 2.0), sin(a / 2.0)) for a in angles)
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
 
 
 def _name(link: str) -> str:

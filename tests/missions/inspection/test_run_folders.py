@@ -2,19 +2,16 @@
 
 import json
 import os
-import sys
 
 import pytest
 from typer.testing import CliRunner
 
 from missions.cli.running.runs import runs_app
 from missions.inspection.run_folders import (
-    DISPLAYS,
     delete_run,
     find_runs,
     is_run_folder,
     older_than_newest,
-    without_display,
 )
 from stack.errors import InputError
 from stack.telemetry.event_log import event_line
@@ -127,32 +124,3 @@ def test_foreign_and_huge_files_are_listed_at_once(tmp_path):
     assert runs["huge"].size > 20_000_000_000 and runs["nested"].simulated_seconds == 0.0
     listed = invoke(tmp_path).stdout
     assert len(listed.splitlines()) == 5 and "\x1b" not in listed  # heading, runs, sum
-
-
-def test_without_a_display_it_says_how_to_see_the_recording_elsewhere(parent, monkeypatch):
-    started = []
-    monkeypatch.setattr(os, "execv", lambda _, words: started.append(words[1:]))
-    monkeypatch.setattr(sys, "platform", "linux")
-    for name in DISPLAYS:
-        monkeypatch.delenv(name, raising=False)
-    refused = invoke(parent, "open", "old").exception
-    assert isinstance(refused, InputError) and started == []
-    command = f"treepilot runs --folder {parent.resolve()} open old --web"
-    for text in (
-        f":{parent.resolve()}/old/mission.rrd .\n",
-        command,
-        "ssh -N -L 9090:127.0.0.1:9090",
-    ):
-        assert text in str(refused)
-    recording = str(parent / "old" / "mission.rrd")
-    shown = invoke(parent, "open", "old", "--web")
-    assert started == [["--serve-web", "--bind", "127.0.0.1", recording]]
-    assert "open http://127.0.0.1:9090?url=" in shown.stdout
-
-
-@pytest.mark.parametrize("name", DISPLAYS)
-def test_with_a_display_the_viewer_opens_a_window(parent, name):
-    recording = parent / "old" / "mission.rrd"
-    assert without_display(recording, {name: "x"}, "linux") == ""
-    assert without_display(recording, {name: ""}, "linux")
-    assert without_display(recording, {}, "darwin") == ""

@@ -69,3 +69,13 @@ def chain(messages, frame):
         parent, transform = parents[names[-1]]
         found, names = transform @ found, [*names, parent]
     return found, names
+
+
+def end_points(message):
+    """Ends of the beams in the frame of a foxglove.LaserScan, as its definition says."""
+    ranges = np.array(message.ranges)
+    angles = np.linspace(message.start_angle, message.end_angle, ranges.size)
+    known = np.isfinite(ranges)
+    ends = np.column_stack([np.cos(angles), np.sin(angles)])[known] * ranges[known, None]
+    pose = rigid(message.pose.position, message.pose.orientation)
+    return ends @ pose[:2, :2].T + pose[:2, 3]
