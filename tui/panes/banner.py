@@ -60,7 +60,7 @@ def _held(snapshot: Snapshot) -> Notice | None:
         return Notice("bad", "■ EMERGENCY STOP", snapshot.reason, "R releases it")
     paused = snapshot.state is MissionState.PAUSED
     if snapshot.detour:
-        return Notice("busy", "⚑ DRIVING TO YOUR GOAL", "the mission is paused", "p continues it")
+        return Notice("busy", "⚑ OPERATOR'S DETOUR", "the mission is paused", "p continues it")
     if snapshot.debugging.faults:
         return _reload_failed(snapshot.debugging.faults, paused)
     if paused and snapshot.debugging.held:

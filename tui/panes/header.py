@@ -94,7 +94,7 @@ HEADERS: tuple[Row, ...] = (
         lambda now: now.is_in(S.EMERGENCY_STOP) and now.is_moving,
     ),
     ("■ EMERGENCY STOP, STANDING", "bad", lambda now: now.is_in(S.EMERGENCY_STOP)),
-    ("⚑ DRIVING TO YOUR GOAL (mission paused)", "warn", lambda now: now.snapshot.detour),
+    ("⚑ OPERATOR'S DETOUR (mission paused)", "warn", lambda now: now.snapshot.detour),
     (
         "● STOPPED AT BREAKPOINT", "warn",
         lambda now: now.is_in(S.PAUSED) and bool(now.snapshot.debugging.held),
