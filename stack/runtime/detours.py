@@ -60,7 +60,7 @@ class Detours:
         emit: called with (kind, text, level=…, **fields).
     """
 
-    def __init__(self, emit: Callable[..., None]) -> None:
+    def __init__(self, emit: Callable[..., object]) -> None:
         self._emit, self._current = emit, list[_Detour]()
 
     @property

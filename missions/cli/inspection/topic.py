@@ -61,7 +61,8 @@ def echo(
 def hz(words: RunAndTopic, count: Count = None) -> None:
     """Print rate, periods and age of a topic: each second of a live run, or of a whole recording.
 
-    Rates and periods are in seconds of the robot's clock, by the stamps of measurements.
+    Rates and periods are in seconds of the robot's clock, by the stamps of measurements. While that
+    clock stands still, as in a paused simulation, nothing is new and nothing is printed.
     """
     from missions.inspection import topics as read
 

@@ -163,6 +163,15 @@ def test_coroutines_share_a_connection(live):
     assert asyncio.run(commands()) == ["pause"] * 20
 
 
+def test_a_notebook_blocks_in_its_own_event_loop(live):
+    async def cell():
+        with treepilot.connect(live) as robot:
+            next(robot.poses())
+            return robot.pose
+
+    assert isinstance(asyncio.run(cell()), treepilot.Pose2D)
+
+
 def test_nothing_is_left_over(live):
     before, handler = threading.active_count(), signal.getsignal(signal.SIGINT)
     files = len(os.listdir("/proc/self/fd"))
