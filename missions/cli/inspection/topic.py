@@ -7,7 +7,7 @@ import typer
 
 from stack.errors import InputError
 
-HELP = """Print what a run says: poses, scans, battery, events and more, live or recorded.
+HELP = """Print poses, scans, events and more of a live or recorded run.
 
 RUN is the folder, name or first digits of a live run, or the folder of a recorded one, its name in
 ./runs, or `newest`. Without it: the only live run, or else the newest recorded one. A topic is a

@@ -20,10 +20,10 @@ def replay(
         float, typer.Option("--speed", min=0.125, max=64.0, help="robot seconds per second")
     ] = 1.0,
 ) -> None:
-    """Play a run again in the dashboard: a finished one, a killed one or one still being written.
+    """Play a recorded run again in the dashboard.
 
-    The same tree, map, charts and events as during the run, at any time of it. Keys: space plays or
-    pauses, . and , step, [ ] and { } skip 5 s and a minute, n and N go to the next and last event,
+    A finished one, a killed one or one still being written. The same tree, map, charts and events
+    as during the run, at any time of it. Keys: space plays or pauses, . and , step, [ ] and { } skip 5 s and a minute, n and N go to the next and last event,
     x and X to the next and last failure, s and S to the next and last change of the selected node,
     : to a time, ? shows all. Nothing can be commanded.
     """
