@@ -23,9 +23,10 @@ def replay(
     """Play a recorded run again in the dashboard.
 
     A finished one, a killed one or one still being written. The same tree, map, charts and events
-    as during the run, at any time of it. Keys: space plays or pauses, . and , step, [ ] and { } skip 5 s and a minute, n and N go to the next and last event,
-    x and X to the next and last failure, s and S to the next and last change of the selected node,
-    : to a time, ? shows all. Nothing can be commanded.
+    as during the run, at any time of it. Keys: space plays or pauses, . and , step, [ ] and { }
+    skip 5 s and a minute, n and N go to the next and last event, x and X to the next and last
+    failure, s and S to the next and last change of the selected node, : to a time, ? shows all.
+    Nothing can be commanded.
     """
     from missions.execution.supervision.replaying import player_of, replay_run
     from missions.inspection.run_folders import find_run
