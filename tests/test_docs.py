@@ -441,7 +441,7 @@ def every_option(command=COMMAND) -> Iterator[str]:
     [
         pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG))
         for page in PAGES
-        if page.stem != "tutorial"  # tests/test_tutorial.py
+        if page.stem not in ("tutorial", "python")  # test_tutorial.py, test_python_page.py
     ],
     ids=lambda page: page.stem,
 )

@@ -26,7 +26,7 @@ class MissionEvent(StrEnum):
 
     FIRST_TICK = "start"
     PAUSE = "pause"
-    DETOUR = "set_goal"
+    DETOUR = "begin a detour"
     RESUME = "resume"
     EMERGENCY_STOP = "estop"
     RELEASE = "release"

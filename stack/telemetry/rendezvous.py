@@ -225,6 +225,15 @@ def live_runs() -> list[RunHandle]:
     return sorted(runs, key=lambda run: (run.since, run.run_id, run.identity))
 
 
+def matching_runs(name: str) -> list[RunHandle]:
+    """Return the live runs of a name, as for `find_run`.
+
+    Raises:
+        TelemetryError: the folder of the sockets is not private.
+    """
+    return [run for run in live_runs() if _matches(run, name)]
+
+
 def find_run(name: str) -> RunHandle:
     """Return the live run of a name.
 

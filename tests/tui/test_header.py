@@ -41,7 +41,7 @@ CASES = {
     "■ STOP NOT CONFIRMED": ({}, Link(0.1, stop_unconfirmed=True)),
     "■ EMERGENCY STOP, BRAKING": ({"state": S.EMERGENCY_STOP, "measured": Twist(0.3)}, CALM),
     "■ EMERGENCY STOP, STANDING": ({"state": S.EMERGENCY_STOP, **STANDING}, CALM),
-    "⚑ DRIVING TO YOUR GOAL (mission paused)": ({"state": S.PAUSED, "detour": True}, CALM),
+    "⚑ OPERATOR'S DETOUR (mission paused)": ({"state": S.PAUSED, "detour": True}, CALM),
     "‖ YOUR GOAL IS PAUSED": ({"state": S.PAUSED, "detour_held": True, **STANDING}, CALM),
     "● STOPPED AT BREAKPOINT": ({"state": S.PAUSED, "debugging": Debugging(held=(7,))}, CALM),
     "‖ PAUSED, BRAKING": ({"state": S.PAUSED, "measured": Twist(0.0, -0.4)}, CALM),

@@ -63,7 +63,7 @@ def _held(snapshot: Snapshot) -> Notice | None:
         return Notice("bad", "■ EMERGENCY STOP", snapshot.reason, "R releases it")
     paused = snapshot.state is MissionState.PAUSED
     if snapshot.detour:
-        return Notice("busy", "⚑ DRIVING TO YOUR GOAL", "the mission is paused", GOAL_KEYS)
+        return Notice("busy", "⚑ OPERATOR'S DETOUR", "the mission is paused", GOAL_KEYS)
     if snapshot.detour_held:
         return Notice(
             "warn", "‖ YOUR GOAL IS PAUSED", "so is the mission", "p drives on, G cancels"

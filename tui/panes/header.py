@@ -94,7 +94,7 @@ HEADERS: tuple[Row, ...] = (
         lambda now: now.is_in(S.EMERGENCY_STOP) and now.is_moving,
     ),
     ("■ EMERGENCY STOP, STANDING", "bad", lambda now: now.is_in(S.EMERGENCY_STOP)),
-    ("⚑ DRIVING TO YOUR GOAL (mission paused)", "warn", lambda now: now.snapshot.detour),
+    ("⚑ OPERATOR'S DETOUR (mission paused)", "warn", lambda now: now.snapshot.detour),
     ("‖ YOUR GOAL IS PAUSED", "warn", lambda now: now.snapshot.detour_held and not now.is_moving),
     (
         "● STOPPED AT BREAKPOINT", "warn",

@@ -1,5 +1,6 @@
 """`treepilot tell`: sends commands to a running mission."""
 
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Annotated, Any
 
@@ -10,15 +11,28 @@ HELP = """Send a command to a running mission.
 RUN is the folder of a run, its name, the first digits of its identity, or `only` for the only live
 run. If several runs match, they are listed and the command is not sent; `treepilot watch --list`
 lists all. NODE is a number (listed by `treepilot tell RUN nodes`), a name, a path such as
-`patrol/inspect/drive`, or a position such as `patrol.yaml:31`.
+`patrol/inspect/drive`, or a position such as `patrol.yaml:31`. If the robot refuses a command, the
+reason is printed and the exit code is 1.
 
 \b
+    treepilot tell only goal kitchen
+    treepilot tell only goal 3.2,1.1,90deg --wait
+    treepilot tell only behaviour spin angle=90deg
+    treepilot tell only set controller.cruise_speed=30cm/s
     treepilot tell only break "back to the dock"
     treepilot tell only step 5
     treepilot tell only force drive failure --code NO_VALID_PATH
 """
 
 tell_app = typer.Typer(no_args_is_help=True, help=HELP)
+
+MINUS = {"ignore_unknown_options": True}
+"""A coordinate may begin with a minus."""
+
+PoseArgument = Annotated[
+    str, typer.Argument(metavar="POSE", help="a place, or x,y,heading such as 3.2,1.1,90deg")
+]
+Wait = Annotated[bool, typer.Option("--wait", help="return when it has ended; exit 1 if it fails")]
 
 NodeArgument = Annotated[
     str, typer.Argument(metavar="NODE", help="number, name, path or file:line")
@@ -42,6 +56,59 @@ def _tell(
     ],
 ) -> None:
     context.obj = run
+
+
+@tell_app.command(context_settings=MINUS)
+def goal(context: typer.Context, pose: PoseArgument, wait: Wait = False) -> None:
+    """Pause the mission and drive to a place or pose; `resume` continues the mission."""
+    from missions.execution.client.telling import go
+
+    _answer(lambda: go(context.obj, pose, wait=wait))
+
+
+@tell_app.command(context_settings=MINUS)
+def pose(context: typer.Context, pose: PoseArgument) -> None:
+    """Tell the robot where it is."""
+    from missions.execution.client.telling import locate
+
+    _answer(lambda: locate(context.obj, pose))
+
+
+@tell_app.command("set")
+def set_(
+    context: typer.Context,
+    assignment: Annotated[
+        str, typer.Argument(metavar="NAME=VALUE", help="e.g. controller.cruise_speed=30cm/s")
+    ],
+) -> None:
+    """Change a parameter; `treepilot parameters` lists them."""
+    from missions.execution.client.telling import change
+
+    _answer(lambda: change(context.obj, assignment))
+
+
+@tell_app.command()
+def speed(
+    context: typer.Context,
+    factor: Annotated[float, typer.Argument(help="simulated seconds per second; 0: no limit")],
+) -> None:
+    """Change the speed of a simulation."""
+    _send(context, "speed", factor=factor)
+
+
+@tell_app.command()
+def behaviour(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="e.g. spin; `treepilot list behaviours` lists them")],
+    ports: Annotated[
+        list[str] | None, typer.Argument(metavar="[PORT=VALUE]...", help="e.g. angle=90deg")
+    ] = None,
+    wait: Wait = False,
+) -> None:
+    """Pause the mission and carry out one behaviour; `resume` continues the mission."""
+    from missions.execution.client.telling import carry_out
+
+    _answer(lambda: carry_out(context.obj, name, ports or [], wait=wait))
 
 
 @tell_app.command()
@@ -105,7 +172,19 @@ def _add(kind: str, sentence: str, **arguments: Any) -> None:
 def _send(context: typer.Context, kind: str, **arguments: Any) -> None:
     from missions.execution.client.telling import tell
 
-    typer.echo(tell(context.obj, kind, arguments))
+    _answer(lambda: tell(context.obj, kind, arguments))
+
+
+def _answer(command: Callable[[], str]) -> None:
+    """Print the answer to a command; a refusal or failure exits with 1."""
+    from missions.execution.client.conversation import CommandRefused
+    from stack.errors import NavigationError
+
+    try:
+        typer.echo(command())
+    except (CommandRefused, NavigationError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(1) from None
 
 
 _add("pause", "Pause the mission; the robot stops.")

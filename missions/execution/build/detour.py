@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
-from behaviours.catalogue import BehaviourKind, build, find_behaviours
+from behaviours.catalogue import BehaviourKind, Catalogue, build, find_behaviours
 from missions.language.model import Mission
 from missions.trees.context import Execution, Record
 from missions.trees.leaves import LeafNode
@@ -34,11 +35,14 @@ def detour_maker(
     that needs an expression or what the robot lacks.
     """
 
+    @cache
+    def catalogue() -> Catalogue:
+        return find_behaviours(mission.plugins, mission.source.parent)
+
     def make(name: str, ports: Mapping[str, Any]) -> MissionTree:
-        catalogue = find_behaviours(mission.plugins, mission.source.parent)
-        kind = catalogue.get(name)
+        kind = catalogue().get(name)
         if kind is None:
-            raise InputError(catalogue.why_not(name))
+            raise InputError(catalogue().why_not(name))
         needs = list(lacking(kind.needs, described))
         if needs:
             raise InputError(f"{name} {needs_text(needs)}; {described.name} has none")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Mapping
 from math import inf
+from types import MappingProxyType
 from typing import Any, Self
 
 from missions.execution.client.conversation import Conversation, Wait, await_message
@@ -12,6 +13,8 @@ from stack.errors import NavigationError
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.telemetry.rendezvous import RunHandle
 from stack.types import Pose2D
+
+NO_PORTS: Mapping[str, Any] = MappingProxyType({})
 
 DETOUR_TIMEOUT = 600.0
 """Wall seconds that a drive or a behaviour may take."""
@@ -126,12 +129,14 @@ class AsyncConnection:
         await self.command("set_pose", x=at.x, y=at.y, heading=at.heading)
 
     async def run_behaviour(
-        self, name: str, *, wait: bool = True, timeout: float = DETOUR_TIMEOUT, **ports: Any
-    ) -> None:
+        self, name: str, given: Mapping[str, Any] = NO_PORTS, /, *, wait: bool = True,
+        timeout: float = DETOUR_TIMEOUT, **ports: Any,
+    ) -> None:  # fmt: skip
         """Pause the mission and carry out a behaviour; `resume` continues the mission.
 
         Args:
             name: of the catalogue, such as `spin`; plugins of the mission included.
+            given: ports in a mapping, for those that are called `wait` or `timeout`.
             wait: until it has ended.
             timeout: longest wait, wall seconds.
             ports: their values as in a mission file: numbers, texts with units, places, lists.
@@ -142,8 +147,8 @@ class AsyncConnection:
             NavigationError: it fails or is cancelled; `failure` says why.
             TelemetryError: it takes longer than the timeout. It goes on.
         """
-        given = [f"{port}={_text(value)}" for port, value in ports.items()]
-        await self._detour("behaviour", {"name": name, "ports": given}, wait, timeout)
+        written = [f"{port}={_text(value)}" for port, value in {**given, **ports}.items()]
+        await self._detour("behaviour", {"name": name, "ports": written}, wait, timeout)
 
     async def set_parameter(self, name: str, value: Any) -> None:
         """Change a parameter, such as `controller.cruise_speed` to 0.3 or `30 cm/s`."""

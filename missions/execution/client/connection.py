@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Iterator, Mapping
 from math import inf
 from typing import Any, Self, TypeVar
 
-from missions.execution.client.asynchronous import DETOUR_TIMEOUT, AsyncConnection
+from missions.execution.client.asynchronous import DETOUR_TIMEOUT, NO_PORTS, AsyncConnection
 from missions.execution.client.conversation import finished, sleep_until_message
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.telemetry.rendezvous import RunHandle
@@ -114,12 +114,14 @@ class Connection:
         finished(self._robot.set_pose(pose, y, heading))
 
     def run_behaviour(
-        self, name: str, *, wait: bool = True, timeout: float = DETOUR_TIMEOUT, **ports: Any
-    ) -> None:
+        self, name: str, given: Mapping[str, Any] = NO_PORTS, /, *, wait: bool = True,
+        timeout: float = DETOUR_TIMEOUT, **ports: Any,
+    ) -> None:  # fmt: skip
         """Pause the mission and carry out a behaviour; `resume` continues the mission.
 
         Args:
             name: of the catalogue, such as `spin`; plugins of the mission included.
+            given: ports in a mapping, for those that are called `wait` or `timeout`.
             wait: until it has ended.
             timeout: longest wait, wall seconds.
             ports: their values as in a mission file: numbers, texts with units, places, lists.
@@ -130,7 +132,7 @@ class Connection:
             NavigationError: it fails or is cancelled; `failure` says why.
             TelemetryError: it takes longer than the timeout. It goes on.
         """
-        finished(self._robot.run_behaviour(name, wait=wait, timeout=timeout, **ports))
+        finished(self._robot.run_behaviour(name, given, wait=wait, timeout=timeout, **ports))
 
     def set_parameter(self, name: str, value: Any) -> None:
         """Change a parameter, such as `controller.cruise_speed` to 0.3 or `30 cm/s`."""

@@ -29,6 +29,14 @@ Wait = Callable[[TelemetryClient, float], Awaitable[None]]
 """Waits for a message, at most so many wall seconds."""
 
 
+class _RunEnded(TelemetryError):
+    """The run has ended in order."""
+
+
+class _NotInTime(TelemetryError):
+    """What was waited for has not come in time from an engine that answers."""
+
+
 class CommandRefused(InputError):
     """The engine has refused a command; the text is its reason."""
 
@@ -100,7 +108,10 @@ class Conversation:
         def look() -> Snapshot | None:
             return self._newest if self._snapshots > known else None
 
-        return await self._until(look, "a snapshot", self.timeout, at_end=lambda: None)
+        try:
+            return await self._until(look, "a snapshot", self.timeout)
+        except _RunEnded:
+            return None
 
     async def next_event(self, timeout: float) -> Event | None:
         """The next event; None after the end of the run, or without one in so many wall seconds."""
@@ -108,7 +119,10 @@ class Conversation:
         def look() -> Event | None:
             return self._waiting.popleft() if self._waiting else None
 
-        return await self._until(look, "", timeout, at_end=lambda: None)
+        try:
+            return await self._until(look, "an event", timeout)
+        except (_RunEnded, _NotInTime):
+            return None
 
     async def command(self, kind: str, arguments: Mapping[str, Any]) -> str:
         """Send a command and return the engine's answer.
@@ -134,7 +148,8 @@ class Conversation:
         tag = uuid4().hex[:8]
         async with self._awaiting(tag) as ended:
             await self.command(kind, {**arguments, "tag": tag})
-            return await self._until(ended, f"the end of {kind}", timeout)
+            event: Event = await self._until(ended, f"the end of {kind}", timeout)
+            return event
 
     @asynccontextmanager
     async def _awaiting(self, name: str) -> AsyncIterator[Callable[[], Any]]:
@@ -166,13 +181,13 @@ class Conversation:
             raise TelemetryError(f"{self._name} has ended, before a snapshot")
         return self._newest
 
-    async def _until(
-        self, look: Callable[[], T | None], what: str, timeout: float,
-        at_end: Callable[[], T] | None = None,
-    ) -> Any:  # fmt: skip
-        """Wait until `look` finds something; at the end of the run return what `at_end` says.
+    async def _until(self, look: Callable[[], T | None], what: str, timeout: float) -> T:
+        """Wait until `look` finds something; it is asked after each message.
 
-        Without a name, what is waited for may never come: None after the timeout.
+        Raises:
+            _RunEnded: the run has ended in order.
+            _NotInTime: the engine answers, but not with this.
+            TelemetryError: the engine has died, or does not answer.
         """
         began = monotonic()
         while True:
@@ -180,9 +195,7 @@ class Conversation:
             if (found := look()) is not None:
                 return found
             if self._client.is_over:
-                if at_end is not None:
-                    return at_end()
-                raise TelemetryError(f"{self._name} has ended, before {what}")
+                raise _RunEnded(f"{self._name} has ended, before {what}")
             waited = monotonic() - began
             silent = min(waited, self._client.silent_for)  # nobody has read before
             if silent > LOOK_PERIOD / 2.0 and not is_alive(self.run):
@@ -192,9 +205,7 @@ class Conversation:
                     f"the engine of {self._name} has not answered for {self.timeout:g} s"
                 )
             if waited >= timeout:
-                if not what:
-                    return None
-                raise TelemetryError(f"{self._name} has not sent {what} within {timeout:g} s")
+                raise _NotInTime(f"{self._name} has not sent {what} within {timeout:g} s")
             await self._wait(self._client, min(timeout - waited, LOOK_PERIOD))
 
     @property

@@ -125,6 +125,6 @@ def test_help_lists_every_order_with_a_sentence():
     listed = dict(re.findall(r"^  (\w+) +(\S.*)$", text.partition("Commands:\n")[2], re.MULTILINE))
     assert listed.keys() == {
         "pause", "resume", "continue", "step", "break", "unbreak", "force", "abort", "estop",
-        "release", "nodes",
+        "release", "nodes", "goal", "pose", "set", "speed", "behaviour",
     }  # fmt: skip
     assert str(ROOT) not in text

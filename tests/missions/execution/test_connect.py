@@ -9,8 +9,10 @@ import threading
 from contextlib import contextmanager
 
 import pytest
+from typer.testing import CliRunner
 
 import treepilot
+from missions.cli.app import app
 from missions.execution.supervision.launch import LaunchOptions
 from missions.run_options import RunOptions
 from tests.missions.execution.test_engine import supervised
@@ -161,6 +163,15 @@ def test_coroutines_share_a_connection(live):
     assert asyncio.run(commands()) == ["pause"] * 20
 
 
+def test_a_notebook_blocks_in_its_own_event_loop(live):
+    async def cell():
+        with treepilot.connect(live) as robot:
+            next(robot.poses())
+            return robot.pose
+
+    assert isinstance(asyncio.run(cell()), treepilot.Pose2D)
+
+
 def test_nothing_is_left_over(live):
     before, handler = threading.active_count(), signal.getsignal(signal.SIGINT)
     files = len(os.listdir("/proc/self/fd"))
@@ -170,6 +181,39 @@ def test_nothing_is_left_over(live):
     assert threading.active_count() == before
     assert signal.getsignal(signal.SIGINT) is handler
     assert len(os.listdir("/proc/self/fd")) <= files
+
+
+def told(*words):
+    """Exit code and output of `treepilot tell`."""
+    done = CliRunner().invoke(app, ["tell", *words])
+    if isinstance(done.exception, treepilot.TreepilotError):  # as the command's main does
+        return 2, str(done.exception)
+    return done.exit_code, done.output
+
+
+def test_tell_takes_goals_poses_parameters_and_behaviours(live):
+    assert told(live, "goal", "desk", "--wait") == (0, "at the goal\n")
+    assert told(live, "goal", "1.5,1.0,-90deg", "--wait") == (0, "at the goal\n")
+    code, text = told(live, "goal", "0.02,0.02", "--wait")
+    assert (code, text.split(":")[0] in {"GOAL_OCCUPIED", "NO_VALID_PATH"}) == (1, True)
+    assert told(live, "goal", "-300,1")[0] == 1
+    code, text = told(live, "goal", "dsek")
+    assert (code, "did you mean 'desk'" in text) == (2, True)
+    assert told(live, "behaviour", "spin", "angle=90deg", "--wait") == (0, "done\n")
+    code, text = told(live, "behaviour", "spin", "angel=90deg")
+    assert (code, "available: angle" in text or "did you mean 'angle'" in text) == (1, True)
+    assert told(live, "behaviour", "spin", "angle")[0] == 2
+    assert told(live, "set", "controller.cruise_speed=30cm/s") == (
+        0, "controller.cruise_speed is 0.3\n",
+    )  # fmt: skip
+    code, text = told(live, "set", "controller.cruise_sped=1")
+    assert (code, "did you mean 'cruise_speed'" in text) == (1, True)
+    assert told(live, "set", "controller.cruise_speed")[0] == 2
+    assert told(live, "speed", "8") == (0, "done\n")
+    assert told(live, "speed", "-1")[0] != 0
+    assert told(live, "pose", "2.0,1.0,0")[0] == 0
+    assert told(live, "release") == (1, "release: the emergency stop is not engaged\n")
+    assert told(live, "resume")[0] == 0
 
 
 def test_a_frozen_engine_a_dead_one_and_one_that_has_ended(tmp_path):

@@ -54,9 +54,14 @@ def test_a_behaviour_drives_and_the_mission_continues_its_own_motion(run):
     assert run.speed > 0.1
 
 
-def test_resume_in_the_middle_of_a_behaviour_leaves_the_motion_of_the_mission(run):
-    assert run.order("behaviour", name="spin", ports=["angle=180 deg"], tag="turn").done
+@pytest.mark.parametrize(
+    ("name", "ports"),
+    [("spin", ["angle=180 deg"]), ("wall_follow", ["side=right"])],  # stops at its end
+)
+def test_resume_in_the_middle_of_a_behaviour_leaves_the_motion_of_the_mission(run, name, ports):
+    assert run.order("behaviour", name=name, ports=ports, tag="turn").done
     run.steps(10)
+    assert run.speed > 0.05
     assert run.order("resume").done
     assert ends(run) == [("turn", "cancelled", "CANCELLED")]
     run.steps(60)
