@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from stack.errors import InputError
 from stack.navigation.landmarks import Landmarks
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
-from stack.types import CostGrid, FloatArray, Pose2D
+from stack.types import CostGrid, FloatArray, Pose2D, wrap_angle
 
 WINDOW = 30.0
 """Seconds before the failure that are looked at, at least; the whole run of the failing leaf."""
@@ -28,6 +29,9 @@ STALL_RADIUS = 0.3
 
 STALLED_FOR, STALLED_WITHIN = 3.0, 0.05
 """Seconds in which a robot that gets less far than these metres does not get ahead."""
+
+RIGHT_WITHIN, RIGHT_HEADING = 0.3, pi / 18.0
+"""Metres and radians within which the health of an estimate says that the pose is right."""
 
 AT_PERSON = 0.3
 """Metres from the body of a person within which what is there is the person."""
@@ -184,6 +188,11 @@ class Evidence:
         content = None if layer is None else layer.content
         return content if isinstance(content, CostGrid) else None
 
+    @property
+    def trust(self) -> float:
+        """Return how far what depends on the pose may be believed: 1, down to 0 at a wrong pose."""
+        return 1.0 - share(pose_error(self.before) - 1.0, 1.0)
+
     @cached_property
     def landmarks(self) -> Landmarks:
         """Names of the mission's places, and of the doors of its world."""
@@ -203,6 +212,14 @@ class Evidence:
             every = max(1, -(-(last - first + 1) // MOST_SHOTS))
             numbers = sorted({*range(first, last + 1, every), last})
             return [recording.snapshot(number) for number in numbers]
+
+
+def pose_error(shot: Snapshot) -> float:
+    """Return the error of the pose, in multiples of what counts as right; 0 without a truth."""
+    if shot.truth is None:
+        return 0.0
+    turned = abs(wrap_angle(shot.pose.heading - shot.truth.heading))
+    return max(shot.pose.distance_to(shot.truth) / RIGHT_WITHIN, turned / RIGHT_HEADING)
 
 
 def people_of(shot: Snapshot) -> list[tuple[float, float, float]]:

@@ -105,6 +105,15 @@ class Lagging(Faulty):
         return dict(due[-1:])
 
 
+class Repeating(Faulty):
+    """The lidar delivers its last scan again and again, with new stamps."""
+
+    def scans(self, seen):
+        new = seen.of(Scan)
+        self.last = getattr(self, "last", new)
+        return {n: replace(self.last[n], stamp=scan.stamp) for n, scan in new.items() if self.last}
+
+
 class Behind(Faulty):
     """The clock of the lidar is 20 s behind that of the robot."""
 
@@ -189,6 +198,14 @@ def test_a_passage_that_something_unmapped_closes(tmp_path):
     assert "not on the map" in cause.sentence
 
 
+def test_a_keep_out_zone_across_the_way(tmp_path):
+    corners = "[[4, 0.1], [4.5, 0.1], [4.5, 3.9], [4, 3.9]]"
+    zone = f"{{use: keepout, zones: [{{name: wet, corners: {corners}}}]}}"
+    head = f"navigation: {{costmap: {{layers: [static, obstacle, {zone}]}}}}\n"
+    cause = first(tmp_path, "passage closed", head=head)
+    assert "the keep-out zone 'wet'" in cause.sentence
+
+
 PLAIN = HALL[: HALL.index("boxes")]
 
 
@@ -223,6 +240,21 @@ def test_a_lidar_that_falls_silent(tmp_path):
 
 def test_scans_that_arrive_late(tmp_path):
     first(tmp_path, "scans late", make_body=Lagging.made, tree=DRIVE.replace("60 s", "15 s"))
+
+
+def test_a_lidar_that_repeats_itself(tmp_path):
+    cause = first(
+        tmp_path, "sensor silent", make_body=Repeating.made, tree=DRIVE.replace("60 s", "15 s")
+    )  # fmt: skip
+    assert "repeats" in cause.sentence
+
+
+def test_an_age_limit_below_the_period_of_the_lidar(tmp_path):
+    cause = first(
+        tmp_path, "setting does not fit", head="navigation: {safety: {stale_after: 5 ms}}\n",
+        tree=DRIVE.replace("60 s", "9 s"),
+    )  # fmt: skip
+    assert "safety.stale_after 0.005 s" in cause.facts[0].text
 
 
 def test_a_clock_that_is_wrong(tmp_path):
