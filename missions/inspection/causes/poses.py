@@ -35,7 +35,7 @@ def pose_wrong(evidence: Evidence) -> Cause | None:
         *(Fact(event.text, event.time) for event in moved[-1:]),
     )  # fmt: skip
     return Cause(
-        "pose wrong", CERTAIN * share(error, 2.0),
+        "pose wrong", SYMPTOM * share(error, 2.0),
         "the robot was sure of a pose that is not where it was", facts,
         "check `initial_pose` and the map; relocalise before the drive, and add markers or "
         "posters where places look alike",

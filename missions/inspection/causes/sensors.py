@@ -100,9 +100,11 @@ def scans_repeated(evidence: Evidence) -> Cause | None:
         for one, other in pairwise(scans.values())
         if one.odometry.distance_to(other.odometry) > MOVED
     ]
-    equal = [other for one, other in pairs if _is_repeated(one, other)]
-    if not equal:
+    repeated = [_is_repeated(one, other) for one, other in pairs]
+    if not any(repeated):
         return None
+    pairs = pairs[repeated.index(True) :]
+    equal = [other for one, other in pairs if _is_repeated(one, other)]
     pose = equal[0].pose
     facts = (
         Fact(f"{len(equal)} of {len(pairs)} scans of the moving robot have the ranges of the one "

@@ -42,7 +42,7 @@ def time_limit(evidence: Evidence) -> Cause | None:
     )
     gained = share(moving, STEADY) * (1.0 - max(slowed, _unused(evidence)))
     sentence = f"{failed.name} ended after {took:.1f} s, and the robot got ahead all the time"
-    return Cause("time limit too short", CERTAIN * gained, sentence, facts, advice)
+    return Cause("time limit too short", CERTAIN * evidence.trust * gained, sentence, facts, advice)
 
 
 def _left(inside: Sequence[Snapshot], failed: FailedNode) -> tuple[list[Fact], str]:
