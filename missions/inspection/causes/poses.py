@@ -6,7 +6,7 @@ from math import degrees, pi
 
 import numpy as np
 
-from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
+from missions.inspection.causes.cause import SYMPTOM, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence, pose_error
 from stack.types import FailureCode, wrap_angle
 from stack.types.limitations import LOST
@@ -79,7 +79,7 @@ def spinning(evidence: Evidence) -> Cause | None:
              " without leaving its place", shots[0].time, (pose.x, pose.y)),
     )  # fmt: skip
     return Cause(
-        "spinning", CERTAIN * share(turned, TURNED), "the robot turned on the spot", facts,
+        "spinning", SYMPTOM * share(turned, TURNED), "the robot turned on the spot", facts,
         "look at the path and the local plan with `treepilot replay`: two nodes or recoveries that "
         "turn it to and fro, a heading tolerance that it cannot meet, or a heading that is wrong",
     )  # fmt: skip

@@ -149,18 +149,18 @@ def wrong_stamps(evidence: Evidence) -> Cause | None:
 
 def wheel_slip(evidence: Evidence) -> Cause | None:
     """The wheels turned, and the robot did not move."""
-    shots, spans = evidence.shots, evidence.spans
-    commanded = float((evidence.values(lambda shot: abs(shot.commanded.linear)) * spans).sum())
-    places = [shot.truth or shot.pose for shot in shots]
-    moved = sum(a.distance_to(b) for a, b in pairwise(places))
+    first, commanded, moved = max(
+        (_driven(evidence, first) for first in (0, len(evidence.shots) - evidence.stalled)),
+        key=lambda one: share(one[1] - one[2], one[1]),
+    )
     if commanded < COMMANDED or moved > commanded:
         return None
     missing = commanded - moved
     pose = evidence.last.pose
-    touched = bool(evidence.told("contact", evidence.times[0]))
+    touched = bool(evidence.told("contact", evidence.times[first]))
     facts = (
         Fact(f"{commanded:.1f} m were commanded and {moved:.1f} m driven in the last "
-             f"{evidence.times[-1] - evidence.times[0]:.0f} s", evidence.end, (pose.x, pose.y)),
+             f"{evidence.times[-1] - evidence.times[first]:.0f} s", evidence.end, (pose.x, pose.y)),
         *([Fact("the robot touched something meanwhile")] if touched else []),
     )  # fmt: skip
     return Cause(
@@ -169,6 +169,15 @@ def wheel_slip(evidence: Evidence) -> Cause | None:
         "look at the floor, the tyres and what the robot may push against; drive slower there, and "
         "use odometry by scans (`odometry`)",
     )  # fmt: skip
+
+
+def _driven(evidence: Evidence, first: int) -> tuple[int, float, float]:
+    """Return the first snapshot, and the metres commanded and driven from it on."""
+    shots, spans = evidence.shots[first:], evidence.spans[first:]
+    commanded = sum(abs(s.commanded.linear) * span for s, span in zip(shots, spans, strict=True))
+    places = [shot.truth or shot.pose for shot in shots]
+    moved = sum(one.distance_to(other) for one, other in pairwise(places))
+    return (first, float(commanded), moved) if commanded >= COMMANDED else (first, 0.0, 0.0)
 
 
 def _silent(evidence: Evidence) -> list[Event]:

@@ -1,6 +1,7 @@
 """`treepilot diagnose` names the cause that was injected into a real run first."""
 
 import ast
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -193,6 +194,15 @@ def test_a_door_that_closes(tmp_path):
     assert "the door 'gate'" in cause.sentence
 
 
+def test_turns_of_a_recovery_are_not_why_a_door_is_closed(tmp_path):
+    door = "doors:\n  - {name: gate, from: [5, 1.35], to: [5, 2.65], closed: true}\n"
+    tree = (
+        f"{DRIVE}\n    recover:\n      attempts: 3\n"
+        "      round_robin: [{spin: {angle: 360 deg}}, {spin: {angle: 360 deg}}]"
+    )
+    first(tmp_path, "passage closed", world=HALL + door, tree=tree)
+
+
 def test_a_passage_that_something_unmapped_closes(tmp_path):
     cause = first(tmp_path, "passage closed", world=HALL + unmapped("crate", 5.0, 2.0, 0.4, 1.3))
     assert "not on the map" in cause.sentence
@@ -379,3 +389,10 @@ def test_an_operator_who_ends_it(tmp_path, kind):
     (cause, *_) = causes_of(story)
     assert cause.name == "commanded"
     assert plain_of(story, [cause])["causes"][0]["strength"] == 1.0
+
+
+def test_the_json_has_the_line_of_the_mission_that_failed(tmp_path):
+    story, found = diagnosed(tmp_path, tree=DRIVE.replace("60 s", "3 s"))
+    failed = json.loads(json.dumps(plain_of(story, found)))["failed"]
+    assert (failed["where"], failed["code"]) == ("m.yaml:7", "TIMED_OUT")
+    assert failed["line"] == "- navigate_to_pose: {goal: $east}"
