@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from missions.inspection.causes.cause import Cause, Fact
-from missions.inspection.causes.evidence import failed_node
+from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.page.story import Story
 from stack.types.printable import printable
 

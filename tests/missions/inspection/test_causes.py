@@ -194,6 +194,14 @@ def test_a_door_that_closes(tmp_path):
     assert "the door 'gate'" in cause.sentence
 
 
+def test_the_failure_that_a_fallback_deals_with_is_explained(tmp_path):
+    tree = (
+        "  - fallback:\n      - navigate_to_pose: {goal: $east}\n"
+        "      - check: battery.charge < 0.5"
+    )
+    first(tmp_path, "passage closed", tree=tree, world=HALL + unmapped("crate", 5, 2, 0.4, 1.3))
+
+
 def test_turns_of_a_recovery_are_not_why_a_door_is_closed(tmp_path):
     door = "doors:\n  - {name: gate, from: [5, 1.35], to: [5, 2.65], closed: true}\n"
     tree = (
