@@ -172,12 +172,19 @@ def wheel_slip(evidence: Evidence) -> Cause | None:
 
 
 def _driven(evidence: Evidence, first: int) -> tuple[int, float, float]:
-    """Return the first snapshot, and the metres commanded and driven from it on."""
-    shots, spans = evidence.shots[first:], evidence.spans[first:]
-    commanded = sum(abs(s.commanded.linear) * span for s, span in zip(shots, spans, strict=True))
-    places = [shot.truth or shot.pose for shot in shots]
-    moved = sum(one.distance_to(other) for one, other in pairwise(places))
-    return (first, float(commanded), moved) if commanded >= COMMANDED else (first, 0.0, 0.0)
+    """Return the first snapshot, and the metres commanded and driven from it on.
+
+    Only where two snapshots in turn command the same direction: a command that flickers, as before
+    an obstacle, moves no robot.
+    """
+    shots = evidence.shots[first:]
+    commanded = moved = 0.0
+    for one, other in pairwise(shots):
+        speeds = one.commanded.linear, other.commanded.linear
+        if speeds[0] * speeds[1] > 0.0:
+            commanded += min(map(abs, speeds)) * (other.time - one.time)
+            moved += (one.truth or one.pose).distance_to(other.truth or other.pose)
+    return (first, commanded, moved) if commanded >= COMMANDED else (first, 0.0, 0.0)
 
 
 def _silent(evidence: Evidence) -> list[Event]:
