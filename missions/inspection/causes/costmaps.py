@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.cause import CERTAIN, LEAST, Cause, Fact, share
 from missions.inspection.causes.evidence import AT_PERSON, Evidence, people_of
 from stack.costmap.layer import Frame, sampled
 from stack.geometry.connected import connected_to
@@ -47,7 +47,7 @@ def costmap_full(evidence: Evidence) -> Cause | None:
         return None
     area = reachable_area(grid, shot.pose)
     certain = evidence.code == FailureCode.START_OCCUPIED
-    strength = CERTAIN * (1.0 if certain else 1.0 - share(area, ROOM))
+    strength = CERTAIN * evidence.trust * (1.0 if certain else 1.0 - share(area, ROOM))
     lethal = _within(grid, shot.pose, AROUND) & (grid.cells == LETHAL_COST)
     unmapped = int((lethal & ~_mapped(evidence, grid)).sum()) * grid.resolution**2
     here = shot.pose.x, shot.pose.y
@@ -78,7 +78,7 @@ def costmap_empty(evidence: Evidence) -> Cause | None:
         *([Fact(f"layers: {layers}")] if layers else []),
     )  # fmt: skip
     return Cause(
-        "costmap empty", CERTAIN * share(len(unknown), len(met)),
+        "costmap empty", CERTAIN * evidence.trust * share(len(unknown), len(met)),
         "something that the robot met is in no costmap", facts,
         "add the layers of the sensors that see it (`navigation: {costmap: {layers: …}}`: "
         "obstacle, range, depth), or draw it into the map",
@@ -142,8 +142,9 @@ def goal_occupied(evidence: Evidence) -> Cause | None:
         mapped = bool((near & _mapped(evidence, grid)).any())
         what = "an obstacle of the map" if mapped else "an obstacle that is not on the map"
         facts.insert(0, Fact(f"{what} is at the goal", evidence.failed.time, (goal.x, goal.y)))
+    strength = CERTAIN * max(LEAST, evidence.trust)
     return Cause(
-        "goal in an obstacle", CERTAIN, f"the goal is in {what}, or too close to it", tuple(facts),
+        "goal in an obstacle", strength, f"the goal is in {what}, or too close to it", tuple(facts),
         f"move the goal at {evidence.failed.where}, or accept a pose near it (`accept`)",
     )  # fmt: skip
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -12,13 +11,13 @@ import numpy as np
 from missions.execution.build.world import landmarks_of
 from missions.execution.prepare import PreparedMission, prepare
 from missions.inspection.causes.cause import share
+from missions.inspection.causes.failed_nodes import FailedNode
 from missions.inspection.page.story import Story
-from missions.inspection.trace_model import Node, Tree, is_reset
 from stack.errors import InputError
 from stack.navigation.landmarks import Landmarks
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
-from stack.types import CostGrid, FloatArray, Pose2D
+from stack.types import CostGrid, FloatArray, Pose2D, wrap_angle
 
 WINDOW = 30.0
 """Seconds before the failure that are looked at, at least; the whole run of the failing leaf."""
@@ -29,6 +28,9 @@ STALL_RADIUS = 0.3
 STALLED_FOR, STALLED_WITHIN = 3.0, 0.05
 """Seconds in which a robot that gets less far than these metres does not get ahead."""
 
+RIGHT_WITHIN, RIGHT_HEADING = 0.3, pi / 18.0
+"""Metres and radians within which the health of an estimate says that the pose is right."""
+
 AT_PERSON = 0.3
 """Metres from the body of a person within which what is there is the person."""
 
@@ -36,47 +38,19 @@ MOST_SHOTS = 200
 """Snapshots of that time that are read."""
 
 
-@dataclass(frozen=True, slots=True)
-class FailedNode:
-    """The node whose failure ended the mission.
-
-    Attributes:
-        name: of the node; kind: the word in the mission.
-        code: of the failure; empty in a run of an older version. message: why, for people.
-        begin: robot time of its last start, seconds; time: of the failure.
-        where: file and line of the mission; line: its text.
-    """
-
-    name: str
-    kind: str
-    code: str
-    message: str
-    begin: float
-    time: float
-    where: str
-    line: str
-
-    @property
-    def line_number(self) -> int:
-        """Line of the mission; 0 if it is not known."""
-        number = self.where.rpartition(":")[2]
-        return int(number) if number.isdecimal() else 0
-
-
 class Evidence:
     """What the records show about the failure of a run.
 
     Args:
         story: of the run.
+        failed: the node whose failure is explained; None if no node of the mission failed.
 
     Attributes:
-        failed: the decisive node; None if no node of the mission failed.
         shots: snapshots before the end of the failure, ascending, at least one.
     """
 
-    def __init__(self, story: Story) -> None:
-        self.story = story
-        self.failed = failed_node(story)
+    def __init__(self, story: Story, failed: FailedNode | None) -> None:
+        self.story, self.failed = story, failed
         self.shots = self._read()
 
     @property
@@ -184,6 +158,11 @@ class Evidence:
         content = None if layer is None else layer.content
         return content if isinstance(content, CostGrid) else None
 
+    @property
+    def trust(self) -> float:
+        """Return how far what depends on the pose may be believed: 1, down to 0 at a wrong pose."""
+        return 1.0 - share(pose_error(self.before) - 1.0, 1.0)
+
     @cached_property
     def landmarks(self) -> Landmarks:
         """Names of the mission's places, and of the doors of its world."""
@@ -205,50 +184,16 @@ class Evidence:
             return [recording.snapshot(number) for number in numbers]
 
 
+def pose_error(shot: Snapshot) -> float:
+    """Return the error of the pose, in multiples of what counts as right; 0 without a truth."""
+    if shot.truth is None:
+        return 0.0
+    turned = abs(wrap_angle(shot.pose.heading - shot.truth.heading))
+    return max(shot.pose.distance_to(shot.truth) / RIGHT_WITHIN, turned / RIGHT_HEADING)
+
+
 def people_of(shot: Snapshot) -> list[tuple[float, float, float]]:
     """Return x, y and radius of the people of the simulation and of the tracks."""
     known = [] if shot.people is None else shot.people.tolist()
     tracked = [(*track.position, track.radius) for track in shot.tracks]
     return [(x, y, radius) for x, y, radius in (*known, *tracked)]
-
-
-def failed_node(story: Story) -> FailedNode | None:
-    """Return the first cause: follow the failures from the root of the last tree."""
-    if story.status != "failure":
-        return None
-    changes: dict[int, list[Event]] = {}
-    tree = story.trace.trees[-1]
-    for event, _, number in story.trace.with_trees():
-        is_last = number == len(story.trace.trees) - 1
-        if is_last and event.kind == "node_status" and not is_reset(event):
-            changes.setdefault(int(event.fields["node"]), []).append(event)
-    node: Node | None = next(iter(tree.nodes.values()), None)
-    found: Event | None = None
-    while node is not None and _fails(changes.get(node.id, [])):
-        found = changes[node.id][-1]
-        node = max(
-            _failed_children(tree, node, changes),
-            key=lambda child: changes[child.id][-1].number, default=None,
-        )  # fmt: skip
-    return None if found is None else _told(story, tree, found, changes)
-
-
-def _failed_children(tree: Tree, node: Node, changes: dict[int, list[Event]]) -> Iterator[Node]:
-    """Yield the children that failed, and were not started again or halted since."""
-    for child in tree.children(node):
-        if _fails(changes.get(child.id, [])):
-            yield child
-
-
-def _fails(changes: list[Event]) -> bool:
-    return bool(changes) and changes[-1].fields["to"] == "failure"
-
-
-def _told(story: Story, tree: Tree, event: Event, changes: dict[int, list[Event]]) -> FailedNode:
-    node = tree.nodes[int(event.fields["node"])]
-    begun = [one.time for one in changes[node.id] if one.fields["to"] == "running"]
-    return FailedNode(
-        node.name, node.kind, str(event.fields.get("code", "")),
-        str(event.fields.get("message") or ""), begun[-1] if begun else event.time, event.time,
-        node.where, story.line_of(node.where),
-    )  # fmt: skip

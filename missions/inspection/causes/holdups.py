@@ -58,10 +58,9 @@ def _detail(evidence: Evidence, cause: str) -> str:
 
 def _facts(evidence: Evidence, cause: str, held: float) -> tuple[Fact, ...]:
     told = [event for event in evidence.told("held") if event.fields.get("cause") == cause]
-    stall = evidence.times[-1] - evidence.times[-evidence.stalled]
     found = [Fact(event.text, event.time) for event in told[-3:]]
     if held:
-        found.append(Fact(f"{held:.0%} of the last {stall:.1f} s, in which it did not get ahead"))
+        found.append(Fact(f"it cost {held:.0%} of the time before the failure"))
     if evidence.failed is not None:
         found.append(Fact(evidence.failed.message, evidence.failed.time))
     return tuple(found)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import hypot
 
 from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
 from missions.inspection.causes.costmaps import ROOM, ground_of, reachable_area
 from missions.inspection.causes.evidence import AT_PERSON, Evidence, people_of
 from stack.costmap.closed_way import ClosedWay, closed_way
+from stack.costmap.closing_zones import zone_words
 from stack.telemetry.records import Snapshot
 from stack.types import FailureCode
 
@@ -17,6 +19,8 @@ def passage_closed(evidence: Evidence) -> Cause | None:
     grid, shot = evidence.costmap("global_costmap"), evidence.before
     if grid is None or shot.goal is None or evidence.code != FailureCode.NO_VALID_PATH:
         return None
+    if zones := _closing_zones(evidence):
+        return _closed_by_zones(evidence, zones)
     found = closed_way(
         grid, ground_of(evidence, grid), shot.pose, shot.goal, evidence.inscribed_radius
     )
@@ -39,9 +43,24 @@ def passage_closed(evidence: Evidence) -> Cause | None:
     if door is None:
         advice += "; if it is always there, draw it into the map"
     return Cause(
-        "passage closed", CERTAIN * share(reachable_area(grid, shot.pose), ROOM),
+        "passage closed", CERTAIN * evidence.trust * share(reachable_area(grid, shot.pose), ROOM),
         marks.closed(found.at),
         facts, advice,
+    )  # fmt: skip
+
+
+def _closing_zones(evidence: Evidence) -> list[str]:
+    """Return the keep-out zones that closed the way of the failed drive."""
+    told = evidence.told("closed", evidence.begin)
+    return [str(name) for name in told[-1].fields.get("zones", ())] if told else []
+
+
+def _closed_by_zones(evidence: Evidence, zones: Sequence[str]) -> Cause:
+    event = evidence.told("closed")[-1]
+    return Cause(
+        "passage closed", CERTAIN, f"{zone_words(zones)} closed the way",
+        (Fact(event.text, event.time),),
+        "move the zone or the goal, or take another way",
     )  # fmt: skip
 
 
@@ -52,7 +71,8 @@ def _no_way(evidence: Evidence) -> Cause:
              evidence.end, (shot.pose.x, shot.pose.y)),
     )  # fmt: skip
     return Cause(
-        "no way on the map", SYMPTOM, "the map itself has no way to the goal", facts,
+        "no way on the map", SYMPTOM * evidence.trust, "the map itself has no way to the goal",
+        facts,
         "look for the narrowest passage with `treepilot doctor`; move the goal, or correct the map",
     )  # fmt: skip
 
@@ -65,7 +85,7 @@ def _person_at(shot: Snapshot, at: tuple[float, float]) -> bool:
 def _closed_by_person(evidence: Evidence, found: ClosedWay) -> Cause:
     where = evidence.landmarks.where(found.at)
     return Cause(
-        "held by a person", CERTAIN, f"a person stands in the way at {where}",
+        "held by a person", CERTAIN * evidence.trust, f"a person stands in the way at {where}",
         (Fact("the map has a way; a person closes it", evidence.end, found.at),),
         "wait for them (`retry` with a delay), take another way, or ask with `say`",
     )  # fmt: skip

@@ -36,11 +36,9 @@ def planner_slow(evidence: Evidence) -> Cause | None:
     gave_up = failed.code == FailureCode.TIMED_OUT and failed.kind != TIMEOUT
     waits = evidence.values(lambda shot: shot.goal is not None and shot.path is None)
     waited = float((waits * evidence.spans)[evidence.times >= failed.begin].sum())
-    strength = CERTAIN * share(waited, failed.time - failed.begin)
-    if gave_up:
-        strength = CERTAIN
-    elif not waited:
+    if not waited:
         return None
+    strength = CERTAIN * (1.0 if gave_up else share(waited, failed.time - failed.begin))
     latency = evidence.last.parameters.get("navigator.planning_latency")
     facts = (
         *([Fact(failed.message, failed.time)] if gave_up else []),

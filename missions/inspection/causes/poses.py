@@ -6,14 +6,10 @@ from math import degrees, pi
 
 import numpy as np
 
-from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
-from missions.inspection.causes.evidence import Evidence
-from stack.telemetry.records import Snapshot
+from missions.inspection.causes.cause import SYMPTOM, Cause, Fact, share
+from missions.inspection.causes.evidence import Evidence, pose_error
 from stack.types import FailureCode, wrap_angle
 from stack.types.limitations import LOST
-
-RIGHT_WITHIN, RIGHT_HEADING = 0.3, pi / 18.0
-"""Metres and radians within which the health of an estimate says that the pose is right."""
 
 TURNED = 4.0 * pi
 """Radians turned at one place that explain a failure wholly: two full turns."""
@@ -24,10 +20,10 @@ HELD_UP = frozenset({FailureCode.LOST, FailureCode.AMBIGUOUS})
 def pose_wrong(evidence: Evidence) -> Cause | None:
     """The estimate was confident, and elsewhere than the robot."""
     shot = evidence.last
-    error = _error(shot)
+    error = pose_error(shot)
     if error < 1.0 or shot.health < shot.health_thresholds.lost or shot.truth is None:
         return None
-    first = next(item for item in evidence.shots if _error(item) >= 1.0)
+    first = next(item for item in evidence.shots if pose_error(item) >= 1.0)
     away = shot.pose.distance_to(shot.truth)
     turned = abs(wrap_angle(shot.pose.heading - shot.truth.heading))
     moved = evidence.told("lifted")
@@ -39,7 +35,7 @@ def pose_wrong(evidence: Evidence) -> Cause | None:
         *(Fact(event.text, event.time) for event in moved[-1:]),
     )  # fmt: skip
     return Cause(
-        "pose wrong", CERTAIN * share(error, 2.0),
+        "pose wrong", SYMPTOM * share(error, 2.0),
         "the robot was sure of a pose that is not where it was", facts,
         "check `initial_pose` and the map; relocalise before the drive, and add markers or "
         "posters where places look alike",
@@ -83,18 +79,10 @@ def spinning(evidence: Evidence) -> Cause | None:
              " without leaving its place", shots[0].time, (pose.x, pose.y)),
     )  # fmt: skip
     return Cause(
-        "spinning", CERTAIN * share(turned, TURNED), "the robot turned on the spot", facts,
+        "spinning", SYMPTOM * share(turned, TURNED), "the robot turned on the spot", facts,
         "look at the path and the local plan with `treepilot replay`: two nodes or recoveries that "
         "turn it to and fro, a heading tolerance that it cannot meet, or a heading that is wrong",
     )  # fmt: skip
-
-
-def _error(shot: Snapshot) -> float:
-    """Return the error of the pose, in multiples of what counts as right; 0 without a truth."""
-    if shot.truth is None:
-        return 0.0
-    turned = abs(wrap_angle(shot.pose.heading - shot.truth.heading))
-    return max(shot.pose.distance_to(shot.truth) / RIGHT_WITHIN, turned / RIGHT_HEADING)
 
 
 CAUSES = (pose_wrong, lost, spinning)

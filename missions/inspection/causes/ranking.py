@@ -14,6 +14,7 @@ from missions.inspection.causes import (
 )
 from missions.inspection.causes.cause import LEAST, Cause
 from missions.inspection.causes.evidence import Evidence
+from missions.inspection.causes.failed_nodes import earlier_failures, failed_node
 from missions.inspection.page.story import Story
 
 EVERY = (
@@ -24,9 +25,19 @@ EVERY = (
 
 
 def causes_of(story: Story) -> list[Cause]:
-    """Return the likely causes of what went wrong in a run; none if it succeeded."""
+    """Return the likely causes of what went wrong in a run; none if it succeeded.
+
+    If the records explain nothing of the decisive failure, such as a check at the end of a
+    fallback, they are those of the newest earlier failure that they explain.
+    """
     if story.status == "success":
         return []
-    evidence = Evidence(story)
+    decisive = failed_node(story)
+    found = _judged(Evidence(story, decisive))
+    earlier = [] if found or decisive is None else earlier_failures(story)
+    return next(filter(None, (_judged(Evidence(story, node)) for node in earlier)), found)
+
+
+def _judged(evidence: Evidence) -> list[Cause]:
     found = [cause for judge in EVERY if (cause := judge(evidence)) is not None]
     return sorted((one for one in found if one.strength >= LEAST), key=lambda one: -one.strength)

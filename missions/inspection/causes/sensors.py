@@ -8,6 +8,7 @@ import numpy as np
 
 from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
+from stack.telemetry.records import Event, Snapshot
 from stack.types import FloatArray
 from stack.types.limitations import OLD_MEASUREMENT
 
@@ -20,15 +21,16 @@ LATE = 0.5
 RECENT = 5.0
 """Seconds before the failure in which the age of the scans counts."""
 
+MOVED, UNCHANGED = 0.01, 1e-3
+"""Metres by which a robot moves from scan to scan, and by which noise alone changes ranges."""
+
 COMMANDED = 0.5
 """Metres commanded from which on slip is judged."""
 
 
 def sensor_silent(evidence: Evidence) -> Cause | None:
     """A sensor delivered nothing."""
-    newest = {str(event.fields.get("sensor")): event for event in evidence.told("sensor")}
-    newest |= {str(event.fields.get("camera")): event for event in evidence.told("camera")}
-    silent = [event for event in newest.values() if event.fields.get("fault") == "silent"]
+    silent = _silent(evidence)
     if not silent:
         return None
     ages = _ages(evidence)
@@ -38,7 +40,7 @@ def sensor_silent(evidence: Evidence) -> Cause | None:
     facts = (
         *(Fact(event.text, event.time) for event in silent),
         *([Fact(f"the newest scan was {ages[-1]:.1f} s old", evidence.end)] if blind else []),
-        *([Fact(f"held for {stops:.0%} of the standstill by old measurements")] if stops else []),
+        *([Fact(f"old measurements cost {stops:.0%} of the time")] if stops else []),
     )
     names = ", ".join(
         str(event.fields.get("sensor", event.fields.get("camera"))) for event in silent
@@ -54,23 +56,74 @@ def sensor_silent(evidence: Evidence) -> Cause | None:
 
 def scans_late(evidence: Evidence) -> Cause | None:
     """Scans arrive, but long after they were measured."""
-    ages, stamps = _ages(evidence), _stamps(evidence)
-    if len(np.unique(stamps)) < 3:
+    ages, stops = _ages(evidence), evidence.held_share(OLD_MEASUREMENT)
+    age = float(np.median(ages)) if len(ages) else 0.0
+    if age <= FRESH or _silent(evidence):
         return None
-    age = float(np.median(ages))
-    if age <= FRESH:
-        return None
-    stops = evidence.held_share(OLD_MEASUREMENT)
     facts = (
         Fact(f"scans were {age:.2f} s old (median of the last {RECENT:g} s); fresh up to {FRESH:g}"
              " s", evidence.end),
-        *([Fact(f"held for {stops:.0%} of the standstill by old measurements")] if stops else []),
+        *([Fact(f"old measurements cost {stops:.0%} of the time")] if stops else []),
     )  # fmt: skip
     return Cause(
-        "scans late", CERTAIN * share(age, LATE), "the scans arrive late", facts,
+        "scans late", CERTAIN * share(age, LATE) * (1.0 - _dropped_share(evidence)),
+        "the scans arrive late", facts,
         "look for a slow network or a busy computer between lidar and robot; `safety.stale_after` "
         "is the age at which the robot stops",
     )  # fmt: skip
+
+
+def age_limit_low(evidence: Evidence) -> Cause | None:
+    """Measurements are fresh, and the age at which safety stops the robot is below theirs."""
+    ages, stops = _ages(evidence), evidence.held_share(OLD_MEASUREMENT)
+    if not stops or not len(ages) or float(np.median(ages)) > FRESH or _silent(evidence):
+        return None
+    limit = float(evidence.last.parameters.get("safety.stale_after", 0.0))
+    facts = (
+        Fact(f"safety.stale_after {limit:g} s; scans were {np.median(ages):.2f} s old (median)"),
+        Fact(f"old measurements cost {stops:.0%} of the time", evidence.end),
+    )
+    return Cause(
+        "setting does not fit", CERTAIN * stops,
+        "safety stops the robot for measurements that are as old as they have to be", facts,
+        "let `safety.stale_after` be longer than the period of each range sensor",
+    )  # fmt: skip
+
+
+def scans_repeated(evidence: Evidence) -> Cause | None:
+    """The lidar delivers the same ranges again and again, although the robot moves."""
+    since = evidence.end - RECENT
+    recent = [shot for shot in evidence.shots if shot.time >= since]
+    scans = {shot.scan.stamp: shot for shot in recent if shot.scan is not None}
+    pairs = [
+        (one, other)
+        for one, other in pairwise(scans.values())
+        if one.odometry.distance_to(other.odometry) > MOVED
+    ]
+    repeated = [_is_repeated(one, other) for one, other in pairs]
+    if not any(repeated):
+        return None
+    pairs = pairs[repeated.index(True) :]
+    equal = [other for one, other in pairs if _is_repeated(one, other)]
+    pose = equal[0].pose
+    facts = (
+        Fact(f"{len(equal)} of {len(pairs)} scans of the moving robot have the ranges of the one "
+             "before", equal[0].time, (pose.x, pose.y)),
+    )  # fmt: skip
+    return Cause(
+        "sensor silent", share(len(equal), len(pairs)),
+        "the lidar repeats its last scan", facts,
+        "check the lidar and its driver: it delivers, but measures nothing",
+    )  # fmt: skip
+
+
+def _is_repeated(one: Snapshot, other: Snapshot) -> bool:
+    assert one.scan is not None and other.scan is not None
+    if one.scan.ranges.shape != other.scan.ranges.shape:
+        return False
+    both = np.isfinite(one.scan.ranges) & np.isfinite(other.scan.ranges)
+    change = np.abs(one.scan.ranges[both] - other.scan.ranges[both])
+    return bool(len(change)) and float(np.median(change)) < UNCHANGED
 
 
 def wrong_stamps(evidence: Evidence) -> Cause | None:
@@ -96,18 +149,18 @@ def wrong_stamps(evidence: Evidence) -> Cause | None:
 
 def wheel_slip(evidence: Evidence) -> Cause | None:
     """The wheels turned, and the robot did not move."""
-    shots, spans = evidence.shots, evidence.spans
-    commanded = float((evidence.values(lambda shot: abs(shot.commanded.linear)) * spans).sum())
-    places = [shot.truth or shot.pose for shot in shots]
-    moved = sum(a.distance_to(b) for a, b in pairwise(places))
+    first, commanded, moved = max(
+        (_driven(evidence, first) for first in (0, len(evidence.shots) - evidence.stalled)),
+        key=lambda one: share(one[1] - one[2], one[1]),
+    )
     if commanded < COMMANDED or moved > commanded:
         return None
     missing = commanded - moved
     pose = evidence.last.pose
-    touched = bool(evidence.told("contact", evidence.times[0]))
+    touched = bool(evidence.told("contact", evidence.times[first]))
     facts = (
         Fact(f"{commanded:.1f} m were commanded and {moved:.1f} m driven in the last "
-             f"{evidence.times[-1] - evidence.times[0]:.0f} s", evidence.end, (pose.x, pose.y)),
+             f"{evidence.times[-1] - evidence.times[first]:.0f} s", evidence.end, (pose.x, pose.y)),
         *([Fact("the robot touched something meanwhile")] if touched else []),
     )  # fmt: skip
     return Cause(
@@ -116,6 +169,29 @@ def wheel_slip(evidence: Evidence) -> Cause | None:
         "look at the floor, the tyres and what the robot may push against; drive slower there, and "
         "use odometry by scans (`odometry`)",
     )  # fmt: skip
+
+
+def _driven(evidence: Evidence, first: int) -> tuple[int, float, float]:
+    """Return the first snapshot, and the metres commanded and driven from it on.
+
+    Only where two snapshots in turn command the same direction: a command that flickers, as before
+    an obstacle, moves no robot.
+    """
+    shots = evidence.shots[first:]
+    commanded = moved = 0.0
+    for one, other in pairwise(shots):
+        speeds = one.commanded.linear, other.commanded.linear
+        if speeds[0] * speeds[1] > 0.0:
+            commanded += min(map(abs, speeds)) * (other.time - one.time)
+            moved += (one.truth or one.pose).distance_to(other.truth or other.pose)
+    return (first, commanded, moved) if commanded >= COMMANDED else (first, 0.0, 0.0)
+
+
+def _silent(evidence: Evidence) -> list[Event]:
+    """Return the events of the sensors and cameras that were silent at the failure."""
+    newest = {str(event.fields.get("sensor")): event for event in evidence.told("sensor")}
+    newest |= {str(event.fields.get("camera")): event for event in evidence.told("camera")}
+    return [event for event in newest.values() if event.fields.get("fault") == "silent"]
 
 
 def _dropped_share(evidence: Evidence) -> float:
@@ -144,4 +220,6 @@ def _ages(evidence: Evidence) -> FloatArray:
     )
 
 
-CAUSES = (sensor_silent, scans_late, wrong_stamps, wheel_slip)
+CAUSES = (
+    sensor_silent, scans_repeated, scans_late, age_limit_low, wrong_stamps, wheel_slip,
+)  # fmt: skip

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from missions.inspection.causes.cause import Cause, Fact
-from missions.inspection.causes.evidence import failed_node
+from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.page.story import Story
 from stack.types.printable import printable
 
@@ -16,12 +17,14 @@ FORMAT = 1
 
 def plain_of(story: Story, causes: Sequence[Cause]) -> dict[str, Any]:
     """Return what `treepilot diagnose --json` prints."""
+    failed = failed_node(story)
     return {
         "format": FORMAT,
         "run": story.name,
         "status": story.status,
         "reason": story.reason,
         "seconds": story.end,
+        "failed": None if failed is None else asdict(failed),
         "causes": [cause.plain() for cause in causes],
     }
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import hypot
 
 import numpy as np
 
 from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
-from missions.inspection.causes.evidence import Evidence, FailedNode
+from missions.inspection.causes.evidence import Evidence
+from missions.inspection.causes.failed_nodes import FailedNode
 from stack.telemetry.records import Snapshot
 from stack.types import FailureCode
 from stack.types.limitations import CAUSES as CAUSES_OF_LIMITS
 
-STEADY = 0.8
-"""Share of the time in which a robot moves that gets ahead steadily: it also plans and starts."""
+HALTING, STEADY = 0.4, 0.8
+"""Share of the time up to which a robot that moves is mostly held up by something else, and from
+which on it gets ahead steadily: it also plans and starts."""
 
 SPARE = 1.5
 """Factor of a time limit on the time that a drive needs."""
@@ -40,15 +43,15 @@ def time_limit(evidence: Evidence) -> Cause | None:
         Fact(f"it moved in {moving:.0%} of {took:.1f} s", failed.time, (pose.x, pose.y)),
         *_slower(evidence),
     )
-    gained = share(moving, STEADY) * (1.0 - max(slowed, _unused(evidence)))
+    steady = share(moving - HALTING, STEADY - HALTING) * _straight(inside)
+    gained = steady * (1.0 - max(slowed, _unused(evidence)))
     sentence = f"{failed.name} ended after {took:.1f} s, and the robot got ahead all the time"
-    return Cause("time limit too short", CERTAIN * gained, sentence, facts, advice)
+    return Cause("time limit too short", CERTAIN * evidence.trust * gained, sentence, facts, advice)
 
 
 def _left(inside: Sequence[Snapshot], failed: FailedNode) -> tuple[list[Fact], str]:
     """Return what was left of the last drive, and the advice that follows from it."""
-    goal = inside[-1].goal
-    drive = [shot for shot in inside if goal is not None and shot.goal == goal]
+    drive = _last_drive(inside)
     advice = f"allow more time at {failed.where}, or let it drive faster"
     if len(drive) < 2:
         return [], advice
@@ -59,6 +62,19 @@ def _left(inside: Sequence[Snapshot], failed: FailedNode) -> tuple[list[Fact], s
         needed = failed.time - failed.begin + took * last / (first - last)
         advice = f"allow about {SPARE * needed:.0f} s at {failed.where}, or let it drive faster"
     return [fact], advice
+
+
+def _straight(inside: Sequence[Snapshot]) -> float:
+    """Return the share of the last drive's metres that brought the robot nearer; 1 without one."""
+    drive = _last_drive(inside)
+    driven = sum(one.odometry.distance_to(other.odometry) for one, other in pairwise(drive))
+    return share(_way(drive[0]) - _way(drive[-1]), driven) if driven else 1.0
+
+
+def _last_drive(inside: Sequence[Snapshot]) -> list[Snapshot]:
+    """Return the snapshots of the drive to the last goal; empty without one."""
+    goal = inside[-1].goal
+    return [shot for shot in inside if goal is not None and shot.goal == goal]
 
 
 def _way(shot: Snapshot) -> float:

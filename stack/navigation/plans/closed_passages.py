@@ -8,8 +8,9 @@ from itertools import pairwise
 from math import hypot
 
 from stack.costmap.closed_way import closed_way
+from stack.costmap.closing_zones import zone_words
 from stack.navigation.drive_tools import DriveTools
-from stack.navigation.plans.zone_names import with_zones
+from stack.navigation.plans.zone_names import zones_closing
 from stack.types import Failure, FailureCode, Pose2D
 
 
@@ -24,9 +25,14 @@ def explained(
         pose: the start of the plan, map frame.
         goals: in turn, map frame.
     """
-    zoned = with_zones(failure, tools.global_costmap, pose, goals)
-    if zoned is not failure or failure.code != FailureCode.NO_VALID_PATH or failure.place is None:
-        return zoned
+    zones = zones_closing(failure, tools.global_costmap, pose, goals)
+    if zones:
+        verb = "closes" if len(zones) == 1 else "close"
+        text = f"{zone_words(zones)} {verb} the way"
+        tools.emit("closed", text, "warning", place=[], door="", layer="", zones=list(zones))
+        return replace(failure, sentence=f"{failure.sentence}; {text}")
+    if failure.code != FailureCode.NO_VALID_PATH or failure.place is None:
+        return failure
     marks, (x, y), goal = tools.landmarks, failure.place, goals[-1]
     away = hypot(goal.x - x, goal.y - y)
     why = _closure(tools, pose, goals)
@@ -50,6 +56,7 @@ def _closure(tools: DriveTools, pose: Pose2D, goals: Sequence[Pose2D]) -> str:
         tools.emit(
             "closed", text, "warning", place=list(found.at),
             door="" if door is None else door.name, layer="" if origin is None else origin.layer,
+            zones=[],
         )  # fmt: skip
         return f"{text}; "
     return ""

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
-from stack.costmap.closing_zones import zone_words
 from stack.costmap.costmap import Costmap
 from stack.types import Failure, FailureCode, Pose2D
 
@@ -16,10 +14,10 @@ CLOSED_BY_ZONE = frozenset(
 """Failures of a plan that a zone can cause."""
 
 
-def with_zones(
+def zones_closing(
     failure: Failure, costmap: Costmap, pose: Pose2D, goals: Sequence[Pose2D]
-) -> Failure:
-    """Return the failure of a plan, with the names of the zones that close the way.
+) -> tuple[str, ...]:
+    """Return the names of the zones that close the way of a plan that failed.
 
     Args:
         failure: of the plan.
@@ -28,11 +26,9 @@ def with_zones(
         goals: in turn, map frame.
     """
     if failure.code not in CLOSED_BY_ZONE:
-        return failure
+        return ()
     for start, goal in pairwise((costmap.way_out or pose, *goals)):
         names = costmap.zones_between(start, goal)
         if names:
-            verb = "closes" if len(names) == 1 else "close"
-            sentence = f"{failure.sentence}; {zone_words(names)} {verb} the way"
-            return replace(failure, sentence=sentence)
-    return failure
+            return names
+    return ()

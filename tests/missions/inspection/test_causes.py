@@ -1,6 +1,7 @@
 """`treepilot diagnose` names the cause that was injected into a real run first."""
 
 import ast
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -105,6 +106,15 @@ class Lagging(Faulty):
         return dict(due[-1:])
 
 
+class Repeating(Faulty):
+    """The lidar delivers its last scan again and again, with new stamps."""
+
+    def scans(self, seen):
+        new = seen.of(Scan)
+        self.last = getattr(self, "last", new)
+        return {n: replace(self.last[n], stamp=scan.stamp) for n, scan in new.items() if self.last}
+
+
 class Behind(Faulty):
     """The clock of the lidar is 20 s behind that of the robot."""
 
@@ -184,9 +194,34 @@ def test_a_door_that_closes(tmp_path):
     assert "the door 'gate'" in cause.sentence
 
 
+def test_the_failure_that_a_fallback_deals_with_is_explained(tmp_path):
+    tree = (
+        "  - fallback:\n      - navigate_to_pose: {goal: $east}\n"
+        "      - check: battery.charge < 0.5"
+    )
+    first(tmp_path, "passage closed", tree=tree, world=HALL + unmapped("crate", 5, 2, 0.4, 1.3))
+
+
+def test_turns_of_a_recovery_are_not_why_a_door_is_closed(tmp_path):
+    door = "doors:\n  - {name: gate, from: [5, 1.35], to: [5, 2.65], closed: true}\n"
+    tree = (
+        f"{DRIVE}\n    recover:\n      attempts: 3\n"
+        "      round_robin: [{spin: {angle: 360 deg}}, {spin: {angle: 360 deg}}]"
+    )
+    first(tmp_path, "passage closed", world=HALL + door, tree=tree)
+
+
 def test_a_passage_that_something_unmapped_closes(tmp_path):
     cause = first(tmp_path, "passage closed", world=HALL + unmapped("crate", 5.0, 2.0, 0.4, 1.3))
     assert "not on the map" in cause.sentence
+
+
+def test_a_keep_out_zone_across_the_way(tmp_path):
+    corners = "[[4, 0.1], [4.5, 0.1], [4.5, 3.9], [4, 3.9]]"
+    zone = f"{{use: keepout, zones: [{{name: wet, corners: {corners}}}]}}"
+    head = f"navigation: {{costmap: {{layers: [static, obstacle, {zone}]}}}}\n"
+    cause = first(tmp_path, "passage closed", head=head)
+    assert "the keep-out zone 'wet'" in cause.sentence
 
 
 PLAIN = HALL[: HALL.index("boxes")]
@@ -200,7 +235,7 @@ def test_a_pose_that_is_wrong_and_sure(tmp_path):
         tree="  - navigate_to_pose: {goal: [7, 2.0, 180 deg]}\n"
         "  - wait_until: battery.charging\n    timeout: 5 s",
     )  # fmt: skip
-    assert cause.strength == pytest.approx(0.95)  # 7 m off
+    assert cause.strength == pytest.approx(0.8)  # 7 m off
 
 
 def test_a_robot_that_was_carried_away_is_lost(tmp_path):
@@ -223,6 +258,21 @@ def test_a_lidar_that_falls_silent(tmp_path):
 
 def test_scans_that_arrive_late(tmp_path):
     first(tmp_path, "scans late", make_body=Lagging.made, tree=DRIVE.replace("60 s", "15 s"))
+
+
+def test_a_lidar_that_repeats_itself(tmp_path):
+    cause = first(
+        tmp_path, "sensor silent", make_body=Repeating.made, tree=DRIVE.replace("60 s", "15 s")
+    )  # fmt: skip
+    assert "repeats" in cause.sentence
+
+
+def test_an_age_limit_below_the_period_of_the_lidar(tmp_path):
+    cause = first(
+        tmp_path, "setting does not fit", head="navigation: {safety: {stale_after: 5 ms}}\n",
+        tree=DRIVE.replace("60 s", "9 s"),
+    )  # fmt: skip
+    assert "safety.stale_after 0.005 s" in cause.facts[0].text
 
 
 def test_a_clock_that_is_wrong(tmp_path):
@@ -347,3 +397,10 @@ def test_an_operator_who_ends_it(tmp_path, kind):
     (cause, *_) = causes_of(story)
     assert cause.name == "commanded"
     assert plain_of(story, [cause])["causes"][0]["strength"] == 1.0
+
+
+def test_the_json_has_the_line_of_the_mission_that_failed(tmp_path):
+    story, found = diagnosed(tmp_path, tree=DRIVE.replace("60 s", "3 s"))
+    failed = json.loads(json.dumps(plain_of(story, found)))["failed"]
+    assert (failed["where"], failed["code"]) == ("m.yaml:7", "TIMED_OUT")
+    assert failed["line"] == "- navigate_to_pose: {goal: $east}"
