@@ -1,6 +1,8 @@
 """`treepilot export --mcap`: other programs find in the file what the run recorded."""
 
 import json
+import resource
+import signal
 from dataclasses import replace
 from math import cos, sin
 
@@ -370,6 +372,20 @@ def test_a_damaged_record_leaves_no_file(folder, tmp_path):
     with pytest.raises(InputError, match="is damaged"):
         export_mcap(tmp_path, tmp_path / "run.mcap")
     assert [item.name for item in tmp_path.iterdir()] == [SNAPSHOTS]
+
+
+def test_a_full_disk_is_an_error_and_leaves_no_file(folder, tmp_path):
+    """A limit on the size of files stands for the disk."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, limits[1]))
+    try:
+        with pytest.raises(OSError, match=r"File too large: .*run\.mcap"):
+            export_mcap(folder, tmp_path / "run.mcap")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
