@@ -21,7 +21,7 @@ def report(
         typer.Option("--out", "-o", metavar="FILE", help="default: report.html in the run folder"),
     ] = None,
 ) -> None:
-    """Write an HTML page about a run: what happened, where, when and why.
+    """Write an HTML page about a run: what happened, where and why.
 
     One file without scripts that needs no network: the outcome, the map with the driven way, the
     timeline of the tree, what failed with the lines of the mission, plots, and the settings that

@@ -20,7 +20,7 @@ def replay(
         float, typer.Option("--speed", min=0.125, max=64.0, help="robot seconds per second")
     ] = 1.0,
 ) -> None:
-    """Play a run again in the dashboard: a finished one, a killed one or one still being written.
+    """Play a run again in the dashboard, also a live or killed one.
 
     The same tree, map, charts and events as during the run, at any time of it. Keys: space plays or
     pauses, . and , step, [ ] and { } skip 5 s and a minute, n and N go to the next and last event,
