@@ -28,8 +28,8 @@ from stack.telemetry.foxglove.messages import (
     poses,
     scan_message,
 )
-from stack.telemetry.foxglove.scene import moving, places, surroundings
-from stack.telemetry.foxglove.urdf_frames import BASE, MAP, ODOM, link_frames
+from stack.telemetry.foxglove.scene import moving, places, robot_model, surroundings
+from stack.telemetry.foxglove.urdf_links import BASE, MAP, ODOM, links_of
 from stack.telemetry.records import ROUTINE, Event, Layer, RunInfo, Snapshot
 from stack.types import CameraModel, CostGrid, DepthImage, Image, OccupancyGrid, Scan
 
@@ -101,7 +101,8 @@ class FoxgloveDrawing:
         self, info: RunInfo, context: Any, periods: Mapping[str, float] | None = None
     ) -> None:
         self._info, self._topics = info, Topics(context)
-        self._frames = link_frames(info.urdf)
+        self._links = links_of(info.urdf)
+        self._frames = self._links.frames
         self._cameras: dict[str, CameraModel] = {}
         self._periods = periods or {}
         self._clocks: dict[str, Schedule] = {}
@@ -204,6 +205,9 @@ class FoxgloveDrawing:
         topics.log("/moving", schemas.SceneUpdate, time, made)
         if topics.is_new("/places", info.identity):
             topics.log("/places", schemas.SceneUpdate, time, partial(places, info, time))
+        if topics.is_new("/robot", info.identity):
+            made = partial(robot_model, self._links.shapes, info.footprint, time)
+            topics.log("/robot", schemas.SceneUpdate, time, made)
 
     def _draw_points(self, snapshot: Snapshot) -> None:
         """Log the particles of the localisation and the obstacles of depth cameras."""

@@ -6,10 +6,10 @@ from typing import Literal
 
 from foxglove import layouts
 
-from stack.telemetry.foxglove.urdf_frames import BASE, MAP
+from stack.telemetry.foxglove.urdf_links import BASE, MAP
 
 _GRIDS = ("/map", "/global_costmap", "/local_costmap")
-_SCENES = ("/scene", "/places", "/moving")
+_SCENES = ("/scene", "/places", "/robot", "/moving")
 _PLANS = {"/path": "#46e2a0", "/local_plan": "#ffd65a"}
 
 LINE = 0.05

@@ -28,7 +28,7 @@ from foxglove.messages import (
     Vector3,
 )
 
-from stack.telemetry.foxglove.urdf_frames import BASE, MAP, LinkFrame
+from stack.telemetry.foxglove.urdf_links import BASE, MAP, LinkFrame, Rotation, Vector
 from stack.telemetry.grid_colours import coloured, cost_table, map_table
 from stack.telemetry.records import Event
 from stack.types import (
@@ -82,6 +82,17 @@ def pose_of(pose: Pose2D, height: float = 0.0) -> Pose:
     return Pose(position=Vector3(x=pose.x, y=pose.y, z=height), orientation=_turn(pose.heading))
 
 
+def pose_at(position: Vector, rotation: Rotation) -> Pose:
+    """A pose in space."""
+    return Pose(position=vector(position), orientation=_quaternion(rotation))
+
+
+def vector(values: Vector) -> Vector3:
+    """A point, or the size of a shape."""
+    x, y, z = values
+    return Vector3(x=x, y=y, z=z)
+
+
 def pose_in(frame: str, pose: Pose2D, time: float) -> PoseInFrame:
     """A pose of the base."""
     return PoseInFrame(timestamp=stamp_of(time), frame_id=frame, pose=pose_of(pose))
@@ -120,7 +131,7 @@ def fixed_frames(time: float, frames: Iterable[LinkFrame]) -> FrameTransforms:
 def camera_frame(name: str, camera: CameraModel) -> LinkFrame:
     """The optical frame of a camera."""
     transform = camera.base_from_optical()
-    x, y, z, w = _quaternion(transform[:3, :3])
+    x, y, z, w = _rotation(transform[:3, :3])
     return LinkFrame(BASE, f"{name}_{OPTICAL}", camera.position, (x, y, z, w))
 
 
@@ -243,13 +254,12 @@ def _span(scan: Scan) -> tuple[float, float]:
 
 
 def _fixed(stamp: Timestamp, frame: LinkFrame) -> FrameTransform:
-    (x, y, z), (qx, qy, qz, qw) = frame.position, frame.rotation
     return FrameTransform(
         timestamp=stamp,
         parent_frame_id=frame.parent,
         child_frame_id=frame.name,
-        translation=Vector3(x=x, y=y, z=z),
-        rotation=Quaternion(x=qx, y=qy, z=qz, w=qw),
+        translation=vector(frame.position),
+        rotation=_quaternion(frame.rotation),
     )
 
 
@@ -257,7 +267,12 @@ def _turn(heading: float) -> Quaternion:
     return Quaternion(x=0.0, y=0.0, z=sin(heading / 2.0), w=cos(heading / 2.0))
 
 
-def _quaternion(rotation: FloatArray) -> FloatArray:
+def _quaternion(rotation: Rotation) -> Quaternion:
+    x, y, z, w = rotation
+    return Quaternion(x=x, y=y, z=z, w=w)
+
+
+def _rotation(rotation: FloatArray) -> FloatArray:
     """x, y, z, w of a rotation matrix: the eigenvector of its largest eigenvalue.
 
     I. Bar-Itzhack, "New method for extracting the quaternion from a rotation matrix", 2000.

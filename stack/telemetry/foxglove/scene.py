@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from math import atan2
 from typing import Any
 
@@ -24,8 +24,8 @@ from foxglove.messages import (
     Vector3,
 )
 
-from stack.telemetry.foxglove.messages import pose_of, stamp_of
-from stack.telemetry.foxglove.urdf_frames import BASE, MAP
+from stack.telemetry.foxglove.messages import pose_at, pose_of, stamp_of, vector
+from stack.telemetry.foxglove.urdf_links import BASE, MAP, UNROTATED, LinkShape
 from stack.telemetry.outlines import outline, uncertainty_ellipse
 from stack.telemetry.records import RunInfo, SceneShape, Snapshot
 from stack.types import FloatArray, Footprint, Limitation, Pose2D, TrackedObject
@@ -42,7 +42,9 @@ LIMITATION: Colour = (0.93, 0.3, 0.3)
 PLACE: Colour = (0.47, 0.53, 0.63)
 MARKER: Colour = (0.73, 0.75, 0.78)
 
-PERSON_HEIGHT = 1.7
+PERSON_HEIGHT, BOX_HEIGHT = 1.7, 0.2
+"""Of people, and of a robot whose shapes are not known, metres."""
+
 LINE, TEXT_SIZE, DOT = 0.025, 0.2, 0.12
 """Thickness of lines, height of texts, diameter of dots, metres."""
 
@@ -51,15 +53,12 @@ _NOWHERE = Pose2D(0.0, 0.0)
 
 def surroundings(shapes: Iterable[SceneShape], time: float) -> SceneUpdate:
     """The shapes of the world; they replace those before."""
-    cubes, cylinders = [], []
+    solids: dict[str, list[Any]] = {"cubes": [], "cylinders": []}
     for shape in shapes:
-        x, y, z = shape.size
-        pose, size = pose_of(shape.pose, shape.lift + z / 2.0), Vector3(x=x, y=y, z=z)
-        if shape.kind == "box":
-            cubes.append(CubePrimitive(pose=pose, size=size, color=_colour(shape.colour)))
-        else:
-            cylinders.append(_cylinder(pose, size, shape.colour))
-    return _update(time, _entity(time, "world", cubes=cubes, cylinders=cylinders))
+        name, make = _SOLIDS[shape.kind]
+        pose = pose_of(shape.pose, shape.lift + shape.size[2] / 2.0)
+        solids[name].append(make(pose, vector(shape.size), shape.colour))
+    return _update(time, _entity(time, "world", MAP, **solids))
 
 
 def places(info: RunInfo, time: float) -> SceneUpdate:
@@ -67,14 +66,36 @@ def places(info: RunInfo, time: float) -> SceneUpdate:
     texts = [_text(name, place, 0.15, PLACE) for name, place in info.places.items()]
     dots = [_dot(place, PLACE) for place in info.places.values()]
     boards = [
-        CubePrimitive(
-            pose=pose_of(Pose2D(*marker.position[:2], marker.heading), marker.position[2]),
-            size=Vector3(x=0.01, y=marker.size, z=marker.size),
-            color=_colour(MARKER),
+        _cube(
+            pose_of(Pose2D(*marker.position[:2], marker.heading), marker.position[2]),
+            vector((0.01, marker.size, marker.size)),
+            MARKER,
         )
         for marker in info.markers
     ]
     return _update(time, _entity(time, "places", texts=texts, spheres=dots, cubes=boards))
+
+
+def robot_model(shapes: Sequence[LinkShape], footprint: Footprint, time: float) -> SceneUpdate:
+    """The robot's shapes in the frames of its links; without any, a box on its footprint."""
+    if not shapes:
+        low, high = footprint.points.min(axis=0), footprint.points.max(axis=0)
+        (x, y), (length, width) = ((low + high) / 2.0).tolist(), (high - low).tolist()
+        size = length, width, BOX_HEIGHT
+        shapes = [LinkShape(BASE, "box", size, (x, y, BOX_HEIGHT / 2.0), UNROTATED, ROBOT)]
+    frames = dict.fromkeys(shape.frame for shape in shapes)
+    return _update(time, *(_link(frame, shapes, time) for frame in frames))
+
+
+def _link(frame: str, shapes: Iterable[LinkShape], time: float) -> SceneEntity:
+    """Those of the shapes that are in a frame."""
+    solids: dict[str, list[Any]] = {"cubes": [], "cylinders": [], "spheres": []}
+    for shape in shapes:
+        if shape.frame == frame:
+            name, make = _SOLIDS[shape.kind]
+            pose = pose_at(shape.position, shape.rotation)
+            solids[name].append(make(pose, vector(shape.size), shape.colour))
+    return _entity(time, frame, frame, **solids)
 
 
 def moving(snapshot: Snapshot, footprint: Footprint) -> SceneUpdate:
@@ -108,7 +129,7 @@ def _people(people: FloatArray) -> list[CylinderPrimitive]:
     return [
         _cylinder(
             pose_of(Pose2D(float(x), float(y)), PERSON_HEIGHT / 2.0),
-            Vector3(x=2.0 * float(radius), y=2.0 * float(radius), z=PERSON_HEIGHT),
+            vector((2.0 * float(radius), 2.0 * float(radius), PERSON_HEIGHT)),
             PERSON,
         )
         for x, y, radius in people
@@ -169,15 +190,22 @@ def _arrow(pose: Pose2D, length: float, colour: Colour) -> ArrowPrimitive:
     )
 
 
+def _cube(pose: Pose, size: Vector3, colour: Colour) -> CubePrimitive:
+    return CubePrimitive(pose=pose, size=size, color=_colour(colour))
+
+
 def _cylinder(pose: Pose, size: Vector3, colour: Colour) -> CylinderPrimitive:
     return CylinderPrimitive(
         pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=_colour(colour)
     )
 
 
+def _sphere(pose: Pose, size: Vector3, colour: Colour) -> SpherePrimitive:
+    return SpherePrimitive(pose=pose, size=size, color=_colour(colour))
+
+
 def _dot(place: Pose2D, colour: Colour) -> SpherePrimitive:
-    size = Vector3(x=DOT, y=DOT, z=DOT)
-    return SpherePrimitive(pose=pose_of(place), size=size, color=_colour(colour))
+    return _sphere(pose_of(place), vector((DOT, DOT, DOT)), colour)
 
 
 def _text(text: str, place: Pose2D, height: float, colour: Colour) -> TextPrimitive:
@@ -190,3 +218,11 @@ def _text(text: str, place: Pose2D, height: float, colour: Colour) -> TextPrimit
 def _colour(colour: Colour) -> Color:
     red, green, blue = colour
     return Color(r=red, g=green, b=blue, a=1.0)
+
+
+_SOLIDS: dict[str, tuple[str, Callable[[Pose, Vector3, Colour], Any]]] = {
+    "box": ("cubes", _cube),
+    "cylinder": ("cylinders", _cylinder),
+    "sphere": ("spheres", _sphere),
+}
+"""Kind of a shape: the field of an entity that holds it, and how it is made."""

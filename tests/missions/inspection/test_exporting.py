@@ -1,6 +1,8 @@
 """`treepilot export --mcap`: other programs find in the file what the run recorded."""
 
 import json
+import resource
+import signal
 from dataclasses import replace
 from math import cos, sin
 
@@ -283,6 +285,22 @@ def test_the_world_and_the_places(exported):
     assert len(shown.cubes) == 2  # fiducial markers
 
 
+def test_the_robot_is_shown_in_the_frames_of_its_links(exported, recorded):
+    """The lidar of the URDF is a cylinder of 12 cm, around its frame; wheels lie on their side."""
+    shown = entities(exported["/robot"][0][1])
+    assert {name: item.frame_id for name, item in shown.items()} == {
+        name: name for name in ("base_link", "left_wheel", "right_wheel", "lidar")
+    }
+    lidar, wheel = shown["lidar"].cylinders[0], shown["left_wheel"].cylinders[0]
+    assert (lidar.size.x, lidar.size.y, lidar.size.z) == pytest.approx((0.12, 0.12, 0.08))
+    assert rigid(wheel.pose.position, wheel.pose.orientation)[:3, 2] == pytest.approx(
+        [0.0, -1.0, 0.0], abs=1e-4
+    )
+    assert len(shown["base_link"].cubes) == 1 and shown["base_link"].cubes[0].size.y > 0.3
+    colour = shown["lidar"].cylinders[0].color
+    assert (colour.r, colour.g, colour.b) == pytest.approx((0.95, 0.62, 0.2))
+
+
 def test_events_are_lines_of_the_log_and_objects(exported):
     (time, line), = exported["/log"]  # fmt: skip
     assert (line.message, line.name, line.level) == ("does it fit?", "localisation", 3)  # warning
@@ -356,6 +374,20 @@ def test_a_damaged_record_leaves_no_file(folder, tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == [SNAPSHOTS]
 
 
+def test_a_full_disk_is_an_error_and_leaves_no_file(folder, tmp_path):
+    """A limit on the size of files stands for the disk."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, limits[1]))
+    try:
+        with pytest.raises(OSError, match=r"File too large: .*run\.mcap"):
+            export_mcap(folder, tmp_path / "run.mcap")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -405,7 +437,7 @@ def test_the_layout_shows_topics_and_fields_that_a_run_has(exported, folder, tmp
     found = list(panels(json.loads((tmp_path / "l.json").read_text())["content"]))
     assert {kind for kind, _ in found} == {"ThreeDee", "StateTransitions", "Plot", "Log"}
     shown = [topic for _, config in found for topic in config.get("topics") or ()]
-    assert set(shown) <= exported.keys() and len(shown) == 10
+    assert set(shown) <= exported.keys() and len(shown) == 11
     for _, config in found:
         for series in config.get("paths") or ():
             for value in leaf(exported, series["value"]):
