@@ -15,6 +15,15 @@ from stack.types.detections import (
     SeenObjects,
 )
 from stack.types.distortion import DISTORTION
+from stack.types.disturbances import (
+    Disturbance,
+    DroppedBox,
+    LiftedRobot,
+    MovedDoor,
+    PushedRobot,
+    SetCharge,
+    SilencedSensor,
+)
 from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
@@ -84,6 +93,13 @@ from stack.types.world import (
 )
 
 __all__ = [
+    "Disturbance",
+    "DroppedBox",
+    "LiftedRobot",
+    "MovedDoor",
+    "PushedRobot",
+    "SetCharge",
+    "SilencedSensor",
     "NOTHING_MOVES",
     "CurrentStep",
     "Perceived",

@@ -199,6 +199,10 @@ class PhysicsEngine(ABC):
         """Move a door into its gap, or out of reach."""
 
     @abstractmethod
+    def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
+        """Put an immovable box of a size (length, width, height), metres, onto the floor."""
+
+    @abstractmethod
     def place_people(self, positions: Sequence[tuple[float, float]]) -> None:
         """Move the people to positions in metres, in the order of the world; nan: nowhere."""
 
