@@ -35,7 +35,11 @@ class Outcome:
 
 
 def show(
-    client: Source, terminated: Callable[[], bool] = lambda: False, *, owns_run: bool = False
+    client: Source,
+    terminated: Callable[[], bool] = lambda: False,
+    *,
+    owns_run: bool = False,
+    is_demo: bool = False,
 ) -> Outcome:
     """Show a run until the operator leaves. Never raises an Exception.
 
@@ -43,8 +47,11 @@ def show(
         client: the run; closed at the end.
         terminated: whether to end.
         owns_run: whether ctrl+c means `interrupt`; otherwise it asks.
+        is_demo: whether the banner says what the robot does, and what to press.
     """
-    return _shown(lambda: Dashboard(client, terminated=terminated, owns_run=owns_run))
+    return _shown(
+        lambda: Dashboard(client, terminated=terminated, owns_run=owns_run, is_demo=is_demo)
+    )
 
 
 def show_recording(player: Player) -> Outcome:
