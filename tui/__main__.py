@@ -1,7 +1,7 @@
 """The dashboard as a process of its own: `python -m tui ADDRESS IDENTITY [DESCRIPTOR] [ROLE]`.
 
-With the role `owner` or `demo`, ctrl+c ends the run; otherwise it asks. With `demo`, the banner says
-what the robot does, and what to press.
+With the role `owner` or `demo`, ctrl+c ends the run; otherwise it asks. With `demo`, the banner
+says what the robot does, and what to press.
 
 It writes one JSON object to the file descriptor: `outcome`, and after a crash `trouble` (one line)
 and `traceback`. The exit code is 0, or 3 after a crash. SIGTERM and SIGINT end it with the outcome
