@@ -10,6 +10,7 @@ from traceback import format_exc
 from tui.app import Dashboard
 from tui.replay.app import ReplayDashboard
 from tui.replay.player import Player
+from tui.run_view import RunView
 from tui.source import Source
 from tui.terminal.restore import restore_terminal, terminal_settings
 
@@ -63,7 +64,7 @@ def show_recording(player: Player) -> Outcome:
     return _shown(lambda: ReplayDashboard(player))
 
 
-def _shown(make: Callable[[], Dashboard]) -> Outcome:
+def _shown(make: Callable[[], RunView]) -> Outcome:
     settings = terminal_settings()
     try:
         app = make()

@@ -12,7 +12,7 @@ from dataclasses import MISSING, fields, replace
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,8 @@ from stack.telemetry.snapshots.log import (
     recorded_fields,
     schemas,
 )
+
+T = TypeVar("T")
 
 SHOWN_EVENTS = 40
 """Events in a snapshot."""
@@ -151,11 +153,9 @@ class SnapshotRecording:
             self._apply(self._message(self._places[self._number]))
         layers = {name: self._layer(name, number) for name in self._state[LAYERS]}
         known = {key: value for key, value in self._state.items() if key not in (LAYERS, EVENTS)}
-        return Snapshot(
-            **known,
-            layers={name: layer for name, layer in layers.items() if layer is not None},
-            events=self._events.before(self._state[EVENTS], SHOWN_EVENTS),
-        )
+        known["layers"] = {name: layer for name, layer in layers.items() if layer is not None}
+        known["events"] = self._events.before(self._state[EVENTS], SHOWN_EVENTS)
+        return self._made(Snapshot, known)
 
     def events(self, first: int, end: int) -> list[Event]:
         """The events of these numbers, without the last one."""
@@ -240,7 +240,7 @@ class SnapshotRecording:
         return {name: codec for name, codec in codecs.items() if name in known}
 
     def _run_info(self) -> RunInfo:
-        return RunInfo(**self._decoded(self._message(self._position), "RunInfo"))
+        return self._made(RunInfo, self._decoded(self._message(self._position), "RunInfo"))
 
     def _message(self, place: int) -> dict[str, Any]:
         """The content of the message at a place of the file."""
@@ -262,6 +262,13 @@ class SnapshotRecording:
             return {name: codecs[name].decode(content[name]) for name in codecs if name in content}
         except (MalformedError, TypeError, ValueError, OverflowError) as error:
             raise self._damaged(f"a malformed {kind}: {error}") from None
+
+    def _made(self, kind: Callable[..., T], fields: Mapping[str, Any]) -> T:
+        """A record of decoded fields; one that lacks some is damaged."""
+        try:
+            return kind(**fields)
+        except TypeError as error:
+            raise self._damaged(str(error)) from None
 
     def _apply(self, content: dict[str, Any]) -> None:
         """Apply a keyframe, or changes, to the state."""
@@ -306,7 +313,7 @@ class SnapshotRecording:
     def _layer_of(self, content: dict[str, Any], before: Layer | None) -> Layer:
         patch = content.get(PATCH)
         if patch is None:
-            return Layer(**self._decoded(content, "Layer"))
+            return self._made(Layer, self._decoded(content, "Layer"))
         try:
             assert before is not None
             top, left, rows, columns, cells = patch
