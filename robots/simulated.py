@@ -17,18 +17,20 @@ from stack.body import (
     Body,
     BodyCommand,
     ContactTally,
+    DisturbedWorld,
     GroundTruth,
     SimulatedWorld,
     SimulationEvent,
 )
 from stack.drivetrain.description import RobotDescription
+from stack.sim.disturbances import disturb
 from stack.sim.simulated_robot import CAMERA
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
-from stack.types import FloatArray, Observation, Pose2D
+from stack.types import Disturbance, FloatArray, Observation, Pose2D
 
 
-class SimulatedBody(Body, SimulatedWorld):
+class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
     """Wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
 
     Several robots share a world if each is made with the same `simulation`. Time then passes for
@@ -153,6 +155,10 @@ class SimulatedBody(Body, SimulatedWorld):
     def take_events(self) -> list[SimulationEvent]:
         """Return the events of the world since the last call, each (kind, sentence)."""
         return self._robot.take_events()
+
+    def disturb(self, disturbance: Disturbance) -> None:
+        """Drop a box, move a door, push or lift the robot, silence a sensor, set the charge."""
+        disturb(self._simulation, self._robot, disturbance)
 
     @property
     def pace(self) -> float:

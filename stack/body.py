@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from stack.drivetrain.description import RobotDescription
-from stack.types import STANDSTILL, FloatArray, Observation, Pose2D, Twist
+from stack.types import STANDSTILL, Disturbance, FloatArray, Observation, Pose2D, Twist
 
 DEAD_MAN = 0.3
 """Seconds without a command after which a body stops."""
@@ -136,7 +136,7 @@ class SimulationEvent(NamedTuple):
     """What happened in a simulated world.
 
     Attributes:
-        kind: `contact`, `door`, `pushed`, `lifted` or `battery`.
+        kind: `contact`, `door`, `box`, `sensor_silenced`, `pushed`, `lifted` or `battery`.
         text: for people.
         fields: for programs. Of a contact: `touched`, the name of what the robot touched;
             `is_person`, whether that is a person of the world; `at`, x and y, metres.
@@ -159,6 +159,18 @@ class Replay(ABC):
     @abstractmethod
     def has_ended(self) -> bool:
         """Whether there is nothing more to sense."""
+
+
+class DisturbedWorld(ABC):
+    """A simulated world in which an operator may do something while the mission runs."""
+
+    @abstractmethod
+    def disturb(self, disturbance: Disturbance) -> None:
+        """Do it now, between two steps; `take_events` tells it.
+
+        Raises:
+            InputError: there is no such door or sensor, or no room for it.
+        """
 
 
 class SimulatedWorld(ABC):

@@ -1,6 +1,7 @@
-"""The dashboard as a process of its own: `python -m tui ADDRESS IDENTITY [DESCRIPTOR] [owner]`.
+"""The dashboard as a process of its own: `python -m tui ADDRESS IDENTITY [DESCRIPTOR] [ROLE]`.
 
-With the word `owner`, ctrl+c ends the run; otherwise it asks.
+With the role `owner` or `demo`, ctrl+c ends the run; otherwise it asks. With `demo`, the banner
+says what the robot does, and what to press.
 
 It writes one JSON object to the file descriptor: `outcome`, and after a crash `trouble` (one line)
 and `traceback`. The exit code is 0, or 3 after a crash. SIGTERM and SIGINT end it with the outcome
@@ -37,7 +38,7 @@ def main(address: str, identity: str, descriptor: str = "", owner: str = "") -> 
     )
     outcome = show(
         TelemetryClient(run), lambda: bool(caught) or os.getppid() != parent,
-        owns_run=owner == "owner",
+        owns_run=owner in ("owner", "demo"), is_demo=owner == "demo",
     )  # fmt: skip
     answer = {"outcome": outcome.name}
     if outcome.traceback:

@@ -17,8 +17,10 @@ from textual.binding import BindingType
 from stack.errors import TelemetryError
 from stack.telemetry.records import Ack, Command, MissionState, Snapshot
 from stack.types import ParameterTable, Pose2D
+from tui.disturbing import LIFT, Choice, choices
 from tui.keys import KEYS
 from tui.link import Link, StopConfirmation
+from tui.panes.banner import Notice, demo_notice
 from tui.panes.map_pane import MapPane
 from tui.panes.tree_pane import TreePane
 from tui.places import ON_MAP, PlaceScreen
@@ -46,6 +48,7 @@ class Dashboard(RunView, inherit_bindings=False):
     def __init__(
         self, source: Source, *, live: bool = True,
         terminated: Callable[[], bool] = lambda: False, owns_run: bool = False,
+        is_demo: bool = False,
     ) -> None:  # fmt: skip
         """Show a source.
 
@@ -56,9 +59,10 @@ class Dashboard(RunView, inherit_bindings=False):
                 `terminated`.
             owns_run: whether ctrl+c returns `interrupt`, because the run was started here.
                 Otherwise ctrl+c acts like q.
+            is_demo: whether the banner says all the time what the robot does, and what to press.
         """
         super().__init__(source, live=live)
-        self._terminated, self._owns_run = terminated, owns_run
+        self._terminated, self._owns_run, self._is_demo = terminated, owns_run, is_demo
         self._speed_factor = 1.0
         self._stop = StopConfirmation()
         self._teleop_ids: deque[str] = deque(maxlen=50)
@@ -80,6 +84,13 @@ class Dashboard(RunView, inherit_bindings=False):
     def link(self) -> Link:
         """State of the connection, and of an emergency stop that was sent."""
         return replace(super().link(), stop_unconfirmed=self._stop.is_late)
+
+    def notice(self, link: Link) -> Notice | None:
+        """What the banner shows; in the demo, always something."""
+        found = super().notice(link)
+        if found is None and self._is_demo and self.snapshot is not None:
+            return demo_notice(self.snapshot)
+        return found
 
     def take_acks(self, acks: Sequence[Ack]) -> None:
         """Pass the answers on; show refusals."""
@@ -235,6 +246,27 @@ class Dashboard(RunView, inherit_bindings=False):
         """Send a pose that was placed on the map."""
         pose = placed.pose
         self._send(placed.kind, x=pose.x, y=pose.y, heading=pose.heading)
+
+    def action_disturb(self, kind: str = "") -> None:
+        """Do something to a simulated world; without a kind, ask what."""
+        if kind:
+            self._disturb(Choice("", kind))
+        elif self.snapshot is not None:
+            known = {str(n): choice for n, choice in enumerate(choices(self.snapshot))}
+            answers = {"": "Nothing"} | {name: choice.text for name, choice in known.items()}
+
+            def answered(name: str | None) -> None:
+                if name:
+                    self._disturb(known[name])
+
+            self.push_screen(Question("What happens to the robot?", answers), answered)
+
+    def _disturb(self, choice: Choice) -> None:
+        if choice.kind == LIFT:
+            self.query_one(MapPane).place(LIFT)
+            self.refresh_now()
+        else:
+            self._send(choice.kind, **choice.arguments)
 
     def action_speed(self, factor: float) -> None:
         """Change the simulation speed."""

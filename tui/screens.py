@@ -111,7 +111,7 @@ class Help(ModalScreen[None]):
         with VerticalScroll(classes="dialog wide") as dialog:
             dialog.border_title = "Keys"
             dialog.border_subtitle = "/ filters · esc closes"
-            line = Input(placeholder="part of a line")
+            line = Input(placeholder="part of a line; ctrl+space stops the robot")
             line.cursor_blink = False
             yield line
             yield Static(_lines(self._keys))

@@ -10,6 +10,7 @@ from traceback import format_exc
 from tui.app import Dashboard
 from tui.replay.app import ReplayDashboard
 from tui.replay.player import Player
+from tui.run_view import RunView
 from tui.source import Source
 from tui.terminal.restore import restore_terminal, terminal_settings
 
@@ -35,7 +36,11 @@ class Outcome:
 
 
 def show(
-    client: Source, terminated: Callable[[], bool] = lambda: False, *, owns_run: bool = False
+    client: Source,
+    terminated: Callable[[], bool] = lambda: False,
+    *,
+    owns_run: bool = False,
+    is_demo: bool = False,
 ) -> Outcome:
     """Show a run until the operator leaves. Never raises an Exception.
 
@@ -43,8 +48,11 @@ def show(
         client: the run; closed at the end.
         terminated: whether to end.
         owns_run: whether ctrl+c means `interrupt`; otherwise it asks.
+        is_demo: whether the banner says what the robot does, and what to press.
     """
-    return _shown(lambda: Dashboard(client, terminated=terminated, owns_run=owns_run))
+    return _shown(
+        lambda: Dashboard(client, terminated=terminated, owns_run=owns_run, is_demo=is_demo)
+    )
 
 
 def show_recording(player: Player) -> Outcome:
@@ -56,7 +64,7 @@ def show_recording(player: Player) -> Outcome:
     return _shown(lambda: ReplayDashboard(player))
 
 
-def _shown(make: Callable[[], Dashboard]) -> Outcome:
+def _shown(make: Callable[[], RunView]) -> Outcome:
     settings = terminal_settings()
     try:
         app = make()

@@ -30,6 +30,7 @@ from missions.cli.inspection.trace import trace
 from missions.cli.lsp import lsp
 from missions.cli.map import map_app
 from missions.cli.new import new_app
+from missions.cli.running.demo import demo
 from missions.cli.running.drive import drive
 from missions.cli.running.replay import replay
 from missions.cli.running.run import run
@@ -43,7 +44,7 @@ from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated robot.
 
-Start with: treepilot run 02_office_patrol
+Start with: treepilot demo
 """
 
 app = typer.Typer(
@@ -52,6 +53,7 @@ app = typer.Typer(
 )  # fmt: skip
 
 app.command()(run)
+app.command()(demo)
 app.command()(check)
 app.command()(explain)
 app.command()(test)

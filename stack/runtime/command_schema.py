@@ -15,6 +15,7 @@ from typing import Any
 from stack.body import pace_problem
 from stack.errors import InputError, ParameterError
 from stack.parameters import FARTHEST, REQUIRED, Declaration, declarations, parameter, suggestion
+from stack.runtime.disturbance_commands import DISTURBANCES
 from stack.types import Pose2D, Twist
 from stack.types.printable import printable
 
@@ -179,6 +180,7 @@ SCHEMAS: dict[str, type] = {
     "force": ForceArguments,
     "step": StepArguments,
     "continue": NoArguments,
+    **DISTURBANCES,
 }
 """Class of the arguments by kind of command."""
 

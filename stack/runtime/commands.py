@@ -21,6 +21,7 @@ from stack.runtime.command_schema import (
 )
 from stack.runtime.debug_commands import DebugCommands
 from stack.runtime.detours import Detours
+from stack.runtime.disturbance_commands import disturbance_actions
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
@@ -51,6 +52,7 @@ class CommandHandler:
             "set_parameter": self._set_parameter,
             "teleop": lambda arguments: self._teleoperation().steer(arguments.twist),
             "teleop_done": lambda _: self._teleoperation().release(),
+            **disturbance_actions(parts.body),
             **self.debugging.actions,
         }
 

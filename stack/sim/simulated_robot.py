@@ -15,6 +15,7 @@ from stack.drivetrain.description import (
     DepthCameraDescription,
     RobotDescription,
 )
+from stack.errors import InputError
 from stack.sim.battery import Battery
 from stack.sim.physics.contacts import ContactCounter, depths
 from stack.sim.physics.engine import PhysicsEngine, Touch
@@ -120,6 +121,7 @@ class SimulatedRobot:
         self._friction = FrictionZones(world, self.physics)
         self._wheel_motion = wheel_motion_of(description, self.physics, seed)
         self._named: set[str] = set()
+        self._silenced: set[str] = set()
         for camera in self.cameras.values():
             camera.restart()
 
@@ -205,7 +207,23 @@ class SimulatedRobot:
         samples = self._imu.take() if self._imu else None
         if samples is not None:
             measurements["imu"] = samples
-        return Observation(time, {**measurements, **taken})
+        measured = {**measurements, **taken}
+        return Observation(
+            time, {name: item for name, item in measured.items() if name not in self._silenced}
+        )
+
+    def silence(self, name: str, silent: bool) -> None:
+        """Let a sensor deliver nothing from now on, or work again.
+
+        Raises:
+            InputError: there is no such sensor.
+        """
+        known = [*self._range_schedules, *self.cameras, *(["imu"] if self._imu else [])]
+        if name not in known:
+            raise InputError(f"there is no sensor {name!r}; available: {', '.join(known)}")
+        (self._silenced.add if silent else self._silenced.discard)(name)
+        words = "was taken away" if silent else "works again"
+        self.report("sensor_silenced", f"the sensor {name} {words}", sensor=name, silent=silent)
 
     def _name_driver(self, name: str) -> None:
         """Report the driver of a camera's first picture: those of OpenGL differ between drivers."""

@@ -10,7 +10,7 @@ from stack.sim.people import People
 from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.rates import PHYSICS_PERIOD, SCENE_RATE, physics_steps
-from stack.sim.scene_state import SceneState
+from stack.sim.scene_state import RobotShape, SceneState
 from stack.sim.sensors.requests import RenderRequest
 from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
@@ -39,6 +39,7 @@ class Simulation:
         pace: of the clock.
         doors: name -> closed.
         scene_changes: number of door movements so far.
+        boxes: dropped while the simulation runs. Range sensors see them, cameras do not.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class Simulation:
         self.pace, self._step, self._has_begun = Pace(pace), 0, False
         self.doors = {door.name: door.closed for door in self.world.doors}
         self.scene_changes = 0
+        self.boxes: list[RobotShape] = []
         self.people = People(replace(self.world, people=()), 0)  # until all robots are known
         self._timeline = Timeline(self.world.timeline)
         self._active = list(self._robots)
@@ -139,8 +141,21 @@ class Simulation:
 
     def scene_around(self, robot: SimulatedRobot) -> SceneState:
         """Return what a robot's sensors can see besides the static parts of the world."""
-        others = tuple(other.shape for other in self._robots if other is not robot)
-        return SceneState(self.people.places, self.doors, others)
+        others = [other.shape for other in self._robots if other is not robot]
+        return SceneState(self.people.places, self.doors, (*others, *self.boxes))
+
+    @property
+    def robots(self) -> tuple[SimulatedRobot, ...]:
+        """The robots in the world."""
+        return tuple(self._robots)
+
+    def drop(self, box: RobotShape, size: tuple[float, float, float]) -> None:
+        """Put a box of a size (length, width, height), metres, onto the floor."""
+        self._engine.drop_box(box.pose, size)
+        self.boxes.append(box)
+        where = f"({box.pose.x:.2f}, {box.pose.y:.2f})"
+        for robot in self._robots:
+            robot.report("box", f"a box was dropped at {where}", at=[box.pose.x, box.pose.y])
 
     def render_request(self, robot: SimulatedRobot) -> RenderRequest:
         """Return the state that a robot's camera renders: everything that moves, as of now."""
@@ -225,9 +240,9 @@ class Simulation:
 
     def _apply(self, event: WorldEvent, robot: SimulatedRobot) -> None:
         if event.open_door is not None:
-            self._move_door(event.open_door, closed=False)
+            self.move_door(event.open_door, closed=False)
         if event.close_door is not None:
-            self._move_door(event.close_door, closed=True)
+            self.move_door(event.close_door, closed=True)
         if event.move_robot is not None:
             robot.lift(event.move_robot)
         if event.push is not None:
@@ -235,7 +250,8 @@ class Simulation:
         if event.battery is not None:
             robot.set_charge(event.battery)
 
-    def _move_door(self, name: str, *, closed: bool) -> None:
+    def move_door(self, name: str, *, closed: bool) -> None:
+        """Open or close a door."""
         self._engine.place_door(name, closed)
         self.doors[name] = closed
         self.scene_changes += 1

@@ -50,8 +50,7 @@ KEPT_EVENTS = 200_000
 BATCH = 2000
 """Events in one message."""
 
-PICTURE_PERIOD = 0.5
-"""Wall seconds between two pictures to one client."""
+PICTURE_PERIOD = 0.5  # wall seconds between two pictures to one client
 MAX_CLIENTS = 32
 SILENT_AFTER = 2.0
 """Wall seconds without a message and an open request after which a new client may take its place.
@@ -363,7 +362,8 @@ class TelemetryServer:
 
     def _newest_picture(self, client: _Client) -> Iterator[bytes]:
         """The newest picture, small, for a client that asks for pictures and lacks it."""
-        image, (sent, stamp) = self._newest and self._newest.image, client.picture
+        image = self._newest.image if self._newest is not None else None
+        sent, stamp = client.picture
         is_due = sent < 0.0 or self._clock() - sent >= PICTURE_PERIOD
         if client.has.pictures and is_due and image is not None and image.stamp != stamp:
             client.picture = self._clock(), image.stamp

@@ -47,3 +47,10 @@ def tree_markdown(snapshot: Snapshot, info: RunInfo) -> str:
 def _plain(text: str) -> str:
     """Escape a text for Markdown and join its lines."""
     return " ".join(text.split()).translate(_SPECIAL)
+
+
+def deepest_running(tree: tuple[TreeRow, ...]) -> TreeRow | None:
+    """Return the running node with the most ancestors, the first if there are several."""
+    depth_of = depths(tree)
+    running = (row for row in tree if row.status == "running")
+    return max(running, key=lambda row: depth_of[row.id], default=None)

@@ -14,7 +14,17 @@ from stack.types.detections import (
     ObjectColour,
     SeenObjects,
 )
+from stack.types.displays import ParameterInfo, ParameterTable, SensorState
 from stack.types.distortion import DISTORTION
+from stack.types.disturbances import (
+    Disturbance,
+    DroppedBox,
+    LiftedRobot,
+    MovedDoor,
+    PushedRobot,
+    SetCharge,
+    SilencedSensor,
+)
 from stack.types.docks import ContactZone, DockShape
 from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
@@ -44,10 +54,8 @@ from stack.types.grids import (
 )
 from stack.types.limitations import Limitation
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
-from stack.types.parameter_info import ParameterInfo, ParameterTable
 from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, has_jumped
 from stack.types.places import PlaceSighting
-from stack.types.sensor_state import SensorState
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
@@ -84,6 +92,13 @@ from stack.types.world import (
 )
 
 __all__ = [
+    "Disturbance",
+    "DroppedBox",
+    "LiftedRobot",
+    "MovedDoor",
+    "PushedRobot",
+    "SetCharge",
+    "SilencedSensor",
     "NOTHING_MOVES",
     "CurrentStep",
     "Perceived",

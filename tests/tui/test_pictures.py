@@ -2,10 +2,12 @@
 
 import re
 
+import numpy as np
 import pytest
 from syrupy.extensions.single_file import SingleFileSnapshotExtension
 
 from stack.telemetry.records import Debugging, MissionState
+from stack.types import CameraModel, CameraState, Detection, Image
 from tests.tui.sample_source import SampleSource, finished
 from tui.app import Dashboard
 
@@ -78,6 +80,26 @@ SIZES = pytest.mark.parametrize(
 )
 async def test_screens(is_as_before, size, keys):
     app, before = watched(*keys.split())
+    assert await is_as_before(app, before, size)
+
+
+@SIZES
+async def test_camera(is_as_before, size):
+    """A grey ramp with a red square, in which a detector has found the square."""
+    pixels = np.zeros((120, 160, 3), dtype=np.uint8)
+    pixels[:] = np.linspace(20, 200, 160, dtype=np.uint8)[None, :, None]
+    pixels[40:80, 60:100] = (220, 40, 40)
+    camera = CameraModel(640, 480, 500.0, (0.0, 0.0, 0.3))
+    found = Detection("red", 42.0, (1.0, 0.0), 0.1, 0.2, 0.2, (240, 160, 400, 320))
+
+    def look(source):
+        source.changes.update(
+            image=Image(41.9, pixels, camera),
+            detections=(found,),
+            cameras=(CameraState("camera", is_on=True),),
+        )
+
+    app, before = watched("C", then=look)
     assert await is_as_before(app, before, size)
 
 

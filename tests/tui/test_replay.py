@@ -262,3 +262,18 @@ def test_a_run_that_is_still_written_is_followed(tmp_path, wall):
     player.poll()
     assert not player.is_playing
     player.close()
+
+
+async def test_health_plots_and_camera_show_a_recorded_run_too(pilot, wall):
+    watch(pilot, wall, 2.0)
+    for key, word in (("H", "a recorded run"), ("P", "speed m/s"), ("C", "treepilot runs open")):
+        await pilot.press(key)
+        await pilot.pause()
+        watch(pilot, wall, 0.5)
+        await pilot.pause()
+        rows = [widget for widget in pilot.app.screen.query("*") if widget.size.height]
+        shown = "\n".join(
+            widget.render_line(y).text for widget in rows for y in range(widget.size.height)
+        )
+        assert word in shown, key
+        await pilot.press("escape")

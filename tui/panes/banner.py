@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from rich.text import Text
 from textual.widgets import Static
 
-from stack.telemetry.records import MissionState, Snapshot
+from stack.telemetry.records import ROUTINE, MissionState, Snapshot
+from stack.telemetry.tree_text import deepest_running
 from tui.drawing.palette import BUSY, TEXT, TONES, css
 from tui.drawing.strips import clock, one_line
 from tui.link import Link
@@ -29,12 +30,16 @@ GOAL_KEYS = "p pauses, G cancels it"
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """Content of the banner: tone (good, bad, warn or busy), headline, detail and keys to press."""
+    """Content of the banner: tone (good, bad, warn or busy), headline, detail and keys to press.
+
+    A steady one always has two lines, so that the panes below do not move.
+    """
 
     tone: str
     headline: str
     detail: str
     keys: str
+    is_steady: bool = False
 
 
 def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
@@ -56,6 +61,26 @@ def _notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
         detail = "the engine has not answered; without commands a robot stops by itself after 0.3 s"
         return Notice("bad", "■ STOP NOT CONFIRMED", detail, "space sends it again")
     return None if snapshot is None else _held(snapshot) or _records_lost(snapshot)
+
+
+DEMO_KEYS = "B drops a box · O closes a door · L lifts the robot · D more"
+
+LATELY = 6.0
+"""Seconds for which the demo shows an event."""
+
+
+def demo_notice(snapshot: Snapshot) -> Notice:
+    """Say what the robot does: why it is slow, else what happened last, else its running node."""
+    told = [
+        event.text
+        for event in snapshot.events
+        if event.kind not in ROUTINE and event.time > snapshot.time - LATELY
+    ]
+    row = deepest_running(snapshot.tree)
+    doing = f"{row.name}: {row.message}" if row is not None else str(snapshot.state)
+    return Notice(
+        "busy", "◆ DEMO", snapshot.safety or (told[-1] if told else doing), DEMO_KEYS, True
+    )
 
 
 def _held(snapshot: Snapshot) -> Notice | None:
@@ -145,7 +170,11 @@ class Banner(Static):
         text = Text(current.headline, style=f"bold {css(TONES[current.tone])}")
         keys = Text(f"   {current.keys}", style=f"bold {css(BUSY)}")
         detail = Text(one_line(current.detail), style=f"not bold {css(TEXT)}")
-        if text.cell_len + keys.cell_len + detail.cell_len + 3 <= self.app.size.width - MARGIN:
+        room = self.app.size.width - MARGIN
+        if current.is_steady:
+            detail.truncate(room, overflow="ellipsis")
+        fits = text.cell_len + keys.cell_len + detail.cell_len + 3 <= room
+        if fits and not current.is_steady:
             text.append("   " if current.detail else "").append_text(detail).append_text(keys)
         else:
             text.append_text(keys).append("\n").append_text(detail)

@@ -20,12 +20,20 @@ ARM_DOTS = 10
 """Length of the line that shows the heading, in braille dots."""
 
 
+QUESTIONS = {
+    "set_goal": ("⚑ DRIVE HERE?", " · i: it is here"),
+    "set_pose": ("◎ IS THE ROBOT HERE?", " · g: drive here"),
+    "lift_robot": ("⇧ LIFT THE ROBOT HERE?", ""),
+}
+"""What the banner asks by kind of command, and the key for another kind."""
+
+
 @dataclass(frozen=True, slots=True)
 class Draft:
     """A pose that is being placed.
 
     Attributes:
-        kind: the command that it becomes: set_goal | set_pose.
+        kind: the command that it becomes: set_goal | set_pose | lift_robot.
         pose: map frame.
     """
 
@@ -51,10 +59,8 @@ class Draft:
     @property
     def notice(self) -> Notice:
         """What the banner asks."""
-        goal = self.kind == "set_goal"
-        headline = "⚑ DRIVE HERE?" if goal else "◎ IS THE ROBOT HERE?"
-        other = "i: it is here" if goal else "g: drive here"
-        keys = f"enter: yes · {other} · ←↑↓→ move · [ ] turn · esc: no"
+        headline, other = QUESTIONS[self.kind]
+        keys = f"enter: yes{other} · ←↑↓→ move · [ ] turn · esc: no"
         return Notice("warn", headline, pose_words(self.pose), keys)
 
     def draw(self, canvas: Canvas) -> None:

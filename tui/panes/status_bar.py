@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rich.text import Text
 
-from stack.telemetry.records import RunInfo, Snapshot, TreeRow
-from stack.telemetry.tree_text import depths
+from stack.telemetry.records import RunInfo, Snapshot
+from stack.telemetry.tree_text import deepest_running
 from tui.drawing.palette import (
     BUSY,
     DIM,
@@ -86,10 +86,3 @@ class StatusBar(TextLines):
             text.append(f"  {label} ", style=css(DIM))
             text.append(value, style=css(colour))
         text.append(f"  {snapshot.speed:.1f}×", style=css(TEXT))
-
-
-def deepest_running(tree: tuple[TreeRow, ...]) -> TreeRow | None:
-    """Return the running node with the most ancestors, the first if there are several."""
-    depth_of = depths(tree)
-    running = (row for row in tree if row.status == "running")
-    return max(running, key=lambda row: depth_of[row.id], default=None)

@@ -15,7 +15,7 @@ from stack.telemetry.records import Snapshot
 from stack.types import Detection, Image
 from tui.drawing import palette
 from tui.drawing.canvas import HALF_BLOCK
-from tui.drawing.strips import Lines, ink, one_line, to_strips
+from tui.drawing.strips import Lines, ink, one_line, paper, to_strips
 from tui.sheets.sheet import Sheet, Shown
 
 SAME_PICTURE = 1.0
@@ -90,7 +90,7 @@ def picture_strips(
     glyphs = np.full(upper.shape, HALF_BLOCK, dtype=np.uint32)
     for item in near:
         _write(glyphs, upper, lower, item, ratio)
-    margin = Segment(" " * ((columns - across) // 2), ink(palette.DIM))
+    margin = Segment(" " * ((columns - across) // 2), paper(palette.BACKDROP))
     return [Strip([margin, *strip]) for strip in to_strips(glyphs, upper, lower)]
 
 

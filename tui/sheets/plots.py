@@ -107,7 +107,7 @@ class PlotSheet(Sheet):
             sheet.border_title = "Plots"
             yield OptionList(markup=False)
             yield Plot()
-        line = Input(placeholder="part of a name", id="plot-filter")
+        line = Input(placeholder="part of a name; ctrl+space stops the robot", id="plot-filter")
         line.cursor_blink, line.display = False, False
         yield line
 

@@ -34,6 +34,7 @@ class LaunchOptions:
         on_hangup: continue | stop | abort when the terminal is closed; empty: continue in a
             simulation, stop a real robot.
         hang_timeout: wall seconds without a step after which the engine is killed; 0: never.
+        is_demo: whether the dashboard says what the robot does, and what to press.
     """
 
     missions: tuple[str, ...]
@@ -43,6 +44,7 @@ class LaunchOptions:
     speed: str = ""
     on_hangup: str = ""
     hang_timeout: float = HANG_TIMEOUT
+    is_demo: bool = False
 
     def request(self) -> dict[str, Any]:
         """Return what the engine is asked to do."""
@@ -60,7 +62,7 @@ def launch(options: LaunchOptions) -> int:
             options.request(), options.hang_timeout, caught, show=not options.json
         )
         try:
-            if not options.headless and not _watch(supervisor):
+            if not options.headless and not _watch(supervisor, is_demo=options.is_demo):
                 return 0
             supervisor.wait()
             if supervisor.hung_up and supervisor.engine.poll() is None:
@@ -87,14 +89,14 @@ def _flush_streams() -> None:
                 os.dup2(nowhere.fileno(), stream.fileno())
 
 
-def _watch(supervisor: Supervisor) -> bool:
+def _watch(supervisor: Supervisor, *, is_demo: bool) -> bool:
     """Show the dashboard; return False if the operator leaves and the mission continues."""
     supervisor.wait(lambda: bool(supervisor.started))
     handle = supervisor.started[0]["handle"] if supervisor.started else None
     if handle is None or supervisor.hung_up:
         return True
     supervisor.output.hide()
-    viewer = Viewer(handle, owns_run=True)
+    viewer = Viewer(handle, owns_run=True, is_demo=is_demo)
     while viewer.is_open and not supervisor.hung_up and not supervisor.signalled:
         supervisor.poll()
         viewer.wait(POLL)

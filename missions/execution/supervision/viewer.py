@@ -25,12 +25,15 @@ class Viewer:
         traceback: of the crash.
     """
 
-    def __init__(self, handle: Mapping[str, Any], *, owns_run: bool = False) -> None:
+    def __init__(
+        self, handle: Mapping[str, Any], *, owns_run: bool = False, is_demo: bool = False
+    ) -> None:
         """Open it for a run, named by the handle of its telemetry.
 
         Args:
             handle: of the run.
             owns_run: whether ctrl+c in it ends the run; otherwise it asks.
+            is_demo: whether it says all the time what the robot does, and what to press.
         """
         self._settings = terminal_settings()
         self._outcome, theirs = os.pipe()
@@ -40,7 +43,7 @@ class Viewer:
                 handle["address"],
                 handle["identity"],
                 str(theirs),
-                "owner" if owns_run else "",
+                "demo" if is_demo else "owner" if owns_run else "",
             ),
             pass_fds=(theirs,),
         )

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stack.body import GroundTruth
 from stack.drivetrain.description import LidarDescription, RobotDescription
+from stack.errors import InputError
 from stack.sim.physics.mirrors import MirrorFace
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import World
@@ -197,6 +198,14 @@ class PhysicsEngine(ABC):
     @abstractmethod
     def place_door(self, name: str, closed: bool) -> None:
         """Move a door into its gap, or out of reach."""
+
+    def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
+        """Put an immovable box of a size (length, width, height), metres, onto the floor.
+
+        Raises:
+            InputError: this engine cannot.
+        """
+        raise InputError("this physics engine cannot add a box while it runs")
 
     @abstractmethod
     def place_people(self, positions: Sequence[tuple[float, float]]) -> None:

@@ -12,7 +12,7 @@ from dataclasses import MISSING, fields, replace
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -36,6 +36,8 @@ from stack.telemetry.snapshots.log import (
     recorded_fields,
     schemas,
 )
+
+T = TypeVar("T")
 
 SHOWN_EVENTS = 40
 """Events in a snapshot."""
@@ -263,7 +265,7 @@ class SnapshotRecording:
         return {name: codec for name, codec in codecs.items() if name in known}
 
     def _run_info(self) -> RunInfo:
-        return RunInfo(**self._decoded(self._message(self._position), "RunInfo"))
+        return self._made(RunInfo, self._decoded(self._message(self._position), "RunInfo"))
 
     def _message(self, place: int) -> dict[str, Any]:
         """The content of the message at a place of the file."""
@@ -285,6 +287,13 @@ class SnapshotRecording:
             return {name: codecs[name].decode(content[name]) for name in codecs if name in content}
         except (MalformedError, TypeError, ValueError, OverflowError) as error:
             raise self._damaged(f"a malformed {kind}: {error}") from None
+
+    def _made(self, kind: Callable[..., T], fields: Mapping[str, Any]) -> T:
+        """A record of decoded fields; one that lacks some is damaged."""
+        try:
+            return kind(**fields)
+        except TypeError as error:
+            raise self._damaged(str(error)) from None
 
     def _apply(self, content: dict[str, Any]) -> None:
         """Apply a keyframe, or changes, to the state, which stays encoded."""
@@ -340,7 +349,7 @@ class SnapshotRecording:
     def _layer_of(self, content: dict[str, Any], before: Layer | None) -> Layer:
         patch = content.get(PATCH)
         if patch is None:
-            return Layer(**self._decoded(content, "Layer"))
+            return self._made(Layer, self._decoded(content, "Layer"))
         try:
             assert before is not None
             top, left, rows, columns, cells = patch

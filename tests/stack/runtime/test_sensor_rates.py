@@ -1,6 +1,7 @@
 """How often sensors deliver, against the robot file."""
 
 from math import inf
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from stack.types import Battery, Imu, Observation
 
 
 def test_rates_are_counted_over_five_seconds_and_compared_with_the_robot_file():
-    rates = SensorRates(read_robot(find_robot("scout")))
+    rates = SensorRates(read_robot(find_robot("scout", Path())))
     for step in range(200):  # 10 s at 20 Hz; the lidar falls silent after 8 s
         time = step * 0.05
         measured = {"battery": Battery(1.0)}

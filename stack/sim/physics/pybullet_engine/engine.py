@@ -91,6 +91,10 @@ class BulletEngine(PhysicsEngine):
         """As in `PhysicsEngine`."""
         self.scene.place_door(name, closed)
 
+    def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
+        """As in `PhysicsEngine`."""
+        self.scene.drop_box(pose, size)
+
     def place_people(self, positions: Sequence[tuple[float, float]]) -> None:
         """As in `PhysicsEngine`."""
         self.scene.place_people(positions)

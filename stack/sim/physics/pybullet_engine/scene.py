@@ -46,6 +46,7 @@ UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 PIT_COLOUR: Colour = (0.30, 0.28, 0.26)
 FLOOR_COLOUR: Colour = (0.42, 0.43, 0.44)
 PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
+DROPPED: Colour = (0.55, 0.42, 0.32)
 
 
 def static_shape(world: World) -> str:
@@ -166,6 +167,13 @@ class Scene:
         body, pose, height = self._doors[name]
         z = height / 2.0 if closed and self._shows((pose.x, pose.y)) else HIDDEN_HEIGHT
         self._move(body, pose.x, pose.y, z, pose.heading)
+
+    def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
+        """Add a box for the physics, of a size (length, width, height), metres."""
+        half = [side / 2.0 for side in size]
+        body = self._add_shape(False, DROPPED, self.bullet.GEOM_BOX, halfExtents=half)
+        self.obstacles[body] = "a dropped box"
+        self._move(body, pose.x, pose.y, half[2], pose.heading)
 
     def place_people(self, positions: Sequence[tuple[float, float]]) -> None:
         """Move the people to positions in metres, in the order of the world; nan: nowhere."""

@@ -1,0 +1,104 @@
+"""Applies disturbances to a simulated robot and its world, between two steps."""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+
+from stack.errors import InputError
+from stack.parameters import suggestion
+from stack.sim.scene_state import RobotShape
+from stack.sim.simulated_robot import SimulatedRobot
+from stack.sim.simulation import Simulation
+from stack.sim.worlds.world import Door, Push
+from stack.types import (
+    Disturbance,
+    DroppedBox,
+    Footprint,
+    LiftedRobot,
+    MovedDoor,
+    Pose2D,
+    PushedRobot,
+    SetCharge,
+    SilencedSensor,
+)
+
+AHEAD = 1.0
+"""Metres between the outline of the robot and a box that is dropped before it."""
+
+PUSH_TIME = 0.8
+"""Seconds of a shove."""
+
+MOST_BOXES = 50
+
+
+def disturb(simulation: Simulation, robot: SimulatedRobot, disturbance: Disturbance) -> None:
+    """Apply a disturbance; the robot reports it as an event.
+
+    Raises:
+        InputError: there is no such door or sensor, or no room for it.
+    """
+    match disturbance:
+        case DroppedBox(pose, size):
+            _drop(simulation, robot, pose, size)
+        case MovedDoor(name, closed):
+            _move_door(simulation, robot, name, closed)
+        case PushedRobot(by):
+            robot.push(Push(by, over=PUSH_TIME))
+        case LiftedRobot(pose):
+            _lift(simulation, robot, pose)
+        case SilencedSensor(name, works):
+            robot.silence(name, not works)
+        case SetCharge(charge):
+            robot.set_charge(charge)
+
+
+def _drop(
+    simulation: Simulation, robot: SimulatedRobot, pose: Pose2D | None,
+    size: tuple[float, float, float],
+) -> None:  # fmt: skip
+    here = robot.truth.pose
+    if pose is None:
+        ahead = robot.description.footprint.front + AHEAD + size[0] / 2.0
+        x, y = here.transform(np.array([[ahead, 0.0]]))[0]
+        pose = Pose2D(float(x), float(y), here.heading)
+    reach = hypot(size[0], size[1]) / 2.0
+    for other in simulation.robots:
+        if pose.distance_to(other.truth.pose) < reach + other.radius:
+            where = f"({pose.x:.2f}, {pose.y:.2f})"
+            raise InputError(f"no room for the box at {where}: a robot is there")
+    if len(simulation.boxes) >= MOST_BOXES:
+        raise InputError(f"there are {MOST_BOXES} dropped boxes already")
+    corners = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    outline = Footprint(corners * size[:2] / 2.0)
+    simulation.drop(RobotShape(pose, outline, size[2]), size)
+
+
+def _move_door(
+    simulation: Simulation, robot: SimulatedRobot, name: str, closed: bool | None
+) -> None:
+    doors = {door.name: door for door in simulation.world.doors}
+    if not doors:
+        raise InputError("this world has no doors")
+    if name and name not in doors:
+        hint = suggestion(name, doors)
+        raise InputError(f"there is no door {name!r}; {hint}")
+    here = robot.truth.pose
+    name = name or min(doors, key=lambda other: _distance(doors[other], here))
+    simulation.move_door(name, closed=not simulation.doors[name] if closed is None else closed)
+
+
+def _distance(door: Door, here: Pose2D) -> float:
+    x, y = (door.start[0] + door.end[0]) / 2.0, (door.start[1] + door.end[1]) / 2.0
+    return hypot(x - here.x, y - here.y)
+
+
+def _lift(simulation: Simulation, robot: SimulatedRobot, pose: Pose2D) -> None:
+    x_min, y_min, x_max, y_max = simulation.world.bounds
+    if not (x_min <= pose.x <= x_max and y_min <= pose.y <= y_max):
+        raise InputError(
+            f"({pose.x:g}, {pose.y:g}) is outside the world, which covers x {x_min:g} to "
+            f"{x_max:g} m and y {y_min:g} to {y_max:g} m"
+        )
+    robot.lift(pose)
