@@ -123,7 +123,8 @@ def speed_low(evidence: Evidence) -> Cause | None:
 def _unused(evidence: Evidence) -> float:
     """Return the share of the robot's speed that the mission does without by a setting."""
     plan, speed = evidence.plan, evidence.last.parameters.get(CRUISE)
-    is_set = any(one.name == CRUISE for one in evidence.story.changed_parameters)
+    inputs = evidence.story.inputs
+    is_set = inputs is not None and CRUISE in inputs.settings
     if plan is None or speed is None or not is_set:
         return 0.0
     return 1.0 - share(float(speed), plan.robot.limits.linear_speed)
