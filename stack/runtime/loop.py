@@ -33,6 +33,7 @@ from stack.types import (
     Perceived,
     PoseEstimate,
 )
+from stack.types.limitations import LOST
 
 SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 """In a snapshot."""
@@ -125,7 +126,7 @@ class Runtime:
                 contact=wanted.contact,
             )  # fmt: skip
         now = p.body.time
-        p.holdups.update(self.limitations, perceived.estimate.pose, now)
+        p.holdups.update(self._holding(), perceived.estimate.pose, now)
         p.body.command(
             BodyCommand(
                 self.command.twist, p.perceiver.captures(now), p.perceiver.measures_depth(now)
@@ -273,6 +274,12 @@ class Runtime:
         every = (self.command.limitation, navigator.localisation_monitor.limitation, waits)
         by_cause = {one.cause: one for one in reversed(every) if one is not None}
         return tuple(one for one in every if one is not None and by_cause[one.cause] is one)
+
+    def _holding(self) -> list[Limitation]:
+        """The limitations that have an effect: a lost robot may turn to find itself, or rest."""
+        waits = self._navigates and self.parts.navigator.activities.current is not None
+        stands = waits and self.command.twist == STANDSTILL
+        return [one for one in self.limitations if one.cause != LOST or stands]
 
     def _state_changed(self, before: MissionState, after: MissionState) -> None:
         """Pause and resume the tree and its motion; their time limits do not count meanwhile."""

@@ -43,7 +43,12 @@ def export(
 
     It needs `pip install 'treepilot[foxglove]'`. Times count from the start of the robot's clock.
     """
-    from missions.inspection.exporting import FILE, export_mcap, summary_lines, write_layout
+    from missions.inspection.exchange.exporting import (
+        FILE,
+        export_mcap,
+        summary_lines,
+        write_layout,
+    )
     from missions.inspection.run_folders import find_run, size_text
 
     if not mcap:

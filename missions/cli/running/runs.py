@@ -97,7 +97,7 @@ def pack_(
     ] = None,
 ) -> None:
     """Write a run with all that it was made of into one zip file, for another machine."""
-    from missions.inspection.packing import pack
+    from missions.inspection.exchange.packing import pack
     from missions.inspection.run_folders import find_run, size_text
 
     folder = find_run(name, context.obj)
@@ -151,8 +151,8 @@ def open_(
     if name.endswith(".zip"):
         _unpack(Path(name), context.obj)
         return
+    from missions.inspection.exchange.viewing import has_display, remedies
     from missions.inspection.run_folders import find_runs
-    from missions.inspection.viewing import has_display, remedies
     from stack.parameters import suggestion
 
     known = {run.name: run for run in find_runs(context.obj)}
@@ -178,7 +178,7 @@ def _open_rerun(recording: Path, web: bool, is_local: bool) -> None:
     import os
     import sysconfig
 
-    from missions.inspection.viewing import WEB_ADDRESS, tunnel
+    from missions.inspection.exchange.viewing import WEB_ADDRESS, tunnel
 
     viewer = str(Path(sysconfig.get_path("scripts")) / "rerun")
     words = [*(["--serve-web"] if web else []), "--bind", "127.0.0.1", str(recording)]
@@ -197,8 +197,8 @@ def _open_foxglove(folder: Path, is_local: bool) -> None:
     """Export a run beside its records, and say how to open it."""
     import os
 
-    from missions.inspection.exporting import FILE, export_mcap
-    from missions.inspection.viewing import copying
+    from missions.inspection.exchange.exporting import FILE, export_mcap
+    from missions.inspection.exchange.viewing import copying
 
     file = folder / FILE
     export_mcap(folder, file)
@@ -208,7 +208,7 @@ def _open_foxglove(folder: Path, is_local: bool) -> None:
 
 
 def _unpack(packed: Path, parent: Path) -> None:
-    from missions.inspection.packing import unpack
+    from missions.inspection.exchange.packing import unpack
 
     folder = unpack(packed, parent)
     typer.echo(f"{folder}: see it again with")

@@ -74,7 +74,7 @@ def test_a_drive_can_go_on_while_the_program_watches(robot):
     robot.goto(5.0, 3.8, wait=False)
     start = next(poses := robot.poses())
     assert any(pose.distance_to(start) > 0.1 for pose in poses)
-    robot.pause()
+    robot.command("cancel_goal")
     ended = next(event for event in robot.events(timeout=10.0) if event.kind == "detour")
     assert ended.fields["status"] == "cancelled"
 

@@ -69,7 +69,19 @@ def test_resume_in_the_middle_of_a_behaviour_leaves_the_motion_of_the_mission(ru
     assert run.speed > 0.1
 
 
-@pytest.mark.parametrize("command", ["pause", "estop", "abort"])
+def test_pause_holds_a_behaviour_and_resume_continues_it(run):
+    assert run.order("behaviour", name="spin", ports=["angle=180 deg"], tag="turn").done
+    run.steps(10)
+    assert run.order("pause").done
+    run.steps(40)
+    assert run.speed < 0.05
+    assert ends(run) == []
+    assert run.order("resume").done
+    run.until("detour")
+    assert ends(run) == [("turn", "success", "")]
+
+
+@pytest.mark.parametrize("command", ["cancel_goal", "estop", "abort"])
 def test_what_stops_the_robot_ends_a_detour(run, command):
     assert run.order("behaviour", name="spin", ports=["angle=180 deg"], tag="turn").done
     run.steps(10)

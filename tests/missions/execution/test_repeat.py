@@ -12,7 +12,7 @@ from missions.execution.records import inputs
 from missions.execution.records.inputs import read_inputs
 from missions.execution.repeat import repeat_run
 from missions.execution.running import run_mission
-from missions.inspection.packing import pack, unpack
+from missions.inspection.exchange.packing import pack, unpack
 from missions.inspection.run_folders import find_runs
 from stack.errors import InputError
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from missions.cli.app import app
 from missions.execution.prepare import RunOptions, diagnose
 from missions.execution.running import execute
-from missions.inspection.exporting import export_mcap
+from missions.inspection.exchange.exporting import export_mcap
 from stack.errors import InputError
 from stack.optional_packages import FOXGLOVE
 from stack.telemetry.hub import SENSORS, SNAPSHOTS, Telemetry

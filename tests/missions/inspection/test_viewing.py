@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from missions.cli.running.runs import runs_app
-from missions.inspection.viewing import DISPLAYS, copying, has_display, tunnel
+from missions.inspection.exchange.viewing import DISPLAYS, copying, has_display, tunnel
 from stack.errors import InputError
 from stack.telemetry.hub import SNAPSHOTS
 from stack.telemetry.recorder import RunFolder
@@ -119,7 +119,8 @@ def test_a_run_is_prepared_for_foxglove(parent, started):
     assert len(read(file)["/pose"]) == 1 and started == []
 
 
-def test_a_run_without_a_recording_for_rerun_says_what_else_shows_it(parent, started):
+def test_a_run_without_a_recording_for_rerun_gets_one_from_its_snapshots(parent, started):
     refused = str(invoke(parent, "plain").exception)
-    assert "--no-rerun" in refused and f"treepilot replay {parent}/plain" in refused
-    assert "--foxglove" in refused and started == []
+    assert (parent / "plain" / "mission.rrd").stat().st_size > 0
+    assert "there is no display here" in refused and f"treepilot replay {parent}/plain" in refused
+    assert started == []

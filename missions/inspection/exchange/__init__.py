@@ -1,0 +1,1 @@
+"""Runs for other people and programs: packed, exported, opened in viewers."""
