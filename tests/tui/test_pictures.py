@@ -85,9 +85,9 @@ async def test_screens(is_as_before, size, keys):
 
 @SIZES
 async def test_camera(is_as_before, size):
-    """A grey ramp with a red square, in which a detector has found the square."""
+    """Grey bands with a red square, in which a detector has found the square."""
     pixels = np.zeros((120, 160, 3), dtype=np.uint8)
-    pixels[:] = np.linspace(20, 200, 160, dtype=np.uint8)[None, :, None]
+    pixels[:] = np.repeat(np.array([40, 90, 140, 190], dtype=np.uint8), 40)[None, :, None]
     pixels[40:80, 60:100] = (220, 40, 40)
     camera = CameraModel(640, 480, 500.0, (0.0, 0.0, 0.3))
     found = Detection("red", 42.0, (1.0, 0.0), 0.1, 0.2, 0.2, (240, 160, 400, 320))
