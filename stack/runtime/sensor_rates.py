@@ -34,6 +34,7 @@ class SensorRates:
         if robot.camera is not None:
             self._cameras[COLOUR_CAMERA] = robot.camera.rate
         self._heard: dict[str, deque[tuple[float, int]]] = {}
+        self._counts: dict[str, int] = {}
         self._begin = inf
 
     def update(self, observation: Observation) -> None:
@@ -42,9 +43,10 @@ class SensorRates:
         for name, measured in observation.measurements.items():
             count = len(measured.stamps) if isinstance(measured, Imu) else 1
             self._heard.setdefault(name, deque()).append((observation.time, count))
-        for heard in self._heard.values():
+            self._counts[name] = self._counts.get(name, 0) + count
+        for name, heard in self._heard.items():
             while heard and heard[0][0] <= observation.time - WINDOW and len(heard) > 1:
-                heard.popleft()
+                self._counts[name] -= heard.popleft()[1]
 
     def states(self, now: float, cameras_on: Collection[str]) -> tuple[SensorState, ...]:
         """The sensors at a time of the robot's clock.
@@ -63,7 +65,11 @@ class SensorRates:
 
     def _state(self, name: str, expected: float, now: float, span: float) -> SensorState:
         heard = self._heard.get(name, ())
-        count = sum(count for time, count in heard if time > now - span)
+        count = self._counts.get(name, 0)
+        for time, old in heard:  # the few at the edge of the window
+            if time > now - span:
+                break
+            count -= old
         return SensorState(name, count / span, expected, now - heard[-1][0] if heard else inf)
 
 
