@@ -23,7 +23,7 @@ class _Detour:
 
     Attributes:
         what: name of its behaviour.
-        tag: chosen by whoever asked for it; returned in the event of its end.
+        tag: chosen by the sender of the command; returned in the event of its end.
         halted: a behaviour was halted before it ended.
     """
 
