@@ -61,7 +61,7 @@ def show(folder: Path, *, web: bool) -> None:
     if recording is not None:
         _become_viewer([*words, str(recording)], where)
     else:
-        _show_live(folder, words, DATA_PORT if web else _free_port(), where)
+        _show_live(folder, words, DATA_PORT if web else free_port(), where)
 
 
 def drawn(folder: Path) -> Path:
@@ -127,11 +127,11 @@ def _begun(folder: Path, is_open: Callable[[], bool]) -> SnapshotRecording:
 
 def _show_live(folder: Path, words: list[str], port: int, where: str) -> None:
     """Start a viewer, show a live run in it, and wait until it is closed."""
-    if _listens(port):
+    if listens(port):
         raise InputError(f"port {port} is in use: close the other viewer")
     with _viewer([*words, "--port", str(port)]) as viewer:
         deadline = monotonic() + ANSWERS_WITHIN
-        while not _listens(port):
+        while not listens(port):
             if viewer.poll() is not None or monotonic() > deadline:
                 raise InputError("rerun's viewer did not start")
             sleep(FOLLOW_PERIOD)
@@ -186,14 +186,14 @@ def _program() -> str:
     return str(Path(sysconfig.get_path("scripts")) / "rerun")
 
 
-def _free_port() -> int:
+def free_port() -> int:
     """A port of the loopback device that nobody listens on: each viewer has its own."""
     with socket.socket() as probe:
         probe.bind((LOOPBACK, 0))
         return int(probe.getsockname()[1])
 
 
-def _listens(port: int) -> bool:
+def listens(port: int) -> bool:
     """Whether a program listens on a port of the loopback device."""
     with socket.socket() as probe:
         probe.settimeout(1.0)
