@@ -14,12 +14,12 @@ import numpy as np
 from stack.body import BodyCommand, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
+from stack.runtime.figures import SlowFigures
 from stack.runtime.interfaces import LoopParts, MissionTree
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.sensing import Sensing
-from stack.runtime.sensor_rates import resident_memory
 from stack.runtime.stage_times import Stages
 from stack.safety.safety import LimitedTwist
 from stack.schedule import Schedule
@@ -67,6 +67,7 @@ class Runtime:
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
         self._ticks_every = parameters.steps_per_tick
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
+        self._figures = SlowFigures(self.stages, self.sensing)
         self._commands = CommandHandler(parts, self.mission, self.end)
         self._parameters = Layer(1, parts.live_parameters.table)
 
@@ -219,6 +220,7 @@ class Runtime:
         """Compose the snapshot of the current step. Its arrays are shared; do not modify them."""
         parts = self.parts
         state, estimate, body = self.perceived, parts.perceiver.estimator.estimate, parts.body
+        figures = self._figures.at(body.time)
         return Snapshot(
             time=body.time,
             step=self.steps,
@@ -240,7 +242,7 @@ class Runtime:
             layers=self.layers(),
             commanded=self.command.twist,
             measured=state.motion.twist,
-            stages=self.stages.timings(),
+            stages=figures.stages,
             speed=self.pace.factor,
             pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
             parameters=parts.live_parameters.current(),
@@ -250,8 +252,8 @@ class Runtime:
             depth_image=self.sensing.depth_image,
             depth_points=_depth_points(parts, state.depth),
             cameras=parts.perceiver.cameras.states,
-            sensors=self.sensing.sensors(),
-            memory=resident_memory(),
+            sensors=figures.sensors,
+            memory=figures.memory,
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,
