@@ -88,6 +88,11 @@ class Stages:
             stage = self.stages[name] = _Stage(self.budget)
         return stage
 
+    def late_share(self, steps: int) -> float:
+        """Share of the last steps that took longer than the period."""
+        recent = list(self.stage("step").recent)[-steps:]
+        return sum(taken > self.budget for taken in recent) / max(len(recent), steps)
+
     def timings(self) -> dict[str, StageTiming]:
         """Mean, worst, count and overruns of every stage."""
         return {name: stage.timing() for name, stage in self.stages.items() if stage.count}

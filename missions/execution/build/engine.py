@@ -49,6 +49,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
 from stack.planning.outline_check import outline_checked
+from stack.runtime.failsafes import Failsafes
 from stack.runtime.holdups import Holdups
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.loop import Runtime
@@ -131,6 +132,7 @@ def build(
     perceiver = _perceiver(plan, grid, options, body, telemetry, log)
     now = CurrentStep(Perceived(body.time, perceiver.estimator.estimate))
     holdups = Holdups(partial(telemetry.emit, source="safety"), loop.period)
+    failsafes = Failsafes(plan.choices["failsafe"].parameters, telemetry.emit)
     navigator = _navigator(
         plan, perceiver, now, emit, log, holdups.sentence, is_real_time=body.is_real_time
     )
@@ -155,9 +157,9 @@ def build(
         else SimulationScorer(simulation, plan.world, plan.robot.footprint, lambda: body.time)
     )
     sensor_log = _sensor_log(plan, options, folder)
-    tuning = LiveParameters(_tunables(navigator, safety, perceiver, coloured), emit)
+    tuning = LiveParameters(_tunables(navigator, safety, failsafes, perceiver, coloured), emit)
     parts = LoopParts(
-        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry, holdups,
+        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry, holdups, failsafes,
         scorer, debugger, sensor_log, detour_maker(plan.mission, plan.robot, robot, log),
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
@@ -269,14 +271,16 @@ def _sensor_log(
 
 
 def _tunables(
-    navigator: Navigator, safety: Safety, perceiver: Perceiver, coloured: ColouredObjectDetector
-) -> dict[str, Tunable]:
+    navigator: Navigator, safety: Safety, failsafes: Failsafes, perceiver: Perceiver,
+    coloured: ColouredObjectDetector,
+) -> dict[str, Tunable]:  # fmt: skip
     return {
         "controller": navigator.tools.path_follower,
         "goal_checker": navigator.tools.goal_checker,
         "progress_checker": navigator.tools.progress_checker,
         "navigator": navigator.tools,
         "safety": safety,
+        "failsafe": failsafes,
         "evasion": navigator.evasion,
         "local_costmap": perceiver.world_model.local_costmap,
         "global_costmap": perceiver.world_model.global_costmap,
