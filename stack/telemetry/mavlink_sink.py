@@ -11,23 +11,22 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import socket
 import stat
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import cos, pi, sin
 from time import monotonic  # noqa: TID251 - heartbeats belong to the transport
 from typing import Any
 
 from stack.errors import InputError
+from stack.mavlink.address import MavlinkAddress, read_address
 from stack.optional_packages import PYSERIAL
 from stack.schedule import Schedule
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import Battery, wrap_angle
 
 SYSTEM, COMPONENT = 1, 1
-BAUD = 57600
 
 HEARTBEAT_PERIOD = 1.0
 """Wall seconds; the other periods are seconds of robot time."""
@@ -46,8 +45,6 @@ MAX_CHUNKS = 8
 SENT_KINDS = ("say",)
 """Kinds of events that are sent at every level; of others, only warnings and errors."""
 
-_LOOPBACK = ("127.0.0.1", "localhost")
-_FORM = "expected udpout:HOST:PORT, udp:HOST:PORT, tcp:HOST:PORT or serial:DEVICE[:BAUD]"
 _HARDWARE = ("3D_GYRO", "3D_ACCEL", "BATTERY", "MOTOR_OUTPUTS")
 _POSITION = ("LASER_POSITION", "VISION_POSITION")
 """MAVLink's sensor bits for a position from scan matching and markers; there is no GPS."""
@@ -72,55 +69,6 @@ PARAMETER_REQUESTS = frozenset({"PARAM_SET", "PARAM_REQUEST_READ", "PARAM_REQUES
 NOT_SUPPORTED = "this vehicle accepts no commands, missions or parameters over MAVLink"
 
 
-@dataclass(frozen=True, slots=True)
-class MavlinkAddress:
-    """Address of a ground station.
-
-    Attributes:
-        kind: udpout (send to it), udp and tcp (listen for it, on this machine only), serial.
-        place: host or device.
-        number: port, or baud rate of a serial device.
-    """
-
-    kind: str
-    place: str
-    number: int
-
-    @property
-    def pymavlink(self) -> str:
-        """The address in pymavlink's syntax."""
-        if self.kind == "serial":
-            return self.place
-        prefix = {"udpout": "udpout", "udp": "udpin", "tcp": "tcpin"}[self.kind]
-        return f"{prefix}:{self.place}:{self.number}"
-
-
-def read_address(text: str) -> MavlinkAddress:
-    """Parse the address of a command line option.
-
-    Raises:
-        InputError: wrong syntax, a port out of range, or an address that would listen to other
-            machines, from which anyone could receive the data.
-    """
-    kind, _, rest = text.partition(":")
-    if kind == "serial":
-        match = re.fullmatch(r"(/dev/[^:]+)(?::(\d+))?", rest)
-        if match is None:
-            raise InputError(f"MAVLink address {text!r}: {_FORM}")
-        return MavlinkAddress(kind, match[1], int(match[2] or BAUD))
-    host, _, port = rest.rpartition(":")
-    if kind not in ("udpout", "udp", "tcp") or not host or not re.fullmatch(r"[\w.-]+", host):
-        raise InputError(f"MAVLink address {text!r}: {_FORM}")
-    if not port.isdecimal() or not 0 < int(port) < 65536:
-        raise InputError(f"MAVLink address {text!r}: port {port!r} is not in 1..65535")
-    if kind in ("udp", "tcp") and host not in _LOOPBACK:
-        raise InputError(
-            f"MAVLink address {text!r} would listen on {host}, where anyone can connect; "
-            f"listen on 127.0.0.1, or send to one station with udpout:{host}:{port}"
-        )
-    return MavlinkAddress(kind, host, int(port))
-
-
 class MavlinkSink:
     """Sends mode, position, attitude, battery and texts of a run over MAVLink.
 
@@ -134,7 +82,7 @@ class MavlinkSink:
         """Open the link; nothing is sent before `open`.
 
         Args:
-            address: udpout:HOST:PORT, udp:HOST:PORT, tcp:HOST:PORT or serial:DEVICE[:BAUD].
+            address: as stack.mavlink.address reads it.
             clock: returns wall seconds.
 
         Raises:
@@ -183,8 +131,9 @@ class MavlinkSink:
             address = replace(address, place=socket.gethostbyname(address.place))
             _check_free(address)
         self._dialect = ardupilotmega
+        name = address.place if address.kind == "serial" else str(address)
         return mavutil.mavlink_connection(
-            address.pymavlink,
+            name,
             baud=address.number,
             source_system=SYSTEM,
             source_component=COMPONENT,
@@ -235,7 +184,7 @@ class MavlinkSink:
             self._connection = None
 
     def _read(self) -> None:
-        """Read and answer incoming messages; `udp` and `tcp` learn the station's address by it.
+        """Read and answer incoming messages; `udpin` and `tcpin` learn the station's address by it.
 
         Raises:
             OSError: the serial device is gone.
@@ -341,10 +290,10 @@ class MavlinkSink:
 
 def _check_free(address: MavlinkAddress) -> None:
     """Raise OSError if another program listens on the port; pymavlink would share it."""
-    kinds = {"udp": socket.SOCK_DGRAM, "tcp": socket.SOCK_STREAM}
+    kinds = {"udpin": socket.SOCK_DGRAM, "tcpin": socket.SOCK_STREAM}
     if address.kind in kinds:
         with socket.socket(socket.AF_INET, kinds[address.kind]) as probe:
-            if address.kind == "tcp":  # a connection that was closed a moment ago is no reason
+            if address.kind == "tcpin":  # a connection that was closed a moment ago is no reason
                 probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind((address.place, address.number))
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from stack.errors import InputError
 from stack.telemetry.hub import Telemetry
-from stack.telemetry.mavlink_sink import NOT_SUPPORTED, MavlinkSink, read_address, text_chunks
+from stack.telemetry.mavlink_sink import NOT_SUPPORTED, MavlinkSink, text_chunks
 from stack.telemetry.records import MissionState
 from stack.types import Battery, Pose2D, Twist
 
@@ -290,38 +290,9 @@ def test_a_serial_link_sends_and_ends_when_the_device_is_gone(info, clock, snaps
     telemetry.close(None)
 
 
-@pytest.mark.parametrize(
-    ("text", "written"),
-    [
-        ("udpout:127.0.0.1:14550", "udpout:127.0.0.1:14550"),
-        ("udpout:station.lan:14550", "udpout:station.lan:14550"),
-        ("udp:127.0.0.1:14550", "udpin:127.0.0.1:14550"),
-        ("tcp:localhost:5760", "tcpin:localhost:5760"),
-        ("serial:/dev/ttyUSB0:115200", "/dev/ttyUSB0"),
-    ],
-)
-def test_addresses(text, written):
-    assert read_address(text).pymavlink == written
-
-
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        ("", "expected udpout"),
-        ("14550", "expected udpout"),
-        ("udpout:14550", "expected udpout"),
-        ("http://127.0.0.1:1", "expected udpout"),
-        ("udpout:a b:1", "expected udpout"),
-        ("udpout:127.0.0.1:0", "port '0' is not in 1..65535"),
-        ("udpout:127.0.0.1:99999", "port '99999'"),
-        ("udp:0.0.0.0:14550", "would listen on 0.0.0.0, where anyone"),
-        ("tcp:192.168.1.2:5760", "send to one station with udpout:192.168.1.2:5760"),
-        ("serial:/etc/passwd", "expected udpout"),
-        ("serial:/dev/ttyUSB0:fast", "expected udpout"),
-    ],
-)
-def test_wrong_addresses_are_refused(text, why):
-    with pytest.raises(InputError, match=why):
+@pytest.mark.parametrize("text", ["", "14550", "udp:0.0.0.0:14550", "serial:/etc/passwd"])
+def test_wrong_addresses_are_refused(text):
+    with pytest.raises(InputError, match="MAVLink address"):
         MavlinkSink(text)
 
 
