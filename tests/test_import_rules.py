@@ -101,9 +101,10 @@ MAY_IMPORT = {
         "missions.language", "stack.components", "stack.costmap", "stack.navigation",
         "stack.safety", *FOUNDATION,
     },
+    "missions.commissioning": {"robots", "stack"},
     "missions.execution": {
-        "missions.run_options", "missions.language", "missions.trees", "missions.nav2",
-        "behaviours", "robots", "tui", "stack",
+        "missions.run_options", "missions.commissioning", "missions.language", "missions.trees",
+        "missions.nav2", "behaviours", "robots", "tui", "stack",
     },
     "missions.inspection": {
         "missions.execution", "missions.language", "missions.map_picture", "missions.trees",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
+from missions.commissioning.preflight import require_ready
 from missions.execution.build.detour import detour_maker
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import landmarks_of, map_of, world_model_of
@@ -24,7 +25,7 @@ from stack.components import Estimator
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
+from stack.errors import BodyError, InputError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.capabilities.localisation import StackLocalisation
 from stack.navigation.capabilities.map import StackMap
@@ -249,11 +250,23 @@ def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
 
 
 def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
+    """Return the body; a real one has passed the preflight checks without motion.
+
+    Raises:
+        BodyError: the robot cannot be reached, or a check failed.
+    """
     setup = BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed)
     if plan.recording is not None:
         replay = plan.mission.replay if options.replay is None else None
         return playing(plan.recording.play(), 0.0 if replay is None else replay.after)(setup)
-    return (make_body or chosen_body(plan.robot, options.body))(setup)
+    body = (make_body or chosen_body(plan.robot, options.body))(setup)
+    if body.is_real_time:
+        try:
+            require_ready(body)
+        except BodyError:
+            body.close()
+            raise
+    return body
 
 
 def _sensor_log(
