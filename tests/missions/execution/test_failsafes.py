@@ -29,8 +29,9 @@ class Faulty(ScriptedBody):
 
         def script(time, pose):
             turn = np.array([[0.0, 0.0, self._twist.angular]])
-            imu = Imu(np.array([time]), turn, np.array([[0.0, 0.0, 9.81]]))
-            found = {"imu": imu, **measure(time, pose)}
+            stamps = np.array([time - 0.01, time])
+            turns, rest = np.repeat(turn, 2, axis=0), np.array([[0.0, 0.0, 9.81]] * 2)
+            found = {"imu": Imu(stamps, turns, rest), **measure(time, pose)}
             if self.is_on and fault == "blind":
                 found.pop("lidar", None)
             if self.is_on and fault in ("low", "empty"):
