@@ -41,7 +41,6 @@ class RunOptions:
     start: str | None = None
     out: Path | None = None
     speed: float = 0.0
-    rerun: bool = False
     serve: bool = True
     mavlink: str | None = None
     foxglove: int | None = None

@@ -69,7 +69,7 @@ DRAWINGS = {"architecture.md"}
 """Pages whose fences without a language are drawings."""
 
 OPTIONS = {
-    "run": ["--headless", "--speed", "max", "--no-rerun"],
+    "run": ["--headless", "--speed", "max"],
     "tune": [
         *("--set", "goal=[2.6, 2.2, 45 deg]", "--samples", "3", "--seeds", "1"),
         *("--refine", "0", "--confirm", "0", "--jobs", "1"),

@@ -41,7 +41,6 @@ class RunFolderEntry:
         started: ISO 8601, local time.
         simulated_seconds: robot time at the end, or of the last event.
         size: of all files, bytes.
-        has_recording: whether there is a mission.rrd.
     """
 
     name: str
@@ -50,7 +49,6 @@ class RunFolderEntry:
     started: str
     simulated_seconds: float
     size: int
-    has_recording: bool
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
@@ -190,7 +188,6 @@ def _entry(folder: Path) -> RunFolderEntry:
         started=started.isoformat(timespec="seconds"),
         simulated_seconds=float(time) if isinstance(time, int | float) else _last_time(folder),
         size=_size(folder),
-        has_recording=(folder / "mission.rrd").is_file(),
     )
 
 

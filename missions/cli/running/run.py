@@ -84,7 +84,6 @@ def run(  # noqa: PLR0913 - each is an option of the command
             help="run folder [default: runs/<mission>-<time>]; for several missions, their parent"
         ),
     ] = None,
-    no_rerun: Annotated[bool, typer.Option("--no-rerun", help="do not record mission.rrd")] = False,
     mavlink: Annotated[
         str | None,
         typer.Option(
@@ -193,8 +192,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
     options = RunOptions(
         seed=seed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
-        out=out, rerun=not no_rerun, mavlink=mavlink, foxglove=foxglove, camera=camera.value,
-        watch=watch,
+        out=out, mavlink=mavlink, foxglove=foxglove, camera=camera.value, watch=watch,
         renderer=renderer.value if renderer else "",
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),

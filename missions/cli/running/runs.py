@@ -151,6 +151,7 @@ def open_(
     if name.endswith(".zip"):
         _unpack(Path(name), context.obj)
         return
+    from missions.inspection.exchange.rerun_viewer import drawn
     from missions.inspection.exchange.viewing import has_display, remedies
     from missions.inspection.run_folders import find_runs
     from stack.parameters import suggestion
@@ -162,12 +163,7 @@ def open_(
     if foxglove:
         _open_foxglove(context.obj / name, is_local)
         return
-    recording = context.obj / name / "mission.rrd"
-    if not known[name].has_recording:
-        from stack.telemetry.rerun.recorded import draw_recorded
-
-        draw_recorded(context.obj / name, recording)
-        typer.echo(f"{recording}: made of the run's snapshots")
+    recording = drawn(context.obj / name)
     if not web and not is_local:
         raise InputError(remedies(recording, os.environ))
     _open_rerun(recording, web, is_local)

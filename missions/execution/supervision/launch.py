@@ -38,7 +38,7 @@ class LaunchOptions:
     """
 
     missions: tuple[str, ...]
-    run: RunOptions = field(default_factory=lambda: RunOptions(rerun=True))
+    run: RunOptions = field(default_factory=RunOptions)
     headless: bool = True
     json: bool = False
     speed: str = ""
