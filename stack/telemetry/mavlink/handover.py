@@ -20,12 +20,14 @@ class Handover:
         snapshot: newest state of the run; None before the first.
         events: for the link, oldest first.
         acks: of the link's commands. An ack comes after the snapshot with its effect.
+        heard: wall seconds of the newest heartbeat of a ground station; None before the first.
     """
 
     def __init__(self) -> None:
         self.snapshot: Snapshot | None = None
         self.events: deque[Event] = deque(maxlen=MAX_EVENTS)
         self.acks: deque[Ack] = deque()
+        self.heard: float | None = None
         self._commands: deque[Command] = deque()
 
     def order(self, command: Command, *, urgent: bool = False) -> bool:

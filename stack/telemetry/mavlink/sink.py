@@ -100,6 +100,11 @@ class MavlinkVehicle:
         """Return the commands of stations since the last call."""
         return self._handover.take_commands()
 
+    def silence(self) -> float | None:
+        """Wall seconds since a ground station was heard; None before the first."""
+        heard = self._handover.heard
+        return None if heard is None else self._clock() - heard
+
     def acknowledge(self, ack: Ack) -> None:
         """Keep an acknowledgement until the next snapshot."""
         self._acks.append(ack)

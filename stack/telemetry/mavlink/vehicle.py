@@ -87,6 +87,7 @@ class Vehicle:
         """What is done with a message, by its name; all others are ignored."""
         transfer, parameters = self._transfer, self._parameters
         return {
+            "HEARTBEAT": self._hear,
             "COMMAND_LONG": self._commands.receive,
             "COMMAND_INT": self._commands.receive,
             "SET_MODE": self._take_set_mode,
@@ -149,6 +150,11 @@ class Vehicle:
         if shown != self._beat or now - self._last_beat >= HEARTBEAT_PERIOD:
             self._beat, self._last_beat = shown, now
             self._send(beat)
+
+    def _hear(self, message: Any) -> None:
+        """Note that a ground station is there."""
+        if message.type == mav.MAV_TYPE_GCS:
+            self._handover.heard = self._clock()
 
     def _send_any(self, message: Any) -> None:
         if message is not None:
