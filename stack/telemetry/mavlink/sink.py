@@ -16,7 +16,6 @@ from typing import Any
 from stack.errors import InputError
 from stack.mavlink.address import read_address
 from stack.mavlink.link import Link, opening_problem
-from stack.mavlink.origin import GeoOrigin
 from stack.telemetry.mavlink.handover import Handover
 from stack.telemetry.mavlink.vehicle import COMPONENT, SYSTEM, Vehicle
 from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
@@ -37,7 +36,6 @@ class MavlinkVehicle:
 
     Args:
         address: udpout:HOST:PORT, udpin:HOST:PORT, tcp:…, tcpin:… or serial:DEVICE[:BAUD].
-        origin: of the map on Earth; None: that of the run, if it has one.
         home_item: `auto`, `always` or `never`: whether the first item of a plan is home.
         clock: returns wall seconds.
 
@@ -49,11 +47,11 @@ class MavlinkVehicle:
     link = "MAVLink"
 
     def __init__(
-        self, address: str, *, origin: GeoOrigin | None = None, home_item: str = "auto",
+        self, address: str, *, home_item: str = "auto",
         clock: Callable[[], float] = monotonic,
     ) -> None:  # fmt: skip
         self._handover, self._clock = Handover(), clock
-        self._origin, self._home_item = origin, home_item
+        self._home_item = home_item
         read = read_address(address)
         try:
             self._link = Link(read, system=SYSTEM, component=COMPONENT, clock=clock)
@@ -68,7 +66,7 @@ class MavlinkVehicle:
     def open(self, info: RunInfo) -> None:
         """Start the thread of the link."""
         vehicle = Vehicle(
-            self._handover, self._link, self._clock, origin=self._origin,
+            self._handover, self._link, self._clock, origin=info.origin,
             home_item=self._home_item, identity=info.identity,
         )  # fmt: skip
         self._thread = Thread(target=self._run, args=(vehicle,), name="MAVLink", daemon=True)
