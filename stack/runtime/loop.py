@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stack.body import BodyCommand, SimulatedWorld
+from stack.body import AcceptsEstimate, BodyCommand, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import LoopParts, MissionTree
@@ -111,6 +111,8 @@ class Runtime:
         perceived = p.perceiver.perceive(
             observation, motion, estimate, last, measure, evades=p.navigator.evades
         )
+        if isinstance(p.body, AcceptsEstimate):
+            p.body.accept_estimate(estimate, motion)
         self._score(last.motion, motion, estimate)
         p.now.see(perceived)
         if self.steps % self._ticks_every == 0:
