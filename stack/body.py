@@ -44,15 +44,25 @@ class BodyCommand:
     depth: bool = False
 
 
+LINK, MOTOR, PILOT, CLOCK, FAST_LOOP, HARDWARE = (
+    "link", "motor", "pilot", "clock", "fast_loop", "hardware",
+)  # fmt: skip
+"""Kinds of problems of a body: it does not answer, a motor reports an error, a pilot has taken
+over, its clock has jumped, the process that drives it does not answer, anything else."""
+
+
 @dataclass(frozen=True, slots=True)
 class BodyHealth:
     """State of the robot's hardware.
 
     Attributes:
         problem: what does not work; empty if the robot can drive.
+        fault: link | motor | pilot | clock | fast_loop | hardware: the kind of the problem, for
+            which the parameter of the same name of `failsafe` says what the robot does.
     """
 
     problem: str = ""
+    fault: str = HARDWARE
 
 
 HEALTHY = BodyHealth()

@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "tui": {
         "stack.types", "stack.telemetry", "stack.errors", "stack.parameters", "stack.documents",
     },
-    "robots": {"stack.body", "stack.sim", "stack.mavlink", *FOUNDATION},
+    "robots": {"stack.body", "stack.fast_loop", "stack.mavlink", "stack.sim", *FOUNDATION},
     "stack.types": set(),
     "stack.errors": {"stack.types"},
     "stack.parameters": {"stack.types", "stack.errors"},
@@ -57,7 +57,10 @@ MAY_IMPORT = {
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types", "stack.kernel_cache"},
     "stack.frames": {"stack.types", "stack.errors"},
-    "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters"},
+    "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters", "stack.kernel_cache"},
+    "stack.fast_loop": {  # a process of its own: the brain's packages stay out of it
+        "stack.types", "stack.errors", "stack.parameters", "stack.drivetrain", "stack.kernel_cache",
+    },
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
     "stack.component_bases": {
@@ -102,9 +105,10 @@ MAY_IMPORT = {
         "missions.language", "stack.components", "stack.costmap", "stack.navigation",
         "stack.safety", *FOUNDATION,
     },
+    "missions.commissioning": {"robots", "stack"},
     "missions.execution": {
-        "missions.run_options", "missions.language", "missions.trees", "missions.nav2",
-        "behaviours", "robots", "tui", "stack",
+        "missions.run_options", "missions.commissioning", "missions.language", "missions.trees",
+        "missions.nav2", "behaviours", "robots", "tui", "stack",
     },
     "missions.inspection": {
         "missions.execution", "missions.language", "missions.map_picture", "missions.trees",

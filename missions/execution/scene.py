@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from missions.execution.fit import start_problem
@@ -87,7 +88,15 @@ def _start(options: RunOptions, mission: Mission, world: World) -> Pose2D:
     given = options.start
     if given is None:
         return mission.start if mission.start is not None else world.start
-    places = {**world.places, **mission.places}
+    return pose_of_option(given, {**world.places, **mission.places})
+
+
+def pose_of_option(given: str, places: Mapping[str, Pose2D]) -> Pose2D:
+    """Return the pose of `--start`: x,y,heading or a place.
+
+    Raises:
+        InputError: it is neither.
+    """
     if given in places:
         return places[given]
     parts = given.split(",")

@@ -22,6 +22,7 @@ from stack.runtime.command_schema import (
 from stack.runtime.debug_commands import DebugCommands
 from stack.runtime.detours import Detours
 from stack.runtime.disturbance_commands import disturbance_actions
+from stack.runtime.failsafe_parameters import ABORT, HOME, STOP
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
@@ -37,6 +38,7 @@ class CommandHandler:
     def __init__(self, parts: LoopParts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
         self.detours = Detours(parts.telemetry.emit)
+        self._home = parts.now.perceived.estimate.pose
         self.debugging = DebugCommands(parts, mission, self._resume_mission)
         self._actions: dict[str, Callable[[Any], str | None]] = {
             "pause": lambda _: self._pause(),
@@ -111,6 +113,19 @@ class CommandHandler:
             return f"{error}; {error.hint}" if error.hint else str(error), ""
         except (InputError, TypeError, ValueError) as error:
             return str(error), ""
+
+    def react(self, action: str, reason: str) -> None:
+        """Do what a failsafe wants: pause | stop | home | abort."""
+        if action == ABORT:
+            self._end(MissionState.ABORTED, reason)
+        elif action == STOP:
+            self._emergency_stop(EmergencyStopArguments(reason))
+        elif action == HOME and not self._mission.send(MissionEvent.DETOUR, reason):
+            self.detours.cancel()
+            task = self._parts.navigator.base.navigate_to(self._home)
+            self.detours.begin("navigate_to_pose", HOME, task)
+        else:
+            self.stand(reason)
 
     def stand(self, reason: str) -> None:
         """Pause without a command; a detour ends too."""

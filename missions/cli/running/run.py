@@ -87,7 +87,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
     no_rerun: Annotated[bool, typer.Option("--no-rerun", help="do not record mission.rrd")] = False,
     mavlink: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="send MAVLink to, e.g., udpout:127.0.0.1:14550"),
+        typer.Option(
+            metavar="ADDRESS",
+            help="be a MAVLink rover for ground stations: udpout:127.0.0.1:14550 calls one",
+        ),
     ] = None,
     foxglove: Annotated[
         int | None,
