@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stack.body import BodyCommand, Replay, SimulatedWorld
+from stack.body import AcceptsEstimate, BodyCommand, Replay, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
 from stack.runtime.failsafes import FailsafeInput
@@ -117,6 +117,8 @@ class Runtime:
         perceived = p.perceiver.perceive(
             observation, motion, estimate, last, measure, evades=p.navigator.evades
         )
+        if isinstance(p.body, AcceptsEstimate):
+            p.body.accept_estimate(estimate, motion)
         self._score(last.motion, motion, estimate)
         p.now.see(perceived)
         self._guard(perceived)
