@@ -177,7 +177,8 @@ class _PictureLog:
 
 def _encoded_fields(record: Any) -> dict[str, Any]:
     """The encoded fields of a record by name."""
-    codecs = field_codecs(type(record))
+    kind: Any = type(record)
+    codecs = field_codecs(kind)
     return {name: codec.encode(getattr(record, name)) for name, codec in codecs.items()}
 
 
