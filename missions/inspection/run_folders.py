@@ -104,6 +104,13 @@ def is_run_folder(folder: Path) -> bool:
     )
 
 
+def is_live(folder: Path) -> bool:
+    """Whether a run goes on."""
+    with suppress(OSError), _is_over(folder) as is_over:
+        return not is_over
+    return False
+
+
 def chosen_runs(runs: Sequence[RunFolderEntry], names: Iterable[str]) -> list[RunFolderEntry]:
     """Return the runs with these names.
 

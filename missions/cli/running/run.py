@@ -10,6 +10,7 @@ from missions.cli.arguments import (
     OtherRobot,
     Parameters,
     Settings,
+    View,
     assignments,
     on_a_terminal,
 )
@@ -84,6 +85,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
             help="run folder [default: runs/<mission>-<time>]; for several missions, their parent"
         ),
     ] = None,
+    view: View = False,
     mavlink: Annotated[
         str | None,
         typer.Option(
@@ -219,7 +221,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     )  # fmt: skip
     launched = LaunchOptions(
         tuple(missions), options, headless=without_dashboard, json=json, speed=speed,
-        on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout,
+        on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout, view=view,
     )  # fmt: skip
     if foxglove is not None:
         typer.echo(f"in Foxglove: Open connection, ws://127.0.0.1:{foxglove}", err=True)

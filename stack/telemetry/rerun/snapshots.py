@@ -44,6 +44,8 @@ class SnapshotDrawing:
         if event.kind not in ROUTINE:
             self._recording.at(event.time)
             self._drawing.event(event)
+        if event.kind in ("held", "held_end"):
+            self._drawing.hold_up(event)
 
     def draw(self, snapshot: Snapshot) -> None:
         """Draw a snapshot."""
@@ -59,6 +61,7 @@ class SnapshotDrawing:
         self._draw_tree(snapshot)
         if not self._has_blueprint:
             self._has_blueprint = True
+            drawing.held("")
             drawing.send_blueprint(snapshot)
 
     def _is_new(self, name: str, value: Any) -> bool:
