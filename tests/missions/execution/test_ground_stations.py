@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from shutil import which
-from time import monotonic, sleep  # noqa: TID251 - the stations live in wall time
+from time import monotonic, sleep  # noqa: TID251 - stations live in wall time
 
 import pytest
 
@@ -51,7 +51,7 @@ class VehicleRun:
         self.folder, self.port = folder / "run", free_port()
         self.relay = LossyRelay(self.port)
         address = f"udpout:127.0.0.1:{self.relay.port}"
-        words = ["run", "44_ground_station", "--headless", "--speed", "4"]
+        words = ["run", "44_ground_station", "--headless", "--no-rerun", "--speed", "4"]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "treepilot", *words, "--seed", "1", "--mavlink", address,
              "--out", str(self.folder)],
@@ -217,57 +217,64 @@ async def drive_by_mavsdk(vehicle: VehicleRun) -> None:
     from mavsdk.asyncio.plugins.mission import MissionAsync
     from mavsdk.asyncio.plugins.param import ParamAsync
     from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
-    from mavsdk.plugins.mission import MissionItem, MissionPlan
 
-    async with Mavsdk(
-        Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    ) as sdk:
+    station = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
+    async with Mavsdk(station) as sdk:
         await sdk.add_any_connection(f"udpin://127.0.0.1:{vehicle.port}")
         system = await sdk.first_autopilot(PATIENCE)
         assert system is not None and await system.is_connected()
-        action, plan, param, telemetry = (
-            kind(system) for kind in (ActionAsync, MissionAsync, ParamAsync, TelemetryAsync)
-        )
-        await until(telemetry.subscribe_health(), lambda health: (
-            health.is_local_position_ok and health.is_home_position_ok and health.is_armable
-        ))  # fmt: skip
-        health = await telemetry.health()
-        assert not health.is_global_position_ok  # there is no GPS, and it says so
-        position = await first(telemetry.subscribe_position())
-        x, y = ORIGIN.to_local(position.latitude_deg, position.longitude_deg)
-        assert (x, y) == pytest.approx(HOME, abs=0.1)
-        assert (await first(telemetry.subscribe_battery())).remaining_percent > 50.0
-        items = [
-            MissionItem(*ORIGIN.to_geodetic(*place), 0.0, speed, True)
-            for place, speed in zip(PLACES, (0.5, 0.6, 0.7), strict=True)
-        ]
+        telemetry = TelemetryAsync(system)
+        await check_telemetry(telemetry)
+        plugins = ActionAsync(system), MissionAsync(system), ParamAsync(system), telemetry
         for loss in (0.0, 0.2):
             vehicle.relay.loss = loss
-            await retried(lambda: param.set_param_float("CTL_CRUISE_SPEED", 0.55))
-            got = await retried(lambda: param.get_param_float("CTL_CRUISE_SPEED"))
-            assert got == pytest.approx(0.55)
-            await retried(action.arm)
-            await retried(lambda: plan.upload_mission(MissionPlan(items)))
-            back = (await retried(plan.download_mission)).mission_items
-            assert len(back) == 3
-            for sent, received in zip(items, back, strict=True):
-                assert received.latitude_deg == pytest.approx(sent.latitude_deg, abs=2e-7)
-                assert received.longitude_deg == pytest.approx(sent.longitude_deg, abs=2e-7)
-                assert received.speed_m_s == pytest.approx(sent.speed_m_s)
-            await retried(plan.start_mission)
-            progress = plan.subscribe_mission_progress()
-            await until(progress, lambda now: now.current >= 1 and now.total == 3)
-            await retried(plan.pause_mission)
-            await retried(plan.start_mission)
-            await until(progress, lambda now: now.current == now.total == 3)
-            assert await plan.is_mission_finished()
-            goal = ORIGIN.to_geodetic(*PLACES[0])
-            await retried(lambda goal=goal: action.goto_location(*goal, 520.0, 0.0))
-            wait_for(lambda: vehicle.is_at(*PLACES[0]), lambda: str(vehicle.position()))
-            await retried(action.return_to_launch)
-            wait_for(lambda: vehicle.is_at(*HOME), lambda: str(vehicle.position()))
-            await retried(action.disarm)
-            await until(telemetry.subscribe_armed(), lambda armed: not armed)
+            await drive_a_round(vehicle, *plugins)
+
+
+async def check_telemetry(telemetry) -> None:
+    await until(
+        telemetry.subscribe_health(),
+        lambda now: now.is_local_position_ok and now.is_home_position_ok and now.is_armable,
+    )
+    health = await telemetry.health()
+    assert not health.is_global_position_ok  # there is no GPS, and it says so
+    position = await first(telemetry.subscribe_position())
+    x, y = ORIGIN.to_local(position.latitude_deg, position.longitude_deg)
+    assert (x, y) == pytest.approx(HOME, abs=0.1)
+    assert (await first(telemetry.subscribe_battery())).remaining_percent > 50.0
+
+
+async def drive_a_round(vehicle: VehicleRun, action, plan, param, telemetry) -> None:
+    from mavsdk.plugins.mission import MissionItem, MissionPlan
+
+    items = [
+        MissionItem(*ORIGIN.to_geodetic(*place), 0.0, speed, True)
+        for place, speed in zip(PLACES, (0.5, 0.6, 0.7), strict=True)
+    ]
+    await retried(lambda: param.set_param_float("CTL_CRUISE_SPEED", 0.55))
+    got = await retried(lambda: param.get_param_float("CTL_CRUISE_SPEED"))
+    assert got == pytest.approx(0.55)
+    await retried(action.arm)
+    await retried(lambda: plan.upload_mission(MissionPlan(items)))
+    back = (await retried(plan.download_mission)).mission_items
+    for sent, received in zip(items, back, strict=True):
+        assert received.latitude_deg == pytest.approx(sent.latitude_deg, abs=2e-7)
+        assert received.longitude_deg == pytest.approx(sent.longitude_deg, abs=2e-7)
+        assert received.speed_m_s == pytest.approx(sent.speed_m_s)
+    await retried(plan.start_mission)
+    progress = plan.subscribe_mission_progress()
+    await until(progress, lambda now: now.current >= 1 and now.total == 3)
+    await retried(plan.pause_mission)
+    await retried(plan.start_mission)
+    await until(progress, lambda now: now.current == now.total == 3)
+    assert await plan.is_mission_finished()
+    goal = ORIGIN.to_geodetic(*PLACES[0])
+    await retried(lambda: action.goto_location(*goal, 520.0, 0.0))
+    wait_for(lambda: vehicle.is_at(*PLACES[0]), lambda: str(vehicle.position()))
+    await retried(action.return_to_launch)
+    wait_for(lambda: vehicle.is_at(*HOME), lambda: str(vehicle.position()))
+    await retried(action.disarm)
+    await until(telemetry.subscribe_armed(), lambda armed: not armed)
 
 
 def test_mavsdk(vehicle):

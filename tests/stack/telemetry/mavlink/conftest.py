@@ -101,7 +101,7 @@ class Rig:
                 },
             )
         )
-        return self.go_on()
+        return self.go_on(0.1)
 
     def long(self, command, *parameters, confirmation=0, sender=(255, 190), target=(1, 1)):
         """Results of a COMMAND_LONG."""
