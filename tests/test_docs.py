@@ -39,7 +39,8 @@ from py_trees.common import Status
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from behaviours.catalogue import GROUP, build, find_behaviours
+from behaviours.catalogue import GROUP, find_behaviours
+from behaviours.kind import build
 from behaviours.testing import ScriptedRobot, tick
 from missions.cli.app import app
 from missions.execution.resources import MISSIONS, find_mission

@@ -144,7 +144,10 @@ class Run:
         self._is_reported = False
         try:
             with noting_inputs() as read:
-                self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
+                self.engine: Engine = build(
+                    plan, options, self._telemetry, folder, make_body,
+                    tell=self._show, interrupted=self._interrupted,
+                )  # fmt: skip
         except BaseException as error:
             self._telemetry.close(None)
             self._refuse_plugin(error)

@@ -112,6 +112,9 @@ def pack_(
 def repeat(context: typer.Context, name: Name) -> None:
     """Run a run again from the copies in its folder; say whether the result is the same.
 
+    It executes the plugins that the run brings: repeat only runs of people you trust. All other
+    commands that take a run execute nothing of it.
+
     Exit codes: 0 the event log is the same, bit for bit; 1 it is not: the first difference is
     printed, and which versions or files are others.
     """

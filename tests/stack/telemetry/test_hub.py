@@ -57,6 +57,9 @@ class Operator(Notes):
         taken, self.waiting = self.waiting, []
         return taken
 
+    def silence(self):
+        return None
+
     def acknowledge(self, ack):
         self.acks.append(ack)
 
