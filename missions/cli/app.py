@@ -29,6 +29,7 @@ from missions.cli.inspection.report import report
 from missions.cli.inspection.show import show
 from missions.cli.inspection.topic import topic_app
 from missions.cli.inspection.trace import trace
+from missions.cli.keys import keys_app
 from missions.cli.lsp import lsp
 from missions.cli.map import map_app
 from missions.cli.new import new_app
@@ -79,6 +80,7 @@ app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
 app.add_typer(map_app, name="map")
 app.add_typer(tell_app, name="tell")
+app.add_typer(keys_app, name="keys")
 app.add_typer(topic_app, name="topic")
 app.add_typer(bench_app, name="bench")
 app.command(epilog=TUNE_EPILOG)(tune)
