@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from robots.motors.parameters import WheelsParameters
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -102,7 +103,22 @@ class Scripted(BodyKind):
         return ScriptedBody(setup.robot, scans_of(setup.robot, setup.world), start=setup.start)
 
 
-BUILT_IN: dict[str, type[BodyKind]] = {"simulated": Simulated, "scripted": Scripted}
+class Wheels(BodyKind):
+    """Motors of the robot's own, or emulated ones, held by a fast loop."""
+
+    Parameters = WheelsParameters
+
+    @staticmethod
+    def make(setup: BodySetup, parameters: WheelsParameters) -> Body:
+        """Make the body, with a process of the fast loop; the wheels have torque from now on."""
+        from robots.motors.body import WheelsBody
+
+        return WheelsBody(setup.robot, parameters)
+
+
+BUILT_IN: dict[str, type[BodyKind]] = {
+    "simulated": Simulated, "scripted": Scripted, "wheels": Wheels
+}  # fmt: skip
 
 
 def body_kind(name: str) -> type[BodyKind]:

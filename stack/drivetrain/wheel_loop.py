@@ -50,11 +50,17 @@ LEVEL, CHANGED = 14, 15
 """What the wheels do (DRIVING, STOPPING, OFF); whether the setpoint differs from the last cycle."""
 STEERING_ANGLES, STEERING_MEASURED = 16, 18
 """Setpoints of the steered wheels and their measured angles, left and right, radians."""
-PER_WHEEL = 20
+STOOD = 20
+"""Seconds for which the setpoint has been a standstill while it stops."""
+PER_WHEEL = 21
 """Then, for all wheels: speeds wanted, rad/s; efforts; angles measured, radians; speeds measured,
 rad/s; stamps of both, seconds; integral parts of the efforts; last errors, rad/s."""
 SPEEDS, EFFORTS, ANGLES, MEASURED_SPEEDS, STAMPS, INTEGRALS, ERRORS = range(7)
 """Blocks of that."""
+
+REST, HOLDS = 0.01, 0.5
+"""Speed in rad/s below which a wheel stands; seconds for which wheels that still seem to turn are
+held before they are released."""
 
 DRIVING, STOPPING, OFF = 0, 1, 2
 """Levels: commands are obeyed; it slows down within its limits; no torque."""

@@ -31,9 +31,8 @@ from stack.fast_loop.kernels import (
 )
 from stack.fast_loop.mailbox import STATISTICS, LoopCommand, LoopFeedback, Mailbox
 from stack.fast_loop.privileges import Privilege
-from stack.fast_loop.statistics import LoopStatistics
 from stack.parameters import build
-from stack.types import STANDSTILL, FloatArray, Twist
+from stack.types import STANDSTILL, FloatArray, LoopStatistics, Twist
 
 SILENT = 0.3
 """Seconds without feedback after which the loop counts as frozen."""
@@ -109,6 +108,11 @@ class FastLoop:
     def pid(self) -> int:
         """Number of the process."""
         return self._process.pid
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the process is gone."""
+        return self._process.poll() is not None
 
     def command(self, twist: Twist) -> None:
         """Command a velocity; each call counts as a sign of life, also with the same velocity."""
@@ -225,7 +229,7 @@ class FastLoop:
             raise BodyError(f"the fast loop ended with code {code} before it began")
         found = json.loads(answer)
         if "error" in found:
-            raise BodyError(f"the driver {self.setup.driver!r} cannot be used: {found['error']}")
+            raise BodyError(found["error"])
         self._fed_at = monotonic()
         return [Privilege(*item) for item in found["lacks"]]
 

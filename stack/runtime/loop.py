@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stack.body import BodyCommand, SimulatedWorld
+from stack.body import BodyCommand, FastLoopBody, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import LoopParts, MissionTree
@@ -129,7 +129,10 @@ class Runtime:
         p.holdups.update(self._holding(), perceived.estimate.pose, now)
         p.body.command(
             BodyCommand(
-                self.command.twist, p.perceiver.captures(now), p.perceiver.measures_depth(now)
+                self.command.twist,
+                p.perceiver.captures(now),
+                p.perceiver.measures_depth(now),
+                bool(self.mission.emergency_stop),
             )
         )
         self._log_pose()
@@ -252,6 +255,7 @@ class Runtime:
             cameras=parts.perceiver.cameras.states,
             sensors=self.sensing.sensors(),
             memory=resident_memory(),
+            fast_loop=body.loop_statistics if isinstance(body, FastLoopBody) else None,
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,
