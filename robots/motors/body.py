@@ -9,7 +9,16 @@ import numpy as np
 
 from robots.motors.odometry import EncoderOdometry
 from robots.motors.parameters import WheelsParameters
-from stack.body import DEAD_MAN, Body, BodyCommand, BodyHealth, FastLoopBody
+from stack.body import (
+    DEAD_MAN,
+    FAST_LOOP,
+    HEALTHY,
+    MOTOR,
+    Body,
+    BodyCommand,
+    BodyHealth,
+    FastLoopBody,
+)
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.wheel_loop import (
     ANGLES,
@@ -104,8 +113,10 @@ class WheelsBody(Body, FastLoopBody):
 
     @property
     def health(self) -> BodyHealth:
-        """Fault of the driver, or a fast loop that is frozen or has ended."""
-        return BodyHealth(self.loop.problem)
+        """A fast loop that is frozen or has ended, or what its driver reports."""
+        if problem := self.loop.problem:
+            return BodyHealth(problem, FAST_LOOP)
+        return BodyHealth(fault, MOTOR) if (fault := self.loop.fault) else HEALTHY
 
     def close(self) -> None:
         """Stop the robot, release the wheels and end the loop. Safe to call twice."""

@@ -13,7 +13,8 @@ from math import inf
 
 import numpy as np
 
-from stack.drivetrain.drivetrain import Drivetrain
+from stack.drivetrain.drivetrain import Drivetrain, WheelLaw
+from stack.drivetrain.limits import Limits
 from stack.parameters import parameter
 from stack.types import FloatArray
 
@@ -93,10 +94,16 @@ def loop_plan(
         torque_off: seconds without a command after which wheels that stand are released.
         gains: of the wheels.
     """
-    law, limits = drivetrain.law, drivetrain.limits
+    return plan_of(drivetrain.law, drivetrain.limits, dead_man, torque_off, gains)
+
+
+def plan_of(
+    law: WheelLaw, limits: Limits, dead_man: float, torque_off: float, gains: WheelGains
+) -> FloatArray:
+    """Return the plan of wheels with this law; as `loop_plan`."""
     plan = np.zeros(ROWS + 3 * len(law.rows))
     plan[WHEELS], plan[DIVISOR] = len(law.rows), law.divisor
-    plan[SIDEWAYS], plan[STEERED] = drivetrain.can_move_sideways, bool(law.steering)
+    plan[SIDEWAYS], plan[STEERED] = law.moves_sideways, bool(law.steering)
     plan[LIMITS:STEERING_LAW] = (
         limits.linear_speed, limits.reverse_speed, limits.lateral_speed, limits.angular_speed,
         limits.linear_acceleration, limits.linear_deceleration, limits.angular_acceleration,

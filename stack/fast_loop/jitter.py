@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from time import monotonic, sleep  # noqa: TID251 - a measurement of the machine
 
-from stack.drivetrain.differential import Wheels
+from stack.drivetrain.drivetrain import WheelLaw
 from stack.drivetrain.limits import Limits
-from stack.drivetrain.wheel_loop import loop_plan
+from stack.drivetrain.wheel_loop import WheelGains, plan_of
 from stack.fast_loop.client import FastLoop, LoopSetup
 from stack.fast_loop.privileges import Privilege
 from stack.types import LATENESS_BINS, LoopStatistics, Twist
@@ -75,8 +75,9 @@ def measure(rate: float, seconds: float, *, privileged: bool, load: bool) -> Jit
         privileged: whether the loop asks for real-time privileges.
         load: whether as many processes as there are processors compute beside it.
     """
-    drive = Wheels(("left",), ("right",), 0.1, 0.4).drivetrain(Limits())
-    setup = LoopSetup(loop_plan(drive, 0.3, 2.0), rate=rate, real_time=privileged)
+    law = WheelLaw(((1.0, 0.0, -0.2), (1.0, 0.0, 0.2)), 0.1)  # two wheels 0.4 m apart
+    plan = plan_of(law, Limits(), 0.3, 2.0, WheelGains())
+    setup = LoopSetup(plan, rate=rate, real_time=privileged)
     with _busy_processors(load):
         loop = FastLoop(setup)
         try:
