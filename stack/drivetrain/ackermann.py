@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import atan, copysign, degrees, tan
+from typing import ClassVar
 
 from stack.drivetrain.differential import mean_of, places_on_sides
 from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
@@ -33,6 +34,9 @@ class SteeredWheels(WheelGeometry):
         steering_angle: largest steering angle at the middle of the front axle, radians.
         steering_speed: rate of the steering angle, rad/s.
         steered_track: distance between the axes of the steering joints, metres; None: the track.
+        effective_wheelbase: the wheelbase that gives the turn, as calibrated, metres; None: the
+            wheelbase.
+        effective_radii: of the rear wheels, left and right, as calibrated, metres.
     """
 
     steering: tuple[str, str]
@@ -43,6 +47,14 @@ class SteeredWheels(WheelGeometry):
     steering_angle: float
     steering_speed: float
     steered_track: float | None = None
+    effective_wheelbase: float | None = None
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = "effective_wheelbase"
+
+    @property
+    def turning_length(self) -> float:
+        """The effective wheelbase."""
+        return self.wheelbase if self.effective_wheelbase is None else self.effective_wheelbase
 
     @property
     def half_steered_track(self) -> float:
@@ -52,7 +64,7 @@ class SteeredWheels(WheelGeometry):
     @property
     def turning_radius(self) -> float:
         """Radius of the tightest circle of the base frame's origin, metres."""
-        return self.wheelbase / tan(self.steering_angle)
+        return self.turning_length / tan(self.steering_angle)
 
     @property
     def places(self) -> Mapping[str, Pose2D]:
@@ -118,7 +130,7 @@ class Ackermann(Drivetrain):
     turns_in_place = False
 
     def __init__(self, wheels: SteeredWheels, limits: Limits) -> None:
-        super().__init__(limits)
+        super().__init__(wheels, limits)
         self._wheels = wheels
         self.turning_radius = wheels.turning_radius
         self.track = self.effective_track = wheels.track
@@ -166,7 +178,7 @@ class Ackermann(Drivetrain):
     def steering_limit(self) -> float:
         """Angle of the inner front wheel on the tightest arc, radians."""
         wheels = self._wheels
-        return atan(wheels.wheelbase / (wheels.turning_radius - wheels.half_steered_track))
+        return atan(wheels.turning_length / (wheels.turning_radius - wheels.half_steered_track))
 
     @property
     def steering_joints(self) -> tuple[str, ...]:
@@ -179,11 +191,11 @@ class Ackermann(Drivetrain):
         if steering is None:
             steering = self.state_at(state.twist, self.at_rest).steering or 0.0
         curvature = self._curvature(steering)
-        offset, ahead = curvature * wheels.track / 2.0, curvature * wheels.wheelbase
+        offset, ahead = curvature * wheels.track / 2.0, curvature * wheels.turning_length
         steered = curvature * wheels.half_steered_track
-        rolling = state.twist.linear / wheels.radius
+        speed, (left, right) = state.twist.linear, self.radii
         return WheelCommand(
-            (rolling * (1.0 - offset), rolling * (1.0 + offset)),
+            (speed * (1.0 - offset) / left, speed * (1.0 + offset) / right),
             (atan(ahead / (1.0 - steered)), atan(ahead / (1.0 + steered))),
         )
 
@@ -194,7 +206,7 @@ class Ackermann(Drivetrain):
 
         Different slips of the two rear wheels also turn the car.
         """
-        half, base = self._wheels.half_steered_track, self._wheels.wheelbase
+        half, base = self._wheels.half_steered_track, self._wheels.turning_length
         curvature = 0.0
         if steering:
             left, right = (tan(angle) for angle in steering)
@@ -211,8 +223,8 @@ class Ackermann(Drivetrain):
     def _steering_of(self, twist: Twist) -> float:
         """Steering angle of the arc of a moving twist, within the largest angle, radians."""
         wheels = self._wheels
-        angle = atan(twist.angular * wheels.wheelbase / twist.linear)
+        angle = atan(twist.angular * wheels.turning_length / twist.linear)
         return min(max(angle, -wheels.steering_angle), wheels.steering_angle)
 
     def _curvature(self, steering: float) -> float:
-        return tan(steering) / self._wheels.wheelbase
+        return tan(steering) / self._wheels.turning_length
