@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
+from stack.drivetrain.drivetrain import Drivetrain, Length, WheelGeometry, WheelLaw
 from stack.drivetrain.limits import Limits
 from stack.types import Pose2D
 
@@ -84,12 +84,13 @@ class Differential(Drivetrain):
         """URDF joints of the left wheels, then of the right wheels."""
         return self._wheels.left + self._wheels.right
 
-    def to_wheels(self, state: DriveState) -> WheelCommand:
-        """Speeds of the left wheels, then of the right wheels."""
-        wheels, twist = self._wheels, state.twist
-        rim = twist.angular * self.effective_track / 2.0
-        left, right = (twist.linear - rim) / self.radii[0], (twist.linear + rim) / self.radii[1]
-        return WheelCommand((left,) * len(wheels.left) + (right,) * len(wheels.right))
+    @property
+    def law(self) -> WheelLaw:
+        """Each side rolls at v -+ w b / 2."""
+        wheels, half, radius = self._wheels, self.effective_track / 2.0, self.radii[0]
+        share = radius / self.radii[1]
+        left, right = (1.0, 0.0, -half), (share, 0.0, share * half)
+        return WheelLaw((left,) * len(wheels.left) + (right,) * len(wheels.right), radius)
 
     def encoder_angles(self, wheels: Sequence[float]) -> Sequence[float]:
         """Mean angle of each side, left and right."""
