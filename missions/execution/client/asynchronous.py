@@ -89,7 +89,7 @@ class AsyncConnection:
         while (event := await self._asked.next_event(timeout)) is not None:
             yield event
 
-    async def command(self, kind: str, **arguments: Any) -> str:
+    async def command(self, kind: str, /, **arguments: Any) -> str:
         """Send any command; return the engine's answer.
 
         Raises:
