@@ -45,7 +45,6 @@ class RunOptions:
     start: str | None = None
     out: Path | None = None
     speed: float = 0.0
-    rerun: bool = False
     serve: bool = True
     mavlink: str | None = None
     mavlink_key: Path | None = None

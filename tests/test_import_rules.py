@@ -26,7 +26,7 @@ FOUNDATION = {
     "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.kernel_cache", "stack.patience", "stack.child_process",
-    "stack.worker_thread", "stack.optional_packages",
+    "stack.worker_thread", "stack.optional_packages", "stack.clock",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -51,6 +51,7 @@ MAY_IMPORT = {
     "stack.child_process": {"stack.errors", "stack.patience"},
     "stack.worker_thread": {"stack.errors", "stack.patience"},
     "stack.optional_packages": {"stack.errors"},
+    "stack.clock": set(),
     "stack.columns": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},

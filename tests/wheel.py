@@ -21,7 +21,7 @@ from tests.missions.shipped import ARGUMENTS, check_success
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
-WORDS = "run --headless --speed max --no-rerun --seed 1 --out".split()
+WORDS = "run --headless --speed max --seed 1 --out".split()
 OWN = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 
 

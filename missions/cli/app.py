@@ -29,6 +29,7 @@ from missions.cli.inspection.report import report
 from missions.cli.inspection.show import show
 from missions.cli.inspection.topic import topic_app
 from missions.cli.inspection.trace import trace
+from missions.cli.jitter import jitter
 from missions.cli.keys import keys_app
 from missions.cli.lsp import lsp
 from missions.cli.map import map_app
@@ -66,6 +67,7 @@ app.command()(describe)
 app.command()(parameters)
 app.command()(nav2)
 app.command()(calibrate)
+app.command()(jitter)
 app.command(epilog=PREFLIGHT_EPILOG)(preflight)
 app.command()(lsp)
 app.command()(trace)

@@ -51,7 +51,7 @@ class VehicleRun:
         self.folder, self.port = folder / "run", free_port()
         self.relay = LossyRelay(self.port)
         address = f"udpout:127.0.0.1:{self.relay.port}"
-        words = ["run", "44_ground_station", "--headless", "--no-rerun", "--speed", "4"]
+        words = ["run", "44_ground_station", "--headless", "--speed", "4"]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "treepilot", *words, "--seed", "1", "--mavlink", address,
              "--out", str(self.folder)],

@@ -163,5 +163,3 @@ def test_equal_seeds_give_equal_logs_whatever_the_speed_and_the_recording(tmp_pa
     assert fast.log_sha256 == paced["log_sha256"]
     assert fast.final_pose == paced["final_pose"]  # bit for bit: JSON keeps every digit
     assert fast.log_sha256 != other.log_sha256
-    assert (tmp_path / "paced" / "mission.rrd").stat().st_size > 10_000
-    assert not (tmp_path / "fast" / "mission.rrd").exists()
