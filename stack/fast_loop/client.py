@@ -157,9 +157,8 @@ class FastLoop:
             how = f"was killed ({_signal_name(-code)})" if code < 0 else f"ended with code {code}"
             return f"the fast loop {how}{f': {self._problem}' if self._problem else ''}"
         self.feedback()
-        silence = monotonic() - self._fed_at
-        if silence > SILENT:
-            return f"the fast loop has been silent for {silence:.1f} s"
+        if monotonic() - self._fed_at > SILENT:
+            return f"the fast loop has been silent for more than {SILENT:g} s"
         return self._problem
 
     def send(self, message: bytes) -> bool:
@@ -226,6 +225,7 @@ class FastLoop:
         found = json.loads(answer)
         if "error" in found:
             raise BodyError(f"the driver {self.setup.driver!r} cannot be used: {found['error']}")
+        self._socket.setblocking(False)
         self._fed_at = monotonic()
         return [Privilege(*item) for item in found["lacks"]]
 

@@ -32,7 +32,8 @@ BLOCK = 1 << 16
 MAX_BLOCKS = 64
 """Blocks that one `receive` reads of one peer, so that a flood cannot hold the caller."""
 
-CONNECT_TIMEOUT = 3.0
+CONNECT_TIMEOUT = 0.25
+"""Seconds for which opening a TCP connection may hold the caller."""
 
 Peer = Hashable
 """Identifies the other end to `send`."""
