@@ -83,7 +83,7 @@ MAY_IMPORT = {
     "stack.planning": {"stack.components", *FOUNDATION},
     "stack.costmap": {"stack.components", "stack.mapping", *FOUNDATION},
     "stack.control": {"stack.components", "stack.costmap", "stack.safety", *FOUNDATION},
-    "stack.sim": {"stack.body", "stack.mapping", *FOUNDATION},
+    "stack.sim": {"stack.body", "stack.mapping", "stack.mavlink.origin", *FOUNDATION},
     "stack.navigation": {
         "stack.body", "stack.robot", "stack.components", "stack.control", "stack.costmap",
         "stack.localisation", "stack.mapping", "stack.perception", "stack.planning",

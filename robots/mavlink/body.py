@@ -17,13 +17,22 @@ from robots.mavlink.loop_link import LoopLink
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
 from robots.mavlink.rover_link import Phase
-from stack.body import HEALTHY, AcceptsEstimate, Body, BodyCommand, BodyHealth, Engageable
+from stack.body import (
+    HEALTHY,
+    AcceptsEstimate,
+    Body,
+    BodyCommand,
+    BodyHealth,
+    Engageable,
+    FastLoopBody,
+)
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError, InputError
 from stack.sim.pace import Pace
 from stack.types import (
     STANDSTILL,
     Imu,
+    LoopStatistics,
     Measurement,
     Observation,
     Odometry,
@@ -42,7 +51,7 @@ STOOD_FOR = 1.0
 """Seconds of standstill orders after which small measured velocities are noise."""
 
 
-class MavlinkBody(Body, Engageable, AcceptsEstimate):
+class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
     """Drives a rover.
 
     Args:
@@ -161,6 +170,11 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
         return True
 
     @property
+    def loop_statistics(self) -> LoopStatistics:
+        """Timing of the process that holds the link."""
+        return self._link.statistics
+
+    @property
     def health(self) -> BodyHealth:
         """Why the rover does not obey or measure; empty if it does."""
         problem = self._link.problem
@@ -193,7 +207,7 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
         twist = self._description.drivetrain.feasible(command.twist)
         if twist != STANDSTILL:
             self._stood_since = monotonic()
-        self._link.drive(twist)
+        self._link.drive(twist, emergency_stop=command.emergency_stop)
 
     def _receive(self) -> None:
         for item in self._link.take():

@@ -22,7 +22,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.wheel_loop import loop_plan
 from stack.fast_loop.client import FastLoop, LoopSetup
 from stack.mavlink.link import Received
-from stack.types import Twist
+from stack.types import LoopStatistics, Twist
 
 RATE = 100.0
 """Cycles per second: a message waits at most 10 ms for its time of arrival."""
@@ -57,7 +57,7 @@ class LoopLink:
             lambda ack: None,
         )  # fmt: skip
         self.phase, self.state = Phase.SEARCHING, dict[str, Any]()
-        self._engagement = 0
+        self._engagement, self._is_stopped = 0, False
         plan = loop_plan(robot.drivetrain, DEAD_MAN, TORQUE_OFF)
         self._loop = FastLoop(LoopSetup(plan, "mavlink", asdict(parameters), RATE))
 
@@ -79,12 +79,15 @@ class LoopLink:
         return PILOT if self.phase is Phase.TAKEN_OVER else LINK
 
     @property
-    def pid(self) -> int:
-        """Number of the process."""
-        return self._loop.pid
+    def statistics(self) -> LoopStatistics:
+        """Timing of the process."""
+        return self._loop.statistics()
 
-    def drive(self, twist: Twist) -> None:
-        """Drive a velocity for the next DEAD_MAN seconds."""
+    def drive(self, twist: Twist, *, emergency_stop: bool = False) -> None:
+        """Drive a velocity for the next DEAD_MAN seconds; not while an emergency stop stands."""
+        if emergency_stop != self._is_stopped:
+            self._is_stopped = emergency_stop
+            (self._loop.emergency_stop if emergency_stop else self._loop.release)()
         self._loop.command(twist)
 
     def engage(self) -> None:

@@ -186,7 +186,9 @@ class CommandHandler:
         return "the operator's goal is cancelled; the mission stays paused"
 
     def _emergency_stop(self, arguments: EmergencyStopArguments) -> None:
-        self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
+        self._parts.body.command(
+            BodyCommand(STANDSTILL, emergency_stop=True)  # at once, not with the next step
+        )
         self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
         self.detours.cancel()
 

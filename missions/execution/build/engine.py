@@ -106,6 +106,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         urdf=plan.robot.model,
         places=dict(plan.mission.places),
         identity=identity or new_identity(),
+        origin=plan.world.origin,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, isfinite
+from math import isfinite
 
 from pymavlink.dialects.v20 import all as mav
 
@@ -11,7 +11,6 @@ from stack.telemetry.mavlink.geography import Geography
 from stack.telemetry.mavlink.handover import Handover
 from stack.telemetry.mavlink.orders import Done, Orders, ignore
 from stack.telemetry.mavlink.plan import (
-    LOITER,
     RETURN,
     SPEED,
     Item,
@@ -20,6 +19,7 @@ from stack.telemetry.mavlink.plan import (
 )  # fmt: skip
 from stack.telemetry.mavlink.texts import WARNING, Send, Texts
 from stack.telemetry.records import Event
+from stack.types import Pose2D
 
 CRUISE_SPEED = "controller.cruise_speed"
 CURRENT_PERIOD = 1.0
@@ -214,24 +214,23 @@ class PlanRunner:
     def _steps_of(self, item: Item) -> list[_Step]:
         if item.command == SPEED:
             return []
+        home = self._geography.home
         if item.command == RETURN:
-            home = self._geography.home
-            place = None if home is None else (home.x, home.y)
-        else:
-            place = self._check.place_of(item)
+            return [] if home is None else [_drive_to(home, None)]
         steps = []
+        place = self._check.place_of(item)
         if place is not None:
-            steps.append(self._drive_to(item, *place))
-        if item.command != RETURN and item.wait > 0.0:
+            snapshot = self._handover.snapshot
+            here = Pose2D(*place) if snapshot is None else snapshot.pose
+            heading = here.bearing_to(Pose2D(*place))  # as it arrives
+            steps.append(_drive_to(Pose2D(*place, heading), item.radius))
+        if item.wait > 0.0:
             steps.append(_Step("wait", (f"time={item.wait:g}",)))
         return steps
 
-    def _drive_to(self, item: Item, x: float, y: float) -> _Step:
-        """A drive that arrives with the heading from here to there."""
-        snapshot = self._handover.snapshot
-        here = None if snapshot is None else snapshot.pose
-        heading = 0.0 if here is None else atan2(y - here.y, x - here.x)
-        ports = [f"goal=[{x:.3f}, {y:.3f}, {heading:.4f}]"]
-        if item.radius is not None and item.command not in (RETURN, LOITER):
-            ports.append(f"tolerance={item.radius:.3f}")
-        return _Step("navigate_to_pose", tuple(ports))
+
+def _drive_to(goal: Pose2D, tolerance: float | None) -> _Step:
+    ports = [f"goal=[{goal.x:.3f}, {goal.y:.3f}, {goal.heading:.4f}]"]
+    if tolerance is not None:
+        ports.append(f"tolerance={tolerance:.3f}")
+    return _Step("navigate_to_pose", tuple(ports))
