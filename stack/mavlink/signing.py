@@ -193,7 +193,7 @@ def stamp_file(key: Path) -> Path:
 def _codec_class() -> Any:
     from pymavlink.dialects.v20 import all as dialect
 
-    class SignedCodec(dialect.MAVLink):  # type: ignore[misc,name-defined]
+    class SignedCodec(dialect.MAVLink):  # type: ignore[misc]
         """A codec that checks the signature before the time stamp."""
 
         def check_signature(self, msgbuf: bytearray, srcSystem: int, srcComponent: int) -> bool:
