@@ -15,7 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 import typer
 
 from missions.cli.bench import bench_app
-from missions.cli.calibrate.command import calibrate
+from missions.cli.calibrate.command import calibrate_app
 from missions.cli.commissioning.preflight import EPILOG as PREFLIGHT_EPILOG
 from missions.cli.commissioning.preflight import preflight
 from missions.cli.inspection.check import check, explain
@@ -66,7 +66,6 @@ app.command("list")(list_)
 app.command()(describe)
 app.command()(parameters)
 app.command()(nav2)
-app.command()(calibrate)
 app.command()(jitter)
 app.command(epilog=PREFLIGHT_EPILOG)(preflight)
 app.command()(lsp)
@@ -80,6 +79,7 @@ app.command()(replay)
 app.command()(drive)
 app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
+app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(map_app, name="map")
 app.add_typer(tell_app, name="tell")
 app.add_typer(keys_app, name="keys")

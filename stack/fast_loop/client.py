@@ -234,6 +234,7 @@ class FastLoop:
         found = json.loads(answer)
         if "error" in found:
             raise BodyError(found["error"])
+        self._socket.setblocking(False)
         self._fed_at = monotonic()
         return [Privilege(*item) for item in found["lacks"]]
 

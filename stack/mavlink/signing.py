@@ -193,7 +193,9 @@ def stamp_file(key: Path) -> Path:
 def _codec_class() -> Any:
     from pymavlink.dialects.v20 import all as dialect
 
-    class SignedCodec(dialect.MAVLink):  # type: ignore[misc]
+    base: Any = dialect.MAVLink
+
+    class SignedCodec(base):  # type: ignore[misc]
         """A codec that checks the signature before the time stamp."""
 
         def check_signature(self, msgbuf: bytearray, srcSystem: int, srcComponent: int) -> bool:

@@ -35,7 +35,8 @@ MAX_BLOCKS, MAX_BYTES = 64, 1 << 14
 """That one `receive` reads of one peer, so that a flood cannot hold the caller: the largest number
 of blocks, and the bytes after which it stops."""
 
-CONNECT_TIMEOUT = 3.0
+CONNECT_TIMEOUT = 0.25
+"""Seconds for which opening a TCP connection may hold the caller."""
 
 Peer = Hashable
 """Identifies the other end to `send`."""
