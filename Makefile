@@ -51,6 +51,7 @@ $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
 $(VENV)/.installed-test: $(VENV)/.installed
 	@echo "installing the test tools into $(VENV) (once)"
 	$(PIP) install --editable '.[test]'
+	$(PIP) install --no-deps MAVProxy==1.8.75 # its opencv-python would replace opencv-python-headless
 	@touch $@
 
 run: $(VENV)/.installed

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from robots.mavlink.parameters import MavlinkParameters
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -34,6 +35,8 @@ class BodySetup:
         start: pose of the base, world frame.
         seed: of every random stream.
         pace: simulated seconds per wall second; 0: as fast as possible.
+        tell: writes a line to the log and for people.
+        interrupted: whether the user has given up waiting for the robot.
     """
 
     robot: RobotDescription
@@ -41,6 +44,8 @@ class BodySetup:
     start: Pose2D
     seed: int = 0
     pace: float = 0.0
+    tell: Callable[[str], None] = lambda line: None
+    interrupted: Callable[[], bool] = lambda: False
 
 
 MakeBody = Callable[[BodySetup], Body]
@@ -102,7 +107,27 @@ class Scripted(BodyKind):
         return ScriptedBody(setup.robot, scans_of(setup.robot, setup.world), start=setup.start)
 
 
-BUILT_IN: dict[str, type[BodyKind]] = {"simulated": Simulated, "scripted": Scripted}
+class Mavlink(BodyKind):
+    """A rover behind MAVLink: ArduRover in GUIDED, PX4 in OFFBOARD."""
+
+    Parameters = MavlinkParameters
+
+    @staticmethod
+    def make(setup: BodySetup, parameters: MavlinkParameters) -> Body:
+        """Connect, check, arm and set the mode."""
+        from robots.mavlink.body import MavlinkBody
+
+        return MavlinkBody(
+            setup.robot, parameters, start=setup.start, tell=setup.tell,
+            interrupted=setup.interrupted,
+        )  # fmt: skip
+
+
+BUILT_IN: dict[str, type[BodyKind]] = {
+    "simulated": Simulated,
+    "scripted": Scripted,
+    "mavlink": Mavlink,
+}
 
 
 def body_kind(name: str) -> type[BodyKind]:

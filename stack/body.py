@@ -2,7 +2,7 @@
 
 Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no command
 for DEAD_MAN seconds of its own time. What only some bodies know or can do is in interfaces of its
-own, asked for by type: `SimulatedWorld` and `Replay`.
+own, asked for by type: `SimulatedWorld`, `Replay`, `Engageable` and `AcceptsEstimate`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,16 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from stack.drivetrain.description import RobotDescription
-from stack.types import STANDSTILL, Disturbance, FloatArray, Observation, Pose2D, Twist
+from stack.types import (
+    STANDSTILL,
+    Disturbance,
+    FloatArray,
+    Observation,
+    Odometry,
+    Pose2D,
+    PoseEstimate,
+    Twist,
+)
 
 DEAD_MAN = 0.3
 """Seconds without a command after which a body stops."""
@@ -35,15 +44,25 @@ class BodyCommand:
     depth: bool = False
 
 
+LINK, MOTOR, PILOT, CLOCK, FAST_LOOP, HARDWARE = (
+    "link", "motor", "pilot", "clock", "fast_loop", "hardware",
+)  # fmt: skip
+"""Kinds of problems of a body: it does not answer, a motor reports an error, a pilot has taken
+over, its clock has jumped, the process that drives it does not answer, anything else."""
+
+
 @dataclass(frozen=True, slots=True)
 class BodyHealth:
     """State of the robot's hardware.
 
     Attributes:
         problem: what does not work; empty if the robot can drive.
+        fault: link | motor | pilot | clock | fast_loop | hardware: the kind of the problem, for
+            which the parameter of the same name of `failsafe` says what the robot does.
     """
 
     problem: str = ""
+    fault: str = HARDWARE
 
 
 HEALTHY = BodyHealth()
@@ -95,6 +114,29 @@ class Body(ABC):
     @abstractmethod
     def close(self) -> None:
         """Stop the robot and disconnect from it. Safe to call twice."""
+
+
+class Engageable(ABC):
+    """A body that somebody else may take over: a person with a transmitter, a failsafe.
+
+    Its health then has a problem, and it obeys no command until it is asked to.
+    """
+
+    @abstractmethod
+    def engage(self) -> str:
+        """Ask for control again, without waiting, because an operator wants the robot to move.
+
+        Returns:
+            Why that is not possible; empty if it is, or if the body is under control.
+        """
+
+
+class AcceptsEstimate(ABC):
+    """A body that wants to know where it is."""
+
+    @abstractmethod
+    def accept_estimate(self, estimate: PoseEstimate, motion: Odometry) -> None:
+        """Take the estimate of a step and the odometry that belongs to it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,8 @@ import typer
 
 from missions.cli.bench import bench_app
 from missions.cli.calibrate.command import calibrate
+from missions.cli.commissioning.preflight import EPILOG as PREFLIGHT_EPILOG
+from missions.cli.commissioning.preflight import preflight
 from missions.cli.inspection.check import check, explain
 from missions.cli.inspection.diagnose import diagnose
 from missions.cli.inspection.doctor import doctor
@@ -63,6 +65,7 @@ app.command()(describe)
 app.command()(parameters)
 app.command()(nav2)
 app.command()(calibrate)
+app.command(epilog=PREFLIGHT_EPILOG)(preflight)
 app.command()(lsp)
 app.command()(trace)
 app.command()(report)

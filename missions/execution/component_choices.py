@@ -39,6 +39,7 @@ from stack.perception.objects.parameters import ObjectDetectorParameters
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.places.parameters import PlaceParameters
 from stack.perception.tracking.parameters import TrackerParameters
+from stack.runtime.failsafe_parameters import FailsafeParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_safety_zones
@@ -50,6 +51,7 @@ SETTINGS: dict[str, type] = {
     "navigator": NavigationParameters,
     "evasion": EvasionParameters,
     "safety": SafetyParameters,
+    "failsafe": FailsafeParameters,
     "tracker": TrackerParameters,
     "depth": DepthParameters,
     "cameras": CameraParameters,

@@ -19,9 +19,9 @@ def network_sinks_of(options: RunOptions) -> tuple[list[Sink], TelemetryServer |
     """
     sinks: list[Sink] = []
     if options.mavlink:
-        from stack.telemetry.mavlink_sink import MavlinkSink
+        from stack.telemetry.mavlink.sink import MavlinkVehicle
 
-        sinks.append(MavlinkSink(options.mavlink))
+        sinks.append(MavlinkVehicle(options.mavlink))
     if options.foxglove is not None:
         from stack.telemetry.foxglove.server import FoxgloveServer
 

@@ -142,8 +142,6 @@ class Report:
         if self.folder:
             folder = Path(self.folder)
             lines.append(f"  records in {_shown(folder)}")
-            if (folder / "mission.rrd").exists():
-                lines.append(f"  recording: rerun {_shown(folder / 'mission.rrd')}")
         for link in self.links_lost:
             lines.append(f"  {link['link']} lost at {link['time']:.1f} s ({link['reason']})")
         for lost in self.records_lost:

@@ -30,7 +30,8 @@ _SIGNS = {
     MAP: ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"),
     PARAMETERS: (
         "planner", "controller", "goal_checker", "progress_checker", "costmap", "navigator",
-        "safety", "evasion", "speed_limits", "tracker", "loop", "recording", "localisation",
+        "safety", "failsafe", "evasion", "speed_limits", "tracker", "loop", "recording",
+        "localisation",
     ),
     TREES: ("trees",),
     MARKERS: ("markers", "boards"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
+from stack.drivetrain.drivetrain import Drivetrain, Length, WheelGeometry, WheelLaw
 from stack.drivetrain.limits import Limits
 from stack.types import Pose2D
 
@@ -72,12 +72,12 @@ class Differential(Drivetrain):
         """URDF joints of the left wheels, then of the right wheels."""
         return self._wheels.left + self._wheels.right
 
-    def to_wheels(self, state: DriveState) -> WheelCommand:
-        """Speeds of the left wheels, then of the right wheels."""
-        wheels, twist = self._wheels, state.twist
-        rim = twist.angular * self.effective_track / 2.0
-        left, right = (twist.linear - rim) / wheels.radius, (twist.linear + rim) / wheels.radius
-        return WheelCommand((left,) * len(wheels.left) + (right,) * len(wheels.right))
+    @property
+    def law(self) -> WheelLaw:
+        """Each side rolls at v -+ w b / 2."""
+        wheels, half = self._wheels, self.effective_track / 2.0
+        left, right = (1.0, 0.0, -half), (1.0, 0.0, half)
+        return WheelLaw((left,) * len(wheels.left) + (right,) * len(wheels.right), wheels.radius)
 
     def encoder_angles(self, wheels: Sequence[float]) -> Sequence[float]:
         """Mean angle of each side, left and right."""

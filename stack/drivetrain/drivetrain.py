@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 from stack.drivetrain.limits import Limits, limit_speed
@@ -39,6 +40,22 @@ class WheelCommand:
     """
 
     speeds: tuple[float, ...]
+    steering: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class WheelLaw:
+    """What the compiled control loop knows of a drivetrain (stack/drivetrain/kernels.py).
+
+    Attributes:
+        rows: of each driven wheel, its rolling speed per unit of linear, lateral and angular speed.
+        divisor: rolling speed / divisor is the speed in rad/s: the radius, if `rows` are in metres
+            per metre and metres per radian.
+        steering: of a car, as of `Ackermann.law`; empty without steered wheels.
+    """
+
+    rows: tuple[tuple[float, float, float], ...]
+    divisor: float
     steering: tuple[float, ...] = ()
 
 
@@ -200,9 +217,24 @@ class Drivetrain(ABC):
         """Largest angle of a single steered wheel, radians; 0 without any."""
         return 0.0
 
+    @property
     @abstractmethod
+    def law(self) -> WheelLaw:
+        """Kinematics as numbers, for compiled code."""
+
     def to_wheels(self, state: DriveState) -> WheelCommand:
         """Inverse kinematics: setpoints of the wheels for a state."""
+        law, twist = self._law, state.twist
+        return WheelCommand(
+            tuple(
+                (x * twist.linear + y * twist.lateral + turn * twist.angular) / law.divisor
+                for x, y, turn in law.rows
+            )
+        )
+
+    @cached_property
+    def _law(self) -> WheelLaw:
+        return self.law
 
     @property
     def encoders(self) -> int:

@@ -9,7 +9,7 @@ from math import cos, hypot, sin
 
 import numpy as np
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelGeometry, WheelLaw
 from stack.drivetrain.limits import Limits
 from stack.types import FloatArray, Pose2D, Twist
 
@@ -54,6 +54,33 @@ class OmniWheels(WheelGeometry):
         return Omnidirectional(self, limits)
 
 
+def share_of_change(  # noqa: PLR0913 - numba compiles it too (kernels.py)
+    linear: float, lateral: float, to_linear: float, to_lateral: float,
+    change: float, period: float, rise: float, fall: float,
+) -> float:  # fmt: skip
+    """Share of a change of velocity that one period allows, along a straight line; at most 1.
+
+    Args:
+        linear: m/s, now.
+        lateral: m/s, now.
+        to_linear: m/s, wanted.
+        to_lateral: m/s, wanted.
+        change: length of the change, m/s.
+        period: seconds.
+        rise: limit of speeding up, m/s².
+        fall: limit of slowing down, m/s².
+    """
+    if change == 0.0:
+        return 1.0
+    ahead, left = to_linear - linear, to_lateral - lateral
+    towards_zero = -(linear * ahead + lateral * left) / change
+    slowing = min(max(towards_zero, 0.0), change)
+    time = slowing / fall
+    if time >= period:
+        return fall * period / change
+    return (slowing + rise * (period - time)) / change
+
+
 class Omnidirectional(Drivetrain):
     """Omnidirectional drive: linear wheel kinematics with the Jacobian of the wheels.
 
@@ -82,19 +109,14 @@ class Omnidirectional(Drivetrain):
         """
         limits, now = self.limits, last.twist
         angular = limits.limit_angular(now.angular, wanted.angular, period)
-        ahead, left = wanted.linear - now.linear, wanted.lateral - now.lateral
-        change = hypot(ahead, left)
-        if not change:
-            return DriveState(Twist(wanted.linear, angular, wanted.lateral))
-        towards_zero = -(now.linear * ahead + now.lateral * left) / change
-        slowing = min(max(towards_zero, 0.0), change)
-        time = slowing / limits.linear_deceleration
-        if time >= period:
-            share = limits.linear_deceleration * period / change
-        else:
-            share = (slowing + limits.linear_acceleration * (period - time)) / change
+        change = hypot(wanted.linear - now.linear, wanted.lateral - now.lateral)
+        share = share_of_change(
+            now.linear, now.lateral, wanted.linear, wanted.lateral, change, period,
+            limits.linear_acceleration, limits.linear_deceleration,
+        )  # fmt: skip
         if share >= 1.0:
             return DriveState(Twist(wanted.linear, angular, wanted.lateral))
+        ahead, left = wanted.linear - now.linear, wanted.lateral - now.lateral
         return DriveState(Twist(now.linear + share * ahead, angular, now.lateral + share * left))
 
     @property
@@ -102,15 +124,11 @@ class Omnidirectional(Drivetrain):
         """URDF joints of all wheels."""
         return self._wheels.joints
 
-    def to_wheels(self, state: DriveState) -> WheelCommand:
-        """Speed of each wheel."""
-        twist = state.twist
-        return WheelCommand(
-            tuple(
-                x * twist.linear + y * twist.lateral + turn * twist.angular
-                for x, y, turn in self._speed_rows
-            )
-        )
+    @property
+    def law(self) -> WheelLaw:
+        """Jacobian, already in rad/s."""
+        rows = (self._wheels.jacobian / self._wheels.radius).tolist()
+        return WheelLaw(tuple((x, y, turn) for x, y, turn in rows), 1.0)
 
     @property
     def encoders(self) -> int:
@@ -132,10 +150,6 @@ class Omnidirectional(Drivetrain):
         """The smallest wheel forces f that produce the wrench F on the base: f = pinv(J') F."""
         wrench = np.array([force, force, moment])
         return float((np.abs(np.linalg.pinv(self._wheels.jacobian.T)) @ wrench).max())
-
-    @cached_property
-    def _speed_rows(self) -> list[tuple[float, ...]]:
-        return [tuple(row) for row in (self._wheels.jacobian / self._wheels.radius).tolist()]
 
     @cached_property
     def _motion_rows(self) -> list[list[float]]:

@@ -26,7 +26,7 @@ class Tunable(Protocol):
 class LiveParameters:
     """The current parameters of running components by their full names.
 
-    Every snapshot contains them, so they are collected again only after a change.
+    Every snapshot contains them, so they are collected again only after a change, in a new mapping.
 
     Args:
         tunables: the components by name.
@@ -42,7 +42,7 @@ class LiveParameters:
         self._named: dict[str, Any] = {}
         self.table = ParameterTable(tuple(self._described()))
 
-    def current(self) -> dict[str, Any]:
+    def current(self) -> Mapping[str, Any]:
         """Values by full name, e.g. `controller.cruise_speed`."""
         parameters = [tunable.parameters for tunable in self._tunables.values()]
         known = len(parameters) == len(self._collected)
@@ -53,7 +53,7 @@ class LiveParameters:
                 for component, instance in zip(self._tunables, parameters, strict=True)
                 for name, value in values_of(instance).items()
             }
-        return dict(self._named)
+        return self._named
 
     def _described(self) -> Iterator[ParameterInfo]:
         present = self.current()

@@ -64,6 +64,10 @@ class SensorWatch:
                 events.append(SensorEvent(name, "silent", f"{text}; its rate is {rate:g} Hz"))
         return events
 
+    def silence(self, now: float) -> dict[str, float]:
+        """Seconds up to a time of the robot's clock for which each silent sensor was not heard."""
+        return {name: now - self._heard[name] for name in sorted(self._silent)}
+
     def _first_dropped(self, name: str) -> SensorEvent:
         self._dropping.add(name)
         text = (

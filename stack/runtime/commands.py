@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stack.body import BodyCommand, Replay, SimulatedWorld
+from stack.body import BodyCommand, Engageable, Replay, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
 from stack.runtime.command_schema import (
@@ -22,6 +22,7 @@ from stack.runtime.command_schema import (
 from stack.runtime.debug_commands import DebugCommands
 from stack.runtime.detours import Detours
 from stack.runtime.disturbance_commands import disturbance_actions
+from stack.runtime.failsafe_parameters import ABORT, HOME, STOP
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
@@ -37,6 +38,7 @@ class CommandHandler:
     def __init__(self, parts: LoopParts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
         self.detours = Detours(parts.telemetry.emit)
+        self._home = parts.now.perceived.estimate.pose
         self.debugging = DebugCommands(parts, mission, self._resume_mission)
         self._actions: dict[str, Callable[[Any], str | None]] = {
             "pause": lambda _: self._pause(),
@@ -112,6 +114,19 @@ class CommandHandler:
         except (InputError, TypeError, ValueError) as error:
             return str(error), ""
 
+    def react(self, action: str, reason: str) -> None:
+        """Do what a failsafe wants: pause | stop | home | abort."""
+        if action == ABORT:
+            self._end(MissionState.ABORTED, reason)
+        elif action == STOP:
+            self._emergency_stop(EmergencyStopArguments(reason))
+        elif action == HOME and not self._mission.send(MissionEvent.DETOUR, reason):
+            self.detours.cancel()
+            task = self._parts.navigator.base.navigate_to(self._home)
+            self.detours.begin("navigate_to_pose", HOME, task)
+        else:
+            self.stand(reason)
+
     def stand(self, reason: str) -> None:
         """Pause without a command; a detour ends too."""
         self._mission.send(MissionEvent.PAUSE, reason)
@@ -136,6 +151,7 @@ class CommandHandler:
     def _resume(self) -> str:
         """Continue the operator's detour if that is paused, else the mission."""
         if self.holds_detour:
+            self._engage()
             self._send(MissionEvent.DETOUR)
             self._hold_detour(False)
             return "the drive to the operator's goal continues"
@@ -144,9 +160,17 @@ class CommandHandler:
 
     def _resume_mission(self) -> None:
         if not self._mission.refusal(MissionEvent.RESUME):
+            self._engage()
             self.detours.cancel()  # first: its end must not stop the mission's own motion
         self._send(MissionEvent.RESUME)
         self.debugging.forget_steps()
+
+    def _engage(self) -> None:
+        """Ask for control of a body that somebody has taken over; raise InputError if it cannot."""
+        body = self._parts.body
+        refusal = body.engage() if isinstance(body, Engageable) else ""
+        if refusal:
+            raise InputError(f"the robot cannot be moved: {refusal}")
 
     def _hold_detour(self, held: bool) -> None:
         now = self._parts.body.time
@@ -187,6 +211,7 @@ class CommandHandler:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
         self._refuse_motion_of_recording()
         goal = self._on_map(arguments.pose)
+        self._engage()
         self._send(MissionEvent.DETOUR)
         self.detours.cancel()
         task = self._parts.navigator.base.navigate_to(goal)
@@ -199,6 +224,7 @@ class CommandHandler:
             raise InputError("this run has no behaviours")
         ports = dict(port.split("=", 1) for port in arguments.ports)
         tree = make(arguments.name, {name.strip(): value for name, value in ports.items()})
+        self._engage()
         self._send(MissionEvent.DETOUR)
         self.detours.begin(arguments.name, arguments.tag, tree)
 

@@ -10,6 +10,7 @@ from stack.body import Body, SimulationEvent
 from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters
 from stack.navigation.navigator import Navigator
+from stack.runtime.failsafes import Failsafes
 from stack.runtime.holdups import Holdups
 from stack.runtime.perceiver import Perceiver
 from stack.safety.safety import Safety
@@ -150,6 +151,7 @@ class LoopParts:
     live_parameters: LiveParameters
     telemetry: Telemetry
     holdups: Holdups
+    failsafes: Failsafes
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None
     sensor_log: ObservationLog | None = None

@@ -11,15 +11,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stack.body import BodyCommand, SimulatedWorld
+from stack.body import AcceptsEstimate, BodyCommand, Replay, SimulatedWorld
 from stack.navigation.navigator import WantedTwist
 from stack.runtime.commands import CommandHandler
+from stack.runtime.failsafes import FailsafeInput
+from stack.runtime.figures import SlowFigures
 from stack.runtime.interfaces import LoopParts, MissionTree
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.sensing import Sensing
-from stack.runtime.sensor_rates import resident_memory
 from stack.runtime.stage_times import Stages
 from stack.safety.safety import LimitedTwist
 from stack.schedule import Schedule
@@ -37,6 +38,9 @@ from stack.types.limitations import LOST
 
 SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 """In a snapshot."""
+
+WATCHED_TIME = 2.0
+"""Time over which steps of a real robot are counted that exceed their period, s."""
 
 LONGEST_NAP = 0.01
 """Wall seconds between two looks for commands while the next step cannot be made yet."""
@@ -61,12 +65,14 @@ class Runtime:
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance, self.command = 0.0, LimitedTwist(STANDSTILL)
-        self.sensing = Sensing(parts, self.mission)
+        self.sensing = Sensing(parts)
         self.pace = PaceMeter()
         self._next_tree: Callable[[], MissionTree] | None = None
         self._world = parts.body if isinstance(parts.body, SimulatedWorld) else None
         self._ticks_every = parameters.steps_per_tick
+        self._watched_steps = round(WATCHED_TIME * parameters.control_rate)
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
+        self._figures = SlowFigures(self.stages, self.sensing)
         self._commands = CommandHandler(parts, self.mission, self.end)
         self._parameters = Layer(1, parts.live_parameters.table)
 
@@ -111,8 +117,11 @@ class Runtime:
         perceived = p.perceiver.perceive(
             observation, motion, estimate, last, measure, evades=p.navigator.evades
         )
+        if isinstance(p.body, AcceptsEstimate):
+            p.body.accept_estimate(estimate, motion)
         self._score(last.motion, motion, estimate)
         p.now.see(perceived)
+        self._guard(perceived)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):
                 self._tick_tree()
@@ -219,6 +228,7 @@ class Runtime:
         """Compose the snapshot of the current step. Its arrays are shared; do not modify them."""
         parts = self.parts
         state, estimate, body = self.perceived, parts.perceiver.estimator.estimate, parts.body
+        figures = self._figures.at(body.time)
         return Snapshot(
             time=body.time,
             step=self.steps,
@@ -240,7 +250,7 @@ class Runtime:
             layers=self.layers(),
             commanded=self.command.twist,
             measured=state.motion.twist,
-            stages=self.stages.timings(),
+            stages=figures.stages,
             speed=self.pace.factor,
             pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
             parameters=parts.live_parameters.current(),
@@ -250,8 +260,8 @@ class Runtime:
             depth_image=self.sensing.depth_image,
             depth_points=_depth_points(parts, state.depth),
             cameras=parts.perceiver.cameras.states,
-            sensors=self.sensing.sensors(),
-            memory=resident_memory(),
+            sensors=figures.sensors,
+            memory=figures.memory,
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,
@@ -308,6 +318,19 @@ class Runtime:
     @property
     def _navigates(self) -> bool:
         return self.mission.ticks or self._commands.is_on_detour
+
+    def _guard(self, perceived: Perceived) -> None:
+        """Let the failsafes react; what a recording contains is no reason to."""
+        parts = self.parts
+        if isinstance(parts.body, Replay) or self.state.is_over:
+            return
+        late = self.stages.late_share(self._watched_steps) if parts.body.is_real_time else 0.0
+        given = FailsafeInput(
+            perceived, self.sensing.health, self.sensing.silence,
+            parts.telemetry.operator_silence(), late,
+        )  # fmt: skip
+        for reaction in parts.failsafes.update(given):
+            self._commands.react(reaction.action, reaction.reason)
 
     def _score(self, last: Odometry, motion: Odometry, estimate: PoseEstimate) -> None:
         """Count the distance, and compare the estimate with the truth, if it is known."""

@@ -8,7 +8,6 @@ from stack.perception.cameras.watch import COLOUR_CAMERA
 from stack.perception.own_body import OwnBody
 from stack.perception.sensor_watch import SensorWatch
 from stack.runtime.interfaces import LoopParts
-from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.runtime.sensor_rates import SensorRates
 from stack.telemetry.hub import SENSORS, reason_of
 from stack.types import DepthImage, Image, Observation, Pose2D, SensorState
@@ -19,37 +18,35 @@ class Sensing:
 
     Args:
         parts: of the loop.
-        mission: paused when the body reports a problem.
 
     Attributes:
+        health: of the body.
         image: the newest picture of the camera.
         depth_image: the newest picture of a depth camera.
     """
 
-    def __init__(self, parts: LoopParts, mission: MissionStateMachine) -> None:
-        self._parts, self._mission = parts, mission
+    def __init__(self, parts: LoopParts) -> None:
+        self._parts = parts
         robot = parts.body.description
         self._deskewer, self._sensors = Deskewer(), SensorWatch(robot)
         self._own_body = OwnBody(robot)
         self._rates = SensorRates(robot)
-        self._health: BodyHealth = HEALTHY
+        self.health: BodyHealth = HEALTHY
         self.image: Image | None = None
         self.depth_image: DepthImage | None = None
 
     def sense(self, pose: Pose2D) -> Observation:
-        """Return the new measurements; pause the mission when the body reports a problem.
+        """Return the new measurements; report problems of the body.
 
         Args:
             pose: of the base after the last step, odom frame.
         """
         observation, health = self._parts.body.sense(), self._parts.body.health
-        if health != self._health:
-            self._health = health
+        if health != self.health:
+            self.health = health
             text = health.problem or "the robot works again"
             level = "error" if health.problem else "info"
             self._parts.telemetry.emit("body", text, source="body", level=level)
-            if health.problem:
-                self._mission.send(MissionEvent.PAUSE, health.problem)
         self._record(observation)
         self._rates.update(observation)
         observation = self._with_usable_pictures(observation, pose)
@@ -62,6 +59,11 @@ class Sensing:
         """How often each sensor delivers."""
         on = {camera.name for camera in self._parts.perceiver.cameras.states if camera.is_on}
         return self._rates.states(self._parts.body.time, on)
+
+    @property
+    def silence(self) -> dict[str, float]:
+        """Seconds for which each silent lidar, sonar or IMU has delivered nothing."""
+        return self._sensors.silence(self._parts.body.time)
 
     def _with_usable_pictures(self, observation: Observation, pose: Pose2D) -> Observation:
         """Return the observation without pictures that cannot be used; report faulty cameras."""

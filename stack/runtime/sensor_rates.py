@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection
 from math import inf
-from pathlib import Path
 
 from stack.drivetrain.description import RobotDescription
 from stack.perception.cameras.watch import COLOUR_CAMERA
@@ -13,9 +12,6 @@ from stack.types import Imu, Observation, SensorState
 
 WINDOW = 5.0
 """Seconds of the robot's clock over which a rate is counted."""
-
-PAGE = 4096
-"""Bytes of a page of memory in /proc/self/statm."""
 
 
 class SensorRates:
@@ -71,11 +67,3 @@ class SensorRates:
                 break
             count -= old
         return SensorState(name, count / span, expected, now - heard[-1][0] if heard else inf)
-
-
-def resident_memory() -> float:
-    """Memory of this process, bytes; 0 where the system does not tell."""
-    try:
-        return float(Path("/proc/self/statm").read_text("ascii").split()[1]) * PAGE
-    except OSError:
-        return 0.0

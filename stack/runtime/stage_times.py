@@ -9,8 +9,8 @@ from time import perf_counter
 
 from stack.telemetry.records import StageTiming
 
-RECENT, SHARES_EVERY = 400, 20
-"""Runs of which median and 99th percentile are taken, and runs between two of these figures."""
+RECENT = 400
+"""Runs of which median and 99th percentile are taken."""
 
 
 @dataclass(slots=True)
@@ -21,7 +21,6 @@ class _Stage:
     count: int = 0
     overruns: int = 0
     recent: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
-    _shares: tuple[int, float, float] = (0, 0.0, 0.0)
 
     def add(self, taken: float) -> None:
         self.total += taken
@@ -32,12 +31,9 @@ class _Stage:
         self.recent.append(taken)
 
     def timing(self) -> StageTiming:
-        """The figures so far; median and 99th percentile are a few runs old."""
-        counted, median, slow = self._shares
-        if counted == 0 or self.count - counted >= SHARES_EVERY:
-            ordered = sorted(self.recent)
-            median, slow = ordered[len(ordered) // 2], ordered[len(ordered) * 99 // 100]
-            self._shares = self.count, median, slow
+        """The figures so far."""
+        ordered = sorted(self.recent)
+        median, slow = ordered[len(ordered) // 2], ordered[len(ordered) * 99 // 100]
         return StageTiming(
             self.total / self.count, self.worst, self.count, self.overruns, median, slow,
             self.budget,
@@ -91,6 +87,11 @@ class Stages:
         if stage is None:
             stage = self.stages[name] = _Stage(self.budget)
         return stage
+
+    def late_share(self, steps: int) -> float:
+        """Share of the last steps that took longer than the period."""
+        recent = list(self.stage("step").recent)[-steps:]
+        return sum(taken > self.budget for taken in recent) / max(len(recent), steps)
 
     def timings(self) -> dict[str, StageTiming]:
         """Mean, worst, count and overruns of every stage."""

@@ -181,6 +181,11 @@ class Telemetry:
         self._tell_lost_links()
         return found
 
+    def operator_silence(self) -> float:
+        """Wall seconds since an operator was heard; 0 while none is connected."""
+        heard = [self._call(number, one.silence) for number, one in list(self._sources.items())]
+        return min((silent for silent in heard if silent is not None), default=0.0)
+
     def acknowledge(self, ack: Ack) -> None:
         """Send an acknowledgement to the sender of the command."""
         number, _, own = ack.id.partition(":")

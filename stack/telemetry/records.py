@@ -9,6 +9,7 @@ from typing import Any
 from uuid import uuid4
 
 from stack.errors import TelemetryError
+from stack.mavlink.origin import GeoOrigin
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -244,6 +245,7 @@ class RunInfo:
         urdf: text of the robot's URDF, for 3-D views.
         places: named poses, map frame.
         identity: of this run alone; two runs may have the same name.
+        origin: place of the map frame's origin on Earth; None: unknown.
     """
 
     run_id: str
@@ -257,6 +259,7 @@ class RunInfo:
     urdf: str = ""
     places: Mapping[str, Pose2D] = field(default_factory=dict)
     identity: str = field(default_factory=new_identity)
+    origin: GeoOrigin | None = None
 
 
 @dataclass(frozen=True, slots=True)

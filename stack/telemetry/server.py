@@ -185,6 +185,11 @@ class TelemetryServer:
         assert self._inbox is not None
         return self._inbox.take()
 
+    def silence(self) -> float | None:
+        """Wall seconds since a client was heard; None if all have said goodbye."""
+        now = self._clock()
+        return min((now - client.heard for client in self._clients.values()), default=None)
+
     def acknowledge(self, ack: Ack) -> None:
         """Send an Ack to the client whose command it was."""
         assert self._inbox is not None

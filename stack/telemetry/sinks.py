@@ -68,6 +68,10 @@ class CommandSource(Protocol):
         """Return the commands received since the last call, in order."""
         ...
 
+    def silence(self) -> float | None:
+        """Wall seconds since an operator was heard; None while none is connected."""
+        ...
+
     def acknowledge(self, ack: Ack) -> None:
         """Send the acknowledgement of a command to its sender."""
         ...

@@ -71,9 +71,9 @@ async def test_health_compares_rates_with_what_is_expected(pilot):
     shown = str(pilot.app.screen.query_one(Static).render())
     for row in ("✔ lidar", "▲ sonar_left", "✘ imu", "▲ navigate", "312 MB", "complete"):
         assert row in shown, row
-    pilot.app.source.changes["records_lost"] = "mission.rrd from 3.0 s on (no space)"
+    pilot.app.source.changes["records_lost"] = "sensors.mcap from 3.0 s on (no space)"
     pilot.app.refresh_now()
-    assert "mission.rrd from 3.0 s on" in str(pilot.app.screen.query_one(Static).render())
+    assert "sensors.mcap from 3.0 s on" in str(pilot.app.screen.query_one(Static).render())
 
 
 async def test_a_number_is_plotted_by_enter_and_the_choice_is_kept(pilot):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from time import sleep  # noqa: TID251 - only while the simulation is held
 
+from missions.commissioning.preflight import require_ready
 from missions.execution.build.detour import detour_maker
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import landmarks_of, map_of, world_model_of
@@ -24,7 +25,7 @@ from stack.components import Estimator
 from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
+from stack.errors import BodyError, InputError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.capabilities.localisation import StackLocalisation
 from stack.navigation.capabilities.map import StackMap
@@ -49,6 +50,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
 from stack.planning.outline_check import outline_checked
+from stack.runtime.failsafes import Failsafes
 from stack.runtime.holdups import Holdups
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.loop import Runtime
@@ -104,12 +106,14 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         urdf=plan.robot.model,
         places=dict(plan.mission.places),
         identity=identity or new_identity(),
+        origin=plan.world.origin,
     )
 
 
-def build(
+def build(  # noqa: PLR0913 - the optional ones by keyword
     plan: PreparedMission, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None,
-    make_body: MakeBody | None = None,
+    make_body: MakeBody | None = None, *, tell: Callable[[str], None] = discard,
+    interrupted: Callable[[], bool] = lambda: False,
 ) -> Engine:  # fmt: skip
     """Build and connect all parts; the engine is then ready for its first step.
 
@@ -119,18 +123,25 @@ def build(
         telemetry: receives events and snapshots.
         folder: of the run; None writes no records.
         make_body: makes the body; None: the choice of the options or of the robot file.
+        tell: writes a line for people while the body is made.
+        interrupted: whether the user has given up waiting for the robot.
 
     Raises:
+        BodyError: the robot cannot be reached, or may not drive.
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     log = folder.log if folder is not None else discard
-    body = _body(plan, options, make_body)
+    setup = BodySetup(
+        plan.robot, plan.world, plan.start, options.seed, options.speed, tell, interrupted
+    )
+    body = _body(plan, options, setup, make_body)
     announce_warnings(plan, telemetry)
     loop, emit = plan.choices["loop"].parameters, emitter(telemetry, "navigation")
     grid = map_of(plan)
     perceiver = _perceiver(plan, grid, options, body, telemetry, log)
     now = CurrentStep(Perceived(body.time, perceiver.estimator.estimate))
     holdups = Holdups(partial(telemetry.emit, source="safety"), loop.period)
+    failsafes = Failsafes(plan.choices["failsafe"].parameters, telemetry.emit)
     navigator = _navigator(
         plan, perceiver, now, emit, log, holdups.sentence, is_real_time=body.is_real_time
     )
@@ -155,9 +166,9 @@ def build(
         else SimulationScorer(simulation, plan.world, plan.robot.footprint, lambda: body.time)
     )
     sensor_log = _sensor_log(plan, options, folder)
-    tuning = LiveParameters(_tunables(navigator, safety, perceiver, coloured), emit)
+    tuning = LiveParameters(_tunables(navigator, safety, failsafes, perceiver, coloured), emit)
     parts = LoopParts(
-        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry, holdups,
+        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry, holdups, failsafes,
         scorer, debugger, sensor_log, detour_maker(plan.mission, plan.robot, robot, log),
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
@@ -246,12 +257,25 @@ def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
     return MarkerDetector(plan.markers, settings, surveyed)
 
 
-def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
-    setup = BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed)
+def _body(
+    plan: PreparedMission, options: RunOptions, setup: BodySetup, make_body: MakeBody | None
+) -> Body:
+    """Return the body; a real one has passed the preflight checks without motion.
+
+    Raises:
+        BodyError: the robot cannot be reached, or a check failed.
+    """
     if plan.recording is not None:
         replay = plan.mission.replay if options.replay is None else None
         return playing(plan.recording.play(), 0.0 if replay is None else replay.after)(setup)
-    return (make_body or chosen_body(plan.robot, options.body))(setup)
+    body = (make_body or chosen_body(plan.robot, options.body))(setup)
+    if body.is_real_time:
+        try:
+            require_ready(body)
+        except BodyError:
+            body.close()
+            raise
+    return body
 
 
 def _sensor_log(
@@ -269,14 +293,16 @@ def _sensor_log(
 
 
 def _tunables(
-    navigator: Navigator, safety: Safety, perceiver: Perceiver, coloured: ColouredObjectDetector
-) -> dict[str, Tunable]:
+    navigator: Navigator, safety: Safety, failsafes: Failsafes, perceiver: Perceiver,
+    coloured: ColouredObjectDetector,
+) -> dict[str, Tunable]:  # fmt: skip
     return {
         "controller": navigator.tools.path_follower,
         "goal_checker": navigator.tools.goal_checker,
         "progress_checker": navigator.tools.progress_checker,
         "navigator": navigator.tools,
         "safety": safety,
+        "failsafe": failsafes,
         "evasion": navigator.evasion,
         "local_costmap": perceiver.world_model.local_costmap,
         "global_costmap": perceiver.world_model.global_costmap,

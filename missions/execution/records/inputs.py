@@ -1,6 +1,6 @@
 """What a run was made of, in its folder: copies of all files that it read, options, versions.
 
-    inputs.json    options, versions, and each file with its digest
+    inputs.json    options, versions, each file with its digest, and facts (plan_facts.py)
     inputs/        the files, in the places that they had relative to each other; files of treepilot
                    itself in inputs/treepilot
 
@@ -12,13 +12,14 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, Field, asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from hashlib import file_digest
 from pathlib import Path
 from shutil import copyfile
 from typing import Any
 
 from missions.execution.prepare import PreparedMission
+from missions.execution.records.plan_facts import FACTS, LIST, facts_of
 from missions.execution.resources import MISSIONS, versions
 from missions.run_options import RunOptions
 from stack.documents.files import JSON_BYTES, read_bytes
@@ -26,7 +27,7 @@ from stack.errors import InputError
 from stack.telemetry.recorder import RunFolder
 
 FORMAT = 1
-LIST, COPIES, SHIPPED = "inputs.json", "inputs", "treepilot"
+COPIES, SHIPPED = "inputs", "treepilot"
 
 REPEATS = "repeats"
 """Folder of the repetitions of a run, in its folder."""
@@ -87,27 +88,13 @@ def keep_inputs(
             "format": FORMAT,
             "mission": copies.name_of(plan.mission.source),
             "options": copies.options(options),
-            "settings": _settings(plan),
+            FACTS: facts_of(plan).plain(),
             "versions": versions(),
             "files": [asdict(item) for item in listed],
         }
         folder.write(LIST, json.dumps(content, indent=2, ensure_ascii=False).encode() + b"\n")
     except OSError as error:
         folder.on_loss(LIST, error.strerror or str(error))
-
-
-def _settings(plan: PreparedMission) -> dict[str, str]:
-    """The parameters that are not the defaults of their components, by full name."""
-    return {
-        f"{kind}.{item.name}": str(getattr(choice.parameters, item.name))
-        for kind, choice in plan.choices.items()
-        for item in fields(choice.parameters)
-        if getattr(choice.parameters, item.name) != _default_of(item)
-    }
-
-
-def _default_of(item: Field[Any]) -> object:
-    return item.default_factory() if item.default_factory is not MISSING else item.default
 
 
 def _played(plan: PreparedMission) -> list[Path]:
@@ -187,14 +174,12 @@ class RunInputs:
         mission: the copy of the mission.
         options: of the run.
         versions: of treepilot and the libraries that its results depend on.
-        settings: parameters that were not the defaults of their components, by full name.
         files: that the run read.
     """
 
     folder: Path
     mission: Path
     options: RunOptions
-    settings: dict[str, str]
     versions: dict[str, str]
     files: tuple[InputFile, ...]
 
@@ -260,7 +245,6 @@ def read_inputs(folder: Path) -> RunInputs:
         options = _read_options(folder, content["options"])
         listed = tuple(InputFile(**item) for item in content["files"])
         mission, known = str(content["mission"]), dict(content["versions"])
-        settings = {str(name): str(value) for name, value in content["settings"].items()}
     except OSError as error:
         raise InputError(f"{folder} does not say what it was made of: {error.strerror}") from None
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
@@ -269,7 +253,7 @@ def read_inputs(folder: Path) -> RunInputs:
     for place in places:
         if not _resolved(folder / COPIES / place).is_relative_to(_resolved(folder / COPIES)):
             raise InputError(f"{file} is damaged: {place!r} is not in the run folder")
-    return RunInputs(folder, folder / COPIES / mission, options, settings, known, listed)
+    return RunInputs(folder, folder / COPIES / mission, options, known, listed)
 
 
 def _read_options(folder: Path, chosen: Mapping[str, Any]) -> RunOptions:

@@ -70,7 +70,7 @@ def costmap_empty(evidence: Evidence) -> Cause | None:
     unknown = [fact for fact in met if fact.at is not None and not _is_marked(evidence, fact.at)]
     if not unknown:
         return None
-    layers = _layers(evidence)
+    layers = ", ".join(evidence.facts.layers)
     facts = (
         unknown[0],
         Fact(f"no costmap has an obstacle within {NEAR:g} m of what the robot met, "
@@ -196,11 +196,6 @@ def _has_lethal(grid: CostGrid, at: tuple[float, float]) -> bool:
     top, left = max(row - reach, 0), max(column - reach, 0)
     around = grid.cells[top : max(row + reach + 1, 0), left : max(column + reach + 1, 0)]
     return bool((around == LETHAL_COST).any())
-
-
-def _layers(evidence: Evidence) -> str:
-    plan = evidence.plan
-    return "" if plan is None else ", ".join(part.name for part in plan.choices["costmap"].parts)
 
 
 def _pair(raw: object) -> tuple[float, float]:

@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from missions.execution.build.world import landmarks_of
-from missions.execution.prepare import PreparedMission, prepare
+from missions.execution.records.plan_facts import PlanFacts
 from missions.inspection.causes.cause import share
 from missions.inspection.causes.failed_nodes import FailedNode
 from missions.inspection.page.story import Story
-from stack.errors import InputError
 from stack.navigation.landmarks import Landmarks
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
@@ -83,14 +81,10 @@ class Evidence:
         """The last snapshot with a goal, in which the robot still drove; the newest without one."""
         return next((shot for shot in reversed(self.shots) if shot.goal is not None), self.last)
 
-    @cached_property
-    def plan(self) -> PreparedMission | None:
-        """The mission as it was prepared; None if its copies cannot be read any more."""
-        inputs = self.story.inputs
-        try:
-            return None if inputs is None else prepare(inputs.mission, inputs.options)
-        except InputError:
-            return None
+    @property
+    def facts(self) -> PlanFacts:
+        """What was known of the mission before it began."""
+        return self.story.facts
 
     def told(self, kind: str, since: float | None = None) -> list[Event]:
         """Return the events of a kind up to the failure, from a time on."""
@@ -166,9 +160,8 @@ class Evidence:
     @cached_property
     def landmarks(self) -> Landmarks:
         """Names of the mission's places, and of the doors of its world."""
-        if self.plan is not None:
-            return landmarks_of(self.plan)
-        return Landmarks({name: Pose2D(x, y) for name, (x, y) in self.story.places.items()})
+        places = {name: Pose2D(x, y) for name, (x, y) in self.story.places.items()}
+        return Landmarks(places, self.facts.doors)
 
     @property
     def inscribed_radius(self) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import hypot
-from pathlib import Path
 
 from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
@@ -54,20 +53,17 @@ def planner_slow(evidence: Evidence) -> Cause | None:
 
 def setting_unfit(evidence: Evidence) -> Cause | None:
     """A setting does not fit the robot or another setting; `check` warned of it."""
-    plan, failed = evidence.plan, evidence.failed
-    if plan is None or failed is None or failed.code in FRUITLESS:
+    failed = evidence.failed
+    if failed is None or failed.code in FRUITLESS:
         return None
     warned = sorted(
-        (one for one in plan.warnings if one.code in OF_SETTINGS),
-        key=lambda one: one.mark.line != failed.line_number,
+        (one for one in evidence.facts.warnings if one.code in OF_SETTINGS),
+        key=lambda one: one.line != failed.line_number,
     )
     if not warned:
         return None
-    is_named = warned[0].mark.line == failed.line_number
-    facts = tuple(
-        Fact(f"{Path(one.mark.file).name}:{one.mark.line} {one.code} {one.sentence}")
-        for one in warned[:3]
-    )
+    is_named = warned[0].line == failed.line_number
+    facts = tuple(Fact(f"{one.file}:{one.line} {one.code} {one.sentence}") for one in warned[:3])
     return Cause(
         "setting does not fit", NAMED if is_named else OTHER,
         f"a setting does not fit the robot or another setting: {warned[0].sentence}",

@@ -101,9 +101,8 @@ def _slower(evidence: Evidence) -> list[Fact]:
         for cause, length in seconds.items()
         if length >= TOLD
     ]
-    speed, plan = evidence.last.parameters.get(CRUISE), evidence.plan
-    if speed is not None and plan is not None:
-        most = plan.robot.limits.linear_speed
+    speed, most = evidence.last.parameters.get(CRUISE), evidence.facts.linear_speed
+    if speed is not None and most:
         facts.append(Fact(f"{CRUISE} {speed:g} m/s; the robot's limit {most:g} m/s"))
     return facts
 
@@ -122,12 +121,11 @@ def speed_low(evidence: Evidence) -> Cause | None:
 
 def _unused(evidence: Evidence) -> float:
     """Return the share of the robot's speed that the mission does without by a setting."""
-    plan, speed = evidence.plan, evidence.last.parameters.get(CRUISE)
-    inputs = evidence.story.inputs
-    is_set = inputs is not None and CRUISE in inputs.settings
-    if plan is None or speed is None or not is_set:
+    speed, most = evidence.last.parameters.get(CRUISE), evidence.facts.linear_speed
+    is_set = CRUISE in (evidence.facts.settings or {})
+    if speed is None or not most or not is_set:
         return 0.0
-    return 1.0 - share(float(speed), plan.robot.limits.linear_speed)
+    return 1.0 - share(float(speed), most)
 
 
 CAUSES = (time_limit, speed_low)

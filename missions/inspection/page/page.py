@@ -235,11 +235,11 @@ def _warnings(story: Story) -> str:
 
 def _settings(story: Story) -> str:
     parts = []
-    if story.inputs is None:
+    if story.facts.settings is None:
         parts.append("<p>The folder does not say which parameters were set.</p>")
-    elif story.inputs.settings:
+    elif story.facts.settings:
         title = "<h3 class='small'>parameters that differ from their defaults</h3>"
-        parts.append(title + _table(story.inputs.settings.items()))
+        parts.append(title + _table(story.facts.settings.items()))
     else:
         parts.append("<p>All parameters have their defaults.</p>")
     if story.report is not None:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.execution.records.inputs import COPIES, RunInputs, read_inputs
+from missions.execution.records.inputs import COPIES
+from missions.execution.records.plan_facts import PlanFacts, read_facts
 from missions.execution.report import Report, read_report
 from missions.inspection.trace_model import Node, Trace, Tree, read_trace
 from stack.documents.files import YAML_BYTES, read_bytes
-from stack.errors import InputError
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from stack.types import FloatArray, Footprint, OccupancyGrid
@@ -93,7 +93,7 @@ class Story:
         samples: figures over time.
         last: the last snapshot.
         report: None of a run that ended without one.
-        inputs: what it was made of; None if its folder does not say.
+        facts: what was known before it began.
     """
 
     folder: Path
@@ -106,7 +106,7 @@ class Story:
     places: dict[str, tuple[float, float]]
     footprint: Footprint
     report: Report | None
-    inputs: RunInputs | None
+    facts: PlanFacts
     _lines: dict[str, list[str]] = field(default_factory=dict)
 
     @property
@@ -217,10 +217,6 @@ def read_story(folder: Path) -> Story:
         InputError: the folder has no snapshots or no events.
     """
     trace = read_trace(folder)
-    try:
-        inputs = read_inputs(folder)
-    except InputError:
-        inputs = None
     with SnapshotRecording(folder) as recording:
         count = len(recording.times)
         numbers = sorted({*range(0, count, -(-count // MOST_SAMPLES)), count - 1})
@@ -229,7 +225,7 @@ def read_story(folder: Path) -> Story:
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
         {name: (pose.x, pose.y) for name, pose in info.places.items()}, info.footprint,
-        read_report(folder), inputs,
+        read_report(folder), read_facts(folder),
     )  # fmt: skip
 
 

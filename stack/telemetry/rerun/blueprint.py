@@ -13,9 +13,12 @@ from stack.telemetry.tree_text import depths
 from stack.types import CostGrid, OccupancyGrid
 
 TIMELINE = "mission_time"
+HELD = "held"
+"""Entity of what holds the robot."""
+
 BACKGROUND = (11, 14, 20)
 MAIN_NODES = 3
-"""Nodes in the state timeline, below the lanes of mission and activity; more do not fit."""
+"""Nodes in the state timeline below the first lanes: mission, activity, hold-ups."""
 
 
 def node_path(row: TreeRow) -> str:
@@ -43,7 +46,7 @@ def layout(snapshot: Snapshot) -> rrb.Blueprint:
         column_shares=[2, 2, 2, 3],
     )
     return rrb.Blueprint(
-        rrb.Vertical(top, _states(snapshot), curves, row_shares=[5.4, 2.6, 2.2]),
+        rrb.Vertical(top, _states(snapshot), curves, row_shares=[5.2, 2.9, 2.1]),
         rrb.TimePanel(state="collapsed", timeline=TIMELINE),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
@@ -98,7 +101,7 @@ def _tree() -> rrb.TextDocumentView:
 
 
 def _states(snapshot: Snapshot) -> rrb.StateTimelineView:
-    lanes = ["mission", "activity", *(node_path(row) for row in main_nodes(snapshot.tree))]
+    lanes = ["mission", "activity", HELD, *(node_path(row) for row in main_nodes(snapshot.tree))]
     return rrb.StateTimelineView(
         origin="/", contents=[f"+ /{lane}" for lane in lanes], name="Mission states"
     )

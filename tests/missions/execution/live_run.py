@@ -34,6 +34,9 @@ class Kept(Sink):
         given, self.orders = self.orders, []
         return given
 
+    def silence(self):
+        return None
+
     def acknowledge(self, ack):
         self.acks.append(ack)
 

@@ -9,7 +9,7 @@ import pytest
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from stack.telemetry.sinks import Sink
-from stack.telemetry.snapshots.log import SLOW, recorded_fields
+from stack.telemetry.snapshots.format import SLOW, recorded_fields
 from stack.telemetry.snapshots.recording import SnapshotRecording
 
 SECONDS = 10.0

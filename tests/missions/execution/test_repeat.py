@@ -194,11 +194,11 @@ def test_a_run_without_inputs_is_refused(tmp_path):
 @pytest.mark.parametrize(
     "content",
     ["", "[]", "{}", '{"format": 2}', '{"format": 1, "options": 3}',
-     '{"format": 1, "options": {}, "files": [{}], "mission": "m", "settings": {}, "versions": {}}',
-     '{"format": 1, "options": {}, "files": [], "mission": "../../m", "settings": {}, '
+     '{"format": 1, "options": {}, "files": [{}], "mission": "m", "versions": {}}',
+     '{"format": 1, "options": {}, "files": [], "mission": "../../m", '
      '"versions": {}}',
      '{"format": 1, "options": {}, "files": [{"path": "../x", "sha256": "", "source": ""}], '
-     '"mission": "m", "settings": {}, "versions": {}}'],
+     '"mission": "m", "versions": {}}'],
 )  # fmt: skip
 def test_a_damaged_list_is_refused(content, tmp_path):
     (tmp_path / "inputs.json").write_text(content)

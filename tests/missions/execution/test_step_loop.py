@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from robots.scripted import ScriptedBody, scans_of
+from robots.simulated import SimulatedBody
 from stack.body import SimulatedWorld
 from stack.telemetry.records import MissionState
 from stack.telemetry.sensor_log import SensorLog
@@ -202,15 +203,17 @@ def test_a_fault_of_the_hardware_pauses_the_mission_and_says_so(live):
 
 
 def test_nothing_waits_for_slow_work_where_time_cannot_be_frozen(live):
-    class Rover(ScriptedBody):
+    class Rover(SimulatedBody):
         @property
         def is_real_time(self):
             return True
 
-    for body, waits in ((Rover, False), (ScriptedBody, True)):
+    for body, waits in ((Rover, False), (SimulatedBody, True)):
         run = live(
             "run: {wait: {time: 1 s}}\n",
-            make_body=lambda setup, body=body: body(setup.robot, start=setup.start),
+            make_body=lambda setup, body=body: body(
+                setup.robot, setup.world, start=setup.start, seed=setup.seed
+            ),
         )
         parts = run.runtime.parts
         assert parts.navigator.tools.planner_worker._waits is waits

@@ -16,8 +16,9 @@ from stack.telemetry.hub import SNAPSHOTS, Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.recording_parameters import RecordingParameters
 from stack.telemetry.records import Layer, MissionState, RecordFull
-from stack.telemetry.snapshots import log as format_of
-from stack.telemetry.snapshots.log import BEAMS, SLOW, UNRECORDED, SnapshotLog, recorded_fields
+from stack.telemetry.snapshots import mcap_file
+from stack.telemetry.snapshots.format import BEAMS, SLOW, UNRECORDED, recorded_fields
+from stack.telemetry.snapshots.log import SnapshotLog
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from stack.types import CostGrid, Pose2D
 from tests.stack.telemetry.synthetic_run import SyntheticRun
@@ -209,10 +210,10 @@ def test_other_programs_can_read_it(recorded):
 
 
 def _with_schema(tmp_path, monkeypatch, opened, change):
-    original = format_of.schemas
-    monkeypatch.setattr(format_of, "schemas", lambda: change(original()))
+    original = mcap_file.schemas
+    monkeypatch.setattr(mcap_file, "schemas", lambda: change(original()))
     record(tmp_path, 30)
-    monkeypatch.setattr(format_of, "schemas", original)
+    monkeypatch.setattr(mcap_file, "schemas", original)
     return opened(tmp_path)
 
 

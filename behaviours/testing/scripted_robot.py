@@ -1,11 +1,4 @@
-"""Test kit for behaviours: a scripted robot without a simulator, and a function that ticks.
-
-robot = ScriptedRobot()
-drive = NavigateToPose(goal=Pose2D(1, 0))
-assert tick(drive, robot) is Status.RUNNING
-robot.task.succeed()
-assert tick(drive, robot) is Status.SUCCESS
-"""
+"""A robot of plain attributes that tests of behaviours set, and the tasks that it returns."""
 
 from __future__ import annotations
 
@@ -16,10 +9,7 @@ from inspect import signature
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
-from py_trees.behaviour import Behaviour
-from py_trees.common import Status
 
-from behaviours.base import RobotBehaviour
 from stack.errors import NavigationError, ParameterError
 from stack.robot import Base, JsonValue, Localisation, Map, Perception, Robot, Task
 from stack.types import (
@@ -53,9 +43,6 @@ from stack.types import (
     TrackedObject,
     Twist,
 )
-
-TICK_PERIOD = 0.1
-"""Seconds between two ticks of the tree."""
 
 
 @dataclass
@@ -387,34 +374,6 @@ class ScriptedRobot:
 
     def _record(self, called: str, **arguments: Any) -> None:
         self.calls.append((called, arguments))
-
-
-def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> Status:
-    """Tick once now, then every 0.1 s of the robot's clock, until it ends or `seconds` are over.
-
-    Sets the behaviour up with the robot if necessary. Returns the status after the last tick.
-    """
-    if vars(behaviour).get("robot") is not robot.interface:
-        behaviour.setup(robot=robot.interface)
-    behaviour.tick_once()
-    for _ in range(round(seconds / TICK_PERIOD)):
-        if behaviour.status is not Status.RUNNING:
-            break
-        robot.advance(TICK_PERIOD)
-        behaviour.tick_once()
-    return behaviour.status
-
-
-def pause(behaviour: RobotBehaviour, robot: ScriptedRobot, seconds: float) -> None:
-    """Pause and resume the behaviour, as a tree does when the operator pauses the mission."""
-    behaviour.pause(robot.time)
-    robot.advance(seconds)
-    behaviour.resume(robot.time)
-
-
-def halt(behaviour: Behaviour) -> None:
-    """Halt the behaviour as a tree does when another node pre-empts it."""
-    behaviour.stop(Status.INVALID)
 
 
 if TYPE_CHECKING:  # checked by the type checker: it has all that they promise

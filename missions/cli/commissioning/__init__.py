@@ -1,0 +1,1 @@
+"""`treepilot preflight`: checks of a robot before it drives."""

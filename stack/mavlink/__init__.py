@@ -1,0 +1,1 @@
+"""MAVLink as both sides of a link need it: addresses, links, frames, geodetic origin."""
