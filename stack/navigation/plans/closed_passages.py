@@ -17,7 +17,7 @@ from stack.types import Failure, FailureCode, Pose2D
 def explained(
     failure: Failure, tools: DriveTools, pose: Pose2D, goals: Sequence[Pose2D]
 ) -> Failure:
-    """Return the failure of a plan without a way; an event tells what closes the map's way.
+    """Return the failure of a plan with the names of places; an event tells what closes the way.
 
     Args:
         failure: of the plan.
@@ -25,6 +25,8 @@ def explained(
         pose: the start of the plan, map frame.
         goals: in turn, map frame.
     """
+    sentence = tools.landmarks.named(failure.sentence, (pose, *goals))
+    failure = replace(failure, sentence=sentence)
     zones = zones_closing(failure, tools.global_costmap, pose, goals)
     if zones:
         verb = "closes" if len(zones) == 1 else "close"
