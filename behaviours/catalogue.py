@@ -1,109 +1,31 @@
 """Catalogue of behaviours: built-in, plugins by folder or module, and installed packages.
 
-The class NavigateToPose is navigate_to_pose in a mission. Any py_trees leaf can also be used by its
-dotted name, e.g. py_trees.behaviours.Success. A broken plugin is reported with its file and a
-sentence; the other plugins still work.
+Any py_trees leaf can also be used by its dotted name, e.g. py_trees.behaviours.Success. A broken
+plugin is reported with its file and a sentence; the other plugins still work.
 """
 
 from __future__ import annotations
 
 import inspect
 import pkgutil
-import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
-from py_trees import behaviours
-from py_trees.behaviour import Behaviour
-from py_trees.composites import Composite
-from py_trees.decorators import Decorator
-
-from behaviours._plugins import plain_leaf, plugin_folder
+from behaviours._plugins import plugin_folder
 from behaviours._plugins.plugin_folder import import_quietly
-from behaviours._plugins.port_types import check_ports
-from behaviours.base import RobotBehaviour
-from stack.drivetrain.needs import needs_problem
-from stack.errors import ParameterError
-from stack.parameters import Declaration, suggestion
-from stack.types import Assignments, Expression
+from behaviours.kind import BehaviourKind, UnusableClass, is_leaf, kind_of, name_of
+from stack.parameters import suggestion
 
 GROUP = "treepilot.behaviours"
 """Entry-point group; an entry is a module or module:Class."""
 
-_PLAIN: dict[type, dict[str, bool]] = {
-    behaviours.Success: {"can_fail": False}, behaviours.Failure: {"can_succeed": False},
-    behaviours.Running: {"can_succeed": False, "can_fail": False},
-}  # fmt: skip
-"""Leaves of py_trees that cannot succeed or fail; any other one can."""
-
 OWN_MODULES = ("py_trees", "behaviours")
 """Modules of which missions can use leaves by dotted names without listing them."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class BehaviourTraits:
-    """What a behaviour class declares of itself; RobotBehaviour says what each of them means."""
-
-    uses_wheels: bool
-    takes_time: bool
-    is_instant: bool
-    duration_port: str
-    is_condition: bool
-    can_succeed: bool
-    can_fail: bool
-    fails_with: tuple[str, ...] | None
-    ends_by: tuple[str, ...]
-    failure_ports: tuple[str, ...]
-    goal_ports: tuple[str, ...]
-    area_ports: tuple[str, ...]
-    arrival_port: str
-    runs_in_tests: bool
-    also_known_as: tuple[str, ...]
-    needs: tuple[str, ...]
-    edge_port: str
-    label_port: str
-    drives_backward: bool
-
-
-@dataclass(frozen=True, kw_only=True)
-class BehaviourKind(BehaviourTraits):
-    """A behaviour that missions can use.
-
-    Attributes:
-        name: as written in missions.
-        ports: inputs by name.
-        outputs: outputs by name; empty for a plain py_trees leaf.
-        doc: docstring, unindented.
-        source: file that defines it.
-    """
-
-    name: str
-    cls: type[Behaviour]
-    ports: Mapping[str, Declaration]
-    outputs: Mapping[str, Declaration]
-    doc: str
-    source: str
-
-    @property
-    def summary(self) -> str:
-        """First line of the docstring."""
-        return self.doc.partition("\n")[0]
-
-    @property
-    def is_built_in(self) -> bool:
-        """Whether its class is part of treepilot."""
-        return self.cls.__module__.partition(".")[0] == __name__.partition(".")[0]
-
-    @property
-    def bindable(self) -> bool:
-        """Whether ports can be bound to a `$key`; those of a plain py_trees leaf are constants."""
-        return issubclass(self.cls, RobotBehaviour)
 
 
 @dataclass(frozen=True)
@@ -154,8 +76,8 @@ class Catalogue:
         if "." not in name:
             return f"there is no behaviour {name!r}; {suggestion(name, self.kinds)}"
         try:
-            return _kind_of(name, _class_named(name, self.modules))
-        except _Unusable as error:
+            return kind_of(name, _class_named(name, self.modules))
+        except UnusableClass as error:
             return f"{name!r} cannot be used: {error}"
 
 
@@ -226,47 +148,6 @@ def plugin_sources(plugins: Sequence[str], folder: Path | None = None) -> list[P
     ]
 
 
-def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour:
-    """Build one node.
-
-    Args:
-        kind: from the catalogue.
-        name: label of the node.
-        ports: raw or checked values; None for a port that is bound later.
-
-    Raises:
-        ParameterError: a port does not exist, is missing, or has an invalid value.
-    """
-    for port in ports:
-        if port not in kind.ports:
-            sentence = f"{kind.name} has no port {port!r}"
-            raise ParameterError(port, sentence, suggestion(port, kind.ports))
-    for port, declared in kind.ports.items():
-        if declared.required and port not in ports:
-            raise ParameterError(port, f"{kind.name} needs this port: {declared.help}".rstrip(": "))
-    values = {port: _value(kind.ports[port], raw) for port, raw in ports.items()}
-    if issubclass(kind.cls, RobotBehaviour):
-        return kind.cls(name=name, **values)
-    return plain_leaf.build(kind.cls, name, values)
-
-
-def _value(declared: Declaration, raw: Any) -> Any:
-    """Convert a raw value; expressions are already compiled."""
-    if raw is None or declared.type in (Expression, Assignments):
-        return raw
-    return declared.read(raw)
-
-
-def name_of(cls: type) -> str:
-    """Return the name in missions: NavigateToPose -> navigate_to_pose, HTTPGet -> http_get."""
-    pattern = r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
-    return re.sub(pattern, "_", cls.__name__).lower()
-
-
-class _Unusable(Exception):
-    """A class or module that missions cannot use; the message says why."""
-
-
 @dataclass
 class _Search:
     """Search results so far.
@@ -317,78 +198,41 @@ class _Search:
         """Add every leaf that a module itself defines; names with an underscore are private."""
         module = load()
         for item in vars(module).copy().values():
-            if inspect.isclass(item) and item.__module__ == module.__name__ and _is_leaf(item):
+            if inspect.isclass(item) and item.__module__ == module.__name__ and is_leaf(item):
                 self.add(item, label or str(module.__file__))
 
     def add(self, cls: type, label: str) -> None:
         name = name_of(cls)
         try:
-            kind = _kind_of(name, cls)
+            kind = kind_of(name, cls)
             if name in self.reserved:
-                raise _Unusable(f"{name!r} is a word of the mission language; rename the class")
+                raise UnusableClass(f"{name!r} is a word of the mission language; rename the class")
             other = self.kinds.get(name)
             if other is not None and other.cls is not cls:
-                raise _Unusable(f"{name!r} is already defined in {other.source}; rename the class")
-        except _Unusable as error:
+                raise UnusableClass(
+                    f"{name!r} is already defined in {other.source}; rename the class"
+                )
+        except UnusableClass as error:
             self.report(label, f"{cls.__name__}: {error}")
         else:
             self.kinds.setdefault(name, kind)
-
-
-def _is_leaf(cls: type) -> bool:
-    return (
-        issubclass(cls, Behaviour)
-        and not issubclass(cls, Composite | Decorator)
-        and cls is not RobotBehaviour
-        and not cls.__name__.startswith("_")
-    )
-
-
-def _kind_of(name: str, cls: type) -> BehaviourKind:
-    if not (inspect.isclass(cls) and issubclass(cls, Behaviour)):
-        raise _Unusable("it is not a py_trees Behaviour class")
-    if not _is_leaf(cls):
-        raise _Unusable("only leaves can be used this way, not composites and decorators")
-    if inspect.isabstract(cls):
-        raise _Unusable("it is abstract")
-    if cls.__module__.split(".")[:2] == ["py_trees", "timers"]:
-        raise _Unusable("py_trees' timers read wall time; use `wait`")
-    try:
-        if issubclass(cls, RobotBehaviour):
-            ports, outputs = cls.ports(), cls.outputs()
-            check_ports(ports)
-        else:
-            ports, outputs = plain_leaf.ports(cls), {}
-    except (ParameterError, TypeError, NameError) as error:
-        raise _Unusable(str(error)) from error
-    declared = cls if issubclass(cls, RobotBehaviour) else RobotBehaviour
-    problem = needs_problem(declared.needs)
-    if problem:
-        raise _Unusable(problem)
-    traits = {trait.name: getattr(declared, trait.name) for trait in fields(BehaviourTraits)}
-    traits["takes_time"] = declared.uses_wheels or declared.takes_time
-    traits.update(_PLAIN.get(cls, {}))
-    return BehaviourKind(
-        name=name, cls=cls, ports=ports, outputs=outputs, doc=inspect.cleandoc(cls.__doc__ or ""),
-        source=inspect.getfile(cls), **traits,
-    )  # fmt: skip
 
 
 def _class_named(dotted: str, modules: Sequence[str]) -> type:
     """Return a class; only listed modules and those below are imported.
 
     Raises:
-        _Unusable: the module is not listed or cannot be imported, or has no such name.
+        UnusableClass: the module is not listed or cannot be imported, or has no such name.
     """
     module, _, attribute = dotted.rpartition(".")
     if not any(f"{module}.".startswith(f"{listed}.") for listed in modules):
-        raise _Unusable(f"add its module to the mission: `plugins: [{module}]`")
+        raise UnusableClass(f"add its module to the mission: `plugins: [{module}]`")
     try:
         found: type = getattr(import_quietly(module), attribute)
     except AttributeError:
-        raise _Unusable(f"the module {module} has no {attribute!r}") from None
+        raise UnusableClass(f"the module {module} has no {attribute!r}") from None
     except (Exception, SystemExit) as error:
-        raise _Unusable(plugin_folder.sentence_for(error)) from error
+        raise UnusableClass(plugin_folder.sentence_for(error)) from error
     return found
 
 

@@ -23,7 +23,6 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
     start: str | None = None,
     out: str | Path | None = None,
     speed: float = 0.0,
-    rerun: bool = False,
     parameters: Mapping[str, str] | None = None,
     record: Sequence[str] = (),
     replay: str | Path | None = None,
@@ -41,7 +40,6 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
         start: replaces the mission's start: a place or "x,y,heading" (metres, radians).
         out: the run folder; must be empty or absent. None writes no records.
         speed: simulated seconds per wall second; 0 is as fast as possible.
-        rerun: record mission.rrd into the folder.
         parameters: `controller.cruise_speed` -> value as text; overrides all files.
         record: `sensors` records every observation in the folder's sensors.mcap.
         replay: a sensors.mcap to play instead of driving.
@@ -58,7 +56,7 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
 
     options = RunOptions(
         seed=seed, arguments=dict(arguments or {}), robot=robot, world=world, start=start,
-        out=Path(out) if out is not None else None, speed=speed, rerun=rerun, serve=False,
+        out=Path(out) if out is not None else None, speed=speed, serve=False,
         parameters=dict(parameters or {}), record=tuple(record),
         replay=Path(replay) if replay is not None else None,
         body=body if isinstance(body, str) else "", forget_kept=forget_kept,
@@ -75,7 +73,6 @@ def run_together(  # noqa: PLR0913 - the settings of a run, all by keyword
     world: str | None = None,
     out: str | Path | None = None,
     speed: float = 0.0,
-    rerun: bool = False,
     parameters: Mapping[str, str] | None = None,
     record: Sequence[str] = (),
 ) -> list[Report]:
@@ -88,7 +85,6 @@ def run_together(  # noqa: PLR0913 - the settings of a run, all by keyword
         world: replaces the missions' world: a name or a path.
         out: receives a run folder for each mission, by its name. None writes no records.
         speed: simulated seconds per wall second; 0 is as fast as possible.
-        rerun: record mission.rrd into the folders.
         parameters: as for `run`, for all missions.
         record: as for `run`.
 
@@ -105,7 +101,7 @@ def run_together(  # noqa: PLR0913 - the settings of a run, all by keyword
 
     options = RunOptions(
         seed=seed, arguments=dict(arguments or {}), world=world,
-        out=Path(out) if out is not None else None, speed=speed, rerun=rerun, serve=False,
+        out=Path(out) if out is not None else None, speed=speed, serve=False,
         parameters=dict(parameters or {}), record=tuple(record),
     )  # fmt: skip
     return run_entries(prepare_together(missions, options))

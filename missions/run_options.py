@@ -17,7 +17,11 @@ class RunOptions:
         speed: simulated seconds per wall second; 0 is as fast as possible.
         out: the run folder, made absolute; None writes no records.
         serve: let dashboards attach.
-        mavlink: address to send MAVLink telemetry to, or None.
+        mavlink: address of a MAVLink ground station, or None.
+        mavlink_key: file with the key of a signed MAVLink link.
+        mavlink_home: `auto`, `always` or `never`: whether the first item of a plan is home.
+        origin: latitude and longitude of the map's origin, degrees: `48.1374,11.5755`; None: that
+            of the world file.
         foxglove: port on the loopback device on which Foxglove can watch, or None.
         parameters: `controller.cruise_speed` -> value as text; overrides all files.
         camera: "asked" renders an image only when the mission asks for one; "off" simulates a
@@ -41,9 +45,11 @@ class RunOptions:
     start: str | None = None
     out: Path | None = None
     speed: float = 0.0
-    rerun: bool = False
     serve: bool = True
     mavlink: str | None = None
+    mavlink_key: Path | None = None
+    mavlink_home: str = "auto"
+    origin: str | None = None
     foxglove: int | None = None
     camera: str = "asked"
     renderer: str = ""

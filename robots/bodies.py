@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from robots.mavlink.parameters import MavlinkParameters
+from robots.motors.parameters import WheelsParameters
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -34,6 +36,8 @@ class BodySetup:
         start: pose of the base, world frame.
         seed: of every random stream.
         pace: simulated seconds per wall second; 0: as fast as possible.
+        tell: writes a line to the log and for people.
+        interrupted: whether the user has given up waiting for the robot.
     """
 
     robot: RobotDescription
@@ -41,6 +45,8 @@ class BodySetup:
     start: Pose2D
     seed: int = 0
     pace: float = 0.0
+    tell: Callable[[str], None] = lambda line: None
+    interrupted: Callable[[], bool] = lambda: False
 
 
 MakeBody = Callable[[BodySetup], Body]
@@ -102,7 +108,41 @@ class Scripted(BodyKind):
         return ScriptedBody(setup.robot, scans_of(setup.robot, setup.world), start=setup.start)
 
 
-BUILT_IN: dict[str, type[BodyKind]] = {"simulated": Simulated, "scripted": Scripted}
+class Wheels(BodyKind):
+    """Motors of the robot's own, or emulated ones, held by a fast loop."""
+
+    Parameters = WheelsParameters
+
+    @staticmethod
+    def make(setup: BodySetup, parameters: WheelsParameters) -> Body:
+        """Make the body, with a process of the fast loop; the wheels have torque from now on."""
+        from robots.motors.body import WheelsBody
+
+        return WheelsBody(setup.robot, parameters)
+
+
+class Mavlink(BodyKind):
+    """A rover behind MAVLink: ArduRover in GUIDED, PX4 in OFFBOARD."""
+
+    Parameters = MavlinkParameters
+
+    @staticmethod
+    def make(setup: BodySetup, parameters: MavlinkParameters) -> Body:
+        """Connect, check, arm and set the mode."""
+        from robots.mavlink.body import MavlinkBody
+
+        return MavlinkBody(
+            setup.robot, parameters, start=setup.start, tell=setup.tell,
+            interrupted=setup.interrupted,
+        )  # fmt: skip
+
+
+BUILT_IN: dict[str, type[BodyKind]] = {
+    "simulated": Simulated,
+    "scripted": Scripted,
+    "mavlink": Mavlink,
+    "wheels": Wheels,
+}
 
 
 def body_kind(name: str) -> type[BodyKind]:

@@ -2,7 +2,8 @@
 
 Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no command
 for DEAD_MAN seconds of its own time. What only some bodies know or can do is in interfaces of its
-own, asked for by type: `SimulatedWorld` and `Replay`.
+own, asked for by type: `SimulatedWorld`, `Replay`, `Engageable`, `AcceptsEstimate` and
+`FastLoopBody`.
 """
 
 from __future__ import annotations
@@ -14,7 +15,17 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from stack.drivetrain.description import RobotDescription
-from stack.types import STANDSTILL, Disturbance, FloatArray, Observation, Pose2D, Twist
+from stack.types import (
+    STANDSTILL,
+    Disturbance,
+    FloatArray,
+    LoopStatistics,
+    Observation,
+    Odometry,
+    Pose2D,
+    PoseEstimate,
+    Twist,
+)
 
 DEAD_MAN = 0.3
 """Seconds without a command after which a body stops."""
@@ -28,11 +39,13 @@ class BodyCommand:
         twist: velocity of the base, base frame.
         capture: whether the camera takes pictures; they are rendered or transferred only then.
         depth: whether the depth cameras take pictures.
+        emergency_stop: whether an emergency stop stands. A body with a fast loop latches it there.
     """
 
     twist: Twist = STANDSTILL
     capture: bool = False
     depth: bool = False
+    emergency_stop: bool = False
 
 
 LINK, MOTOR, PILOT, CLOCK, FAST_LOOP, HARDWARE = (
@@ -107,6 +120,29 @@ class Body(ABC):
         """Stop the robot and disconnect from it. Safe to call twice."""
 
 
+class Engageable(ABC):
+    """A body that somebody else may take over: a person with a transmitter, a failsafe.
+
+    Its health then has a problem, and it obeys no command until it is asked to.
+    """
+
+    @abstractmethod
+    def engage(self) -> str:
+        """Ask for control again, without waiting, because an operator wants the robot to move.
+
+        Returns:
+            Why that is not possible; empty if it is, or if the body is under control.
+        """
+
+
+class AcceptsEstimate(ABC):
+    """A body that wants to know where it is."""
+
+    @abstractmethod
+    def accept_estimate(self, estimate: PoseEstimate, motion: Odometry) -> None:
+        """Take the estimate of a step and the odometry that belongs to it."""
+
+
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
     """Exact state of the base of a simulated robot, world frame."""
@@ -155,6 +191,15 @@ class SimulationEvent(NamedTuple):
     kind: str
     text: str
     fields: Mapping[str, Any] = MappingProxyType({})
+
+
+class FastLoopBody(ABC):
+    """What only a body knows whose hardware is held by a fast loop (stack/fast_loop)."""
+
+    @property
+    @abstractmethod
+    def loop_statistics(self) -> LoopStatistics:
+        """Timing of the fast loop so far."""
 
 
 class Replay(ABC):

@@ -39,7 +39,8 @@ from py_trees.common import Status
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from behaviours.catalogue import GROUP, build, find_behaviours
+from behaviours.catalogue import GROUP, find_behaviours
+from behaviours.kind import build
 from behaviours.testing import ScriptedRobot, tick
 from missions.cli.app import app
 from missions.execution.resources import MISSIONS, find_mission
@@ -69,7 +70,7 @@ DRAWINGS = {"architecture.md"}
 """Pages whose fences without a language are drawings."""
 
 OPTIONS = {
-    "run": ["--headless", "--speed", "max", "--no-rerun"],
+    "run": ["--headless", "--speed", "max"],
     "tune": [
         *("--set", "goal=[2.6, 2.2, 45 deg]", "--samples", "3", "--seeds", "1"),
         *("--refine", "0", "--confirm", "0", "--jobs", "1"),

@@ -26,7 +26,7 @@ FOUNDATION = {
     "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.kernel_cache", "stack.patience", "stack.child_process",
-    "stack.worker_thread", "stack.optional_packages",
+    "stack.worker_thread", "stack.optional_packages", "stack.clock",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "tui": {
         "stack.types", "stack.telemetry", "stack.errors", "stack.parameters", "stack.documents",
     },
-    "robots": {"stack.body", "stack.sim", "stack.mavlink", *FOUNDATION},
+    "robots": {"stack.body", "stack.fast_loop", "stack.mavlink", "stack.sim", *FOUNDATION},
     "stack.types": set(),
     "stack.errors": {"stack.types"},
     "stack.parameters": {"stack.types", "stack.errors"},
@@ -51,12 +51,16 @@ MAY_IMPORT = {
     "stack.child_process": {"stack.errors", "stack.patience"},
     "stack.worker_thread": {"stack.errors", "stack.patience"},
     "stack.optional_packages": {"stack.errors"},
+    "stack.clock": set(),
     "stack.columns": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types", "stack.kernel_cache"},
     "stack.frames": {"stack.types", "stack.errors"},
-    "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters"},
+    "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters", "stack.kernel_cache"},
+    "stack.fast_loop": {  # a process of its own: the brain's packages stay out of it
+        "stack.types", "stack.errors", "stack.parameters", "stack.drivetrain", "stack.kernel_cache",
+    },
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
     "stack.component_bases": {
@@ -79,7 +83,7 @@ MAY_IMPORT = {
     "stack.planning": {"stack.components", *FOUNDATION},
     "stack.costmap": {"stack.components", "stack.mapping", *FOUNDATION},
     "stack.control": {"stack.components", "stack.costmap", "stack.safety", *FOUNDATION},
-    "stack.sim": {"stack.body", "stack.mapping", *FOUNDATION},
+    "stack.sim": {"stack.body", "stack.mapping", "stack.mavlink.origin", *FOUNDATION},
     "stack.navigation": {
         "stack.body", "stack.robot", "stack.components", "stack.control", "stack.costmap",
         "stack.localisation", "stack.mapping", "stack.perception", "stack.planning",

@@ -64,5 +64,5 @@ def test_the_tutorial_prints_what_it_shows(tmp_path, monkeypatch):
             assert re.fullmatch(pattern_of(shown), got), f"$ {line}\n{got}"
             commands += 1
     assert commands == 15
-    assert (tmp_path / "runs" / "first" / "mission.rrd").stat().st_size > 100_000
+    assert (tmp_path / "runs" / "first" / "snapshots.mcap").stat().st_size > 50_000
     assert (tmp_path / "flat.png").read_bytes().startswith(b"\x89PNG")

@@ -17,11 +17,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from zipfile import ZipFile
 
-from tests.missions.shipped import check_success
+from tests.missions.shipped import ARGUMENTS, check_success
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
-WORDS = "run --headless --speed max --no-rerun --seed 1 --out".split()
+WORDS = "run --headless --speed max --seed 1 --out".split()
 OWN = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 
 
@@ -76,12 +76,18 @@ def driven(treepilot: Path, missions: list[str], folder: Path) -> None:
     called(treepilot, [*WORDS, "runs/first", missions[0]], folder)  # compiles the kernels once
     with ThreadPoolExecutor(max_workers=2) as pool:
         runs = [
-            pool.submit(called, treepilot, [*WORDS, f"runs/{name}", name], folder)
+            pool.submit(called, treepilot, [*WORDS, f"runs/{name}", name, *settings(name)], folder)
             for name in missions
         ]
     for name, run in zip(missions, runs, strict=True):
         run.result()
         check_success(name, json.loads((folder / "runs" / name / "report.json").read_text("utf-8")))
+
+
+def settings(name: str) -> list[str]:
+    """Options of the command line for the arguments of a mission."""
+    given = ARGUMENTS.get(name, {}).items()
+    return [word for key, value in given for word in ("--set", f"{key}={value}")]
 
 
 def called(treepilot: Path, words: list[str], folder: Path) -> None:

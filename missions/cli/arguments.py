@@ -38,6 +38,11 @@ Parameters = Annotated[
 ]
 
 
+View = Annotated[
+    bool, typer.Option("--view", help="also show the run in rerun's viewer as it goes on")
+]
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun: `1 file`, `6 errors`."""
     return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from behaviours.catalogue import BehaviourKind
+from behaviours.kind import BehaviourKind
 from missions.editor.document import CURSOR, Reading
 from missions.editor.hover import parameters_of, signature_of_kind, symbol_text, tree_text
 from missions.editor.markdown import behaviour_text, declaration_text, word_text

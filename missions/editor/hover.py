@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from behaviours.catalogue import BehaviourKind
+from behaviours.kind import BehaviourKind
 from missions.editor.document import Reading
 from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.inspection.listing import description_of, installed

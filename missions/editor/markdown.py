@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from behaviours.catalogue import BehaviourKind
+from behaviours.kind import BehaviourKind
 from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES
 from stack.drivetrain.needs import needs_text

@@ -10,7 +10,7 @@ from pathlib import Path
 from missions.editor.document import Reading, read_words
 from missions.language.expressions.scope import Symbol
 from missions.language.keys import EXPECTATION
-from missions.language.reading.values import IDENTIFIER
+from missions.language.reading.literals import IDENTIFIER
 from missions.language.reading.words import Word, WordRole
 from missions.language.step import Tree
 from stack.documents import Mark

@@ -19,9 +19,13 @@ def network_sinks_of(options: RunOptions) -> tuple[list[Sink], TelemetryServer |
     """
     sinks: list[Sink] = []
     if options.mavlink:
-        from stack.telemetry.mavlink_sink import MavlinkSink
+        from stack.telemetry.mavlink.sink import MavlinkVehicle
 
-        sinks.append(MavlinkSink(options.mavlink))
+        sinks.append(
+            MavlinkVehicle(options.mavlink, key=options.mavlink_key, home_item=options.mavlink_home)
+        )
+    elif options.mavlink_key is not None:
+        raise InputError("--mavlink-key signs the link of --mavlink, which is not given")
     if options.foxglove is not None:
         from stack.telemetry.foxglove.server import FoxgloveServer
 

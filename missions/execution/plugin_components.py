@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from behaviours.catalogue import name_of, plugin_modules
+from behaviours.catalogue import plugin_modules
+from behaviours.kind import name_of
 from stack.components import BASES, GROUPS, available, with_article
 from stack.costmap.layer import Layer
 from stack.errors import InputError

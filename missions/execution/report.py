@@ -52,6 +52,9 @@ class Report:
         links_lost: links to other programs that failed: link, time and reason.
         scans_dropped: by lidar, scans that could not be used: the odometry did not cover them, or a
             newer one was there; empty if all were used.
+        fast_loop: timing of the process that holds the hardware: rate, cycles, overruns, lateness
+            (median, 99.9 %, worst) and work (mean, worst) in seconds, privileges that it lacks;
+            empty without one.
         people: measures of the drive among people (docs/worlds.md); empty without any.
         format: version of this record; counted up when a key changes its meaning.
     """
@@ -91,6 +94,7 @@ class Report:
     held: dict[str, dict[str, float]] = field(default_factory=dict)
     links_lost: list[dict[str, Any]] = field(default_factory=list)
     people: dict[str, Any] = field(default_factory=dict)
+    fast_loop: dict[str, Any] = field(default_factory=dict)
     scans_dropped: dict[str, int] = field(default_factory=dict)
     format: int = 1
 
@@ -144,8 +148,6 @@ class Report:
         if self.folder:
             folder = Path(self.folder)
             lines.append(f"  records in {_shown(folder)}")
-            if (folder / "mission.rrd").exists():
-                lines.append(f"  recording: rerun {_shown(folder / 'mission.rrd')}")
         for link in self.links_lost:
             lines.append(f"  {link['link']} lost at {link['time']:.1f} s ({link['reason']})")
         for lost in self.records_lost:

@@ -144,7 +144,10 @@ class Run:
         self._is_reported = False
         try:
             with noting_inputs() as read:
-                self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
+                self.engine: Engine = build(
+                    plan, options, self._telemetry, folder, make_body,
+                    tell=self._show, interrupted=self._interrupted,
+                )  # fmt: skip
         except BaseException as error:
             self._telemetry.close(None)
             self._refuse_plugin(error)
@@ -369,7 +372,6 @@ class Run:
         runtime, body = self.engine.runtime, self.engine.body
         if not self._first_tick:
             self._first_tick = perf_counter()
-            self._add_late_sinks()
         if self._kept is not None:
             self._kept.follow(self.engine.tree, body.time, self._telemetry.lose)
         if self._telemetry.lost and self._options.on_lost_records == "stop":
@@ -379,15 +381,6 @@ class Run:
             runtime.end(MissionState.INTERRUPTED, "the recording is over")
         elif body.time > MAX_SIMULATED_SECONDS:
             runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
-
-    def _add_late_sinks(self) -> None:
-        """Attach rerun only after the first tick: importing it takes half a second."""
-        if self._options.rerun and self._folder is not None:
-            from stack.telemetry.rerun.sink import RerunSink
-
-            self._telemetry.attach(
-                RerunSink(self._folder.recording, self._plan.choices["recording"].parameters)
-            )
 
 
 def _sentence_of(error: Exception) -> str:

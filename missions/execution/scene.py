@@ -19,6 +19,7 @@ from robots.logs.recording import Recording
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
+from stack.mavlink.origin import read_origin
 from stack.parameters import read_quantity
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
@@ -62,14 +63,24 @@ def scene_of(marks: Marks, options: RunOptions, files: SceneFiles) -> Scene:
         robot = robot.drawn_by(options.renderer)
     named = options.world or mission.world
     if not named:
-        world = recorded_world(robot.name)
+        world = _placed(recorded_world(robot.name), options)
         return Scene(described, robot, world, _start(options, mission, world), recording)
     base = base_folder(options.world, folder)
     world = files.world(named, base)
     start = _start(options, mission, world)
     if start != world.start:
         world = files.world(named, base, start)
-    return Scene(described, robot, world, start, recording)
+    return Scene(described, robot, _placed(world, options), start, recording)
+
+
+def _placed(world: World, options: RunOptions) -> World:
+    """The world at the place on Earth that the options give."""
+    if options.origin is None:
+        return world
+    try:
+        return replace(world, origin=read_origin(options.origin))
+    except InputError as error:
+        raise InputError(f"--{error}") from None
 
 
 def check_start(scene: Scene, marks: Marks, options: RunOptions) -> None:

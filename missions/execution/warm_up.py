@@ -92,13 +92,15 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:
-    """Return the kernels of the simulated lidars, sonars and people, and of measures of these."""
+    """Return the kernels of simulated wheels, sensors and people, and of measures of these."""
     from stack.sim.people import People
     from stack.sim.sensors.lidar import Lidar
     from stack.sim.sensors.sonar import Sonar
+    from stack.sim.wheel_controller import WheelController
 
     lidars = (Lidar.kernels(lidar, plan.world) for lidar in plan.robot.real_lidars.values())
     sonars = Sonar.kernels() if plan.robot.sonars else ()
     measures = PeopleMeasures.kernels() if plan.world.people else ()
     walkers = (*People.kernels(plan.world), *measures)
-    return (*(kernel for kernels in lidars for kernel in kernels), *sonars, *walkers)
+    wheels = WheelController.kernels()
+    return (*(kernel for kernels in lidars for kernel in kernels), *sonars, *walkers, *wheels)

@@ -41,7 +41,6 @@ class RunFolderEntry:
         started: ISO 8601, local time.
         simulated_seconds: robot time at the end, or of the last event.
         size: of all files, bytes.
-        has_recording: whether there is a mission.rrd.
     """
 
     name: str
@@ -50,7 +49,6 @@ class RunFolderEntry:
     started: str
     simulated_seconds: float
     size: int
-    has_recording: bool
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
@@ -104,6 +102,13 @@ def is_run_folder(folder: Path) -> bool:
     return _is_kind(folder, stat.S_ISDIR) and all(
         _is_kind(folder / name, stat.S_ISREG) for name in (EVENTS, "mission.yaml")
     )
+
+
+def is_live(folder: Path) -> bool:
+    """Whether a run goes on."""
+    with suppress(OSError), _is_over(folder) as is_over:
+        return not is_over
+    return False
 
 
 def chosen_runs(runs: Sequence[RunFolderEntry], names: Iterable[str]) -> list[RunFolderEntry]:
@@ -190,7 +195,6 @@ def _entry(folder: Path) -> RunFolderEntry:
         started=started.isoformat(timespec="seconds"),
         simulated_seconds=float(time) if isinstance(time, int | float) else _last_time(folder),
         size=_size(folder),
-        has_recording=(folder / "mission.rrd").is_file(),
     )
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from behaviours.catalogue import Catalogue, build, find_behaviours
+from behaviours.catalogue import Catalogue, find_behaviours
+from behaviours.kind import build
 from missions.execution.plugin_components import plugged_components
 from missions.language.sections import mission_words
 from robots.load import find_robot, read_robot

@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import atan, copysign, degrees, tan
+from math import atan, copysign, degrees, isnan, nan, tan
+from typing import ClassVar
 
 from stack.drivetrain.differential import mean_of, places_on_sides
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
+from stack.drivetrain.drivetrain import (
+    DriveState,
+    Drivetrain,
+    Length,
+    WheelCommand,
+    WheelGeometry,
+    WheelLaw,
+)
 from stack.drivetrain.limits import Limits
 from stack.types import STANDSTILL, Pose2D, Twist
 
@@ -33,6 +41,9 @@ class SteeredWheels(WheelGeometry):
         steering_angle: largest steering angle at the middle of the front axle, radians.
         steering_speed: rate of the steering angle, rad/s.
         steered_track: distance between the axes of the steering joints, metres; None: the track.
+        effective_wheelbase: the wheelbase that gives the turn, as calibrated, metres; None: the
+            wheelbase.
+        effective_radii: of the rear wheels, left and right, as calibrated, metres.
     """
 
     steering: tuple[str, str]
@@ -43,6 +54,14 @@ class SteeredWheels(WheelGeometry):
     steering_angle: float
     steering_speed: float
     steered_track: float | None = None
+    effective_wheelbase: float | None = None
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = "effective_wheelbase"
+
+    @property
+    def turning_length(self) -> float:
+        """The effective wheelbase."""
+        return self.wheelbase if self.effective_wheelbase is None else self.effective_wheelbase
 
     @property
     def half_steered_track(self) -> float:
@@ -52,7 +71,7 @@ class SteeredWheels(WheelGeometry):
     @property
     def turning_radius(self) -> float:
         """Radius of the tightest circle of the base frame's origin, metres."""
-        return self.wheelbase / tan(self.steering_angle)
+        return self.turning_length / tan(self.steering_angle)
 
     @property
     def places(self) -> Mapping[str, Pose2D]:
@@ -103,6 +122,56 @@ class SteeredWheels(WheelGeometry):
         return Ackermann(self, limits)
 
 
+# The laws of a car as functions of numbers: numba compiles them too (kernels.py).
+
+
+def steering_of(linear: float, angular: float, wheelbase: float, most: float) -> float:
+    """Steering angle of the arc of a moving twist, within the largest angle `most`, radians."""
+    angle = atan(angular * wheelbase / linear)
+    return min(max(angle, -most), most)
+
+
+def steered(
+    linear: float, steering: float, speed: float, target: float, change: float
+) -> tuple[float, float]:
+    """Steering angle after a period, and the speed to drive at: slow until the wheels are turned.
+
+    Args:
+        linear: m/s, now.
+        steering: radians, now; nan: unknown.
+        speed: m/s, wanted.
+        target: steering angle, wanted, radians.
+        change: of the steering angle in a period, at most, radians.
+    """
+    if isnan(steering) or abs(target - steering) <= change:
+        steering = target
+    else:
+        steering += change if target > steering else -change
+    if abs(target - steering) > STEERED_WITHIN and abs(linear) <= STEERING:
+        speed = copysign(STEERING, speed)
+    return steering, speed
+
+
+def rolling_wheels(  # noqa: PLR0913
+    linear: float, curvature: float, wheelbase: float, track: float, half_steered: float,
+    radius: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Speeds of the rear wheels, rad/s, and angles of the front wheels, radians; left and right.
+
+    Args:
+        linear: m/s.
+        curvature: 1/m.
+        wheelbase: metres.
+        track: of the rear wheels, metres.
+        half_steered: half the distance of the steering axes, metres.
+        radius: of the rear wheels, metres.
+    """
+    offset, ahead, aside = curvature * track / 2.0, curvature * wheelbase, curvature * half_steered
+    rolling = linear / radius
+    left, right = atan(ahead / (1.0 - aside)), atan(ahead / (1.0 + aside))
+    return rolling * (1.0 - offset), rolling * (1.0 + offset), left, right
+
+
 class Ackermann(Drivetrain):
     """Steered front wheels and driven rear wheels with one common centre of rotation.
 
@@ -118,10 +187,11 @@ class Ackermann(Drivetrain):
     turns_in_place = False
 
     def __init__(self, wheels: SteeredWheels, limits: Limits) -> None:
-        super().__init__(limits)
+        super().__init__(wheels, limits)
         self._wheels = wheels
         self.turning_radius = wheels.turning_radius
         self.track = self.effective_track = wheels.track
+        self._radius = sum(self.radii) / 2.0
 
     @property
     def at_rest(self) -> DriveState:
@@ -144,16 +214,12 @@ class Ackermann(Drivetrain):
 
         A standing car steers before it drives off, or it would begin on the arc of its last drive.
         """
-        speed, steering = wanted.linear, last.steering
+        wheels, speed, steering = self._wheels, wanted.linear, last.steering
         if abs(speed) >= STEERED_FROM:
-            target = self._steering_of(wanted)
-            change = self._wheels.steering_speed * period
-            if steering is None or abs(target - steering) <= change:
-                steering = target
-            else:
-                steering += change if target > steering else -change
-            if abs(target - steering) > STEERED_WITHIN and abs(last.twist.linear) <= STEERING:
-                speed = copysign(STEERING, speed)
+            steering, speed = steered(
+                last.twist.linear, nan if steering is None else steering, speed,
+                self._steering_of(wanted), wheels.steering_speed * period,
+            )  # fmt: skip
         linear = self.limits.limit_linear(last.twist.linear, speed, period)
         return DriveState(Twist(linear, linear * self._curvature(steering or 0.0)), steering)
 
@@ -166,7 +232,23 @@ class Ackermann(Drivetrain):
     def steering_limit(self) -> float:
         """Angle of the inner front wheel on the tightest arc, radians."""
         wheels = self._wheels
-        return atan(wheels.wheelbase / (wheels.turning_radius - wheels.half_steered_track))
+        return atan(wheels.turning_length / (wheels.turning_radius - wheels.half_steered_track))
+
+    @property
+    def law(self) -> WheelLaw:
+        """Rear wheels that roll alike, and the numbers of the steering.
+
+        Those are wheelbase, track, half the distance of the steering axes, radius, metres; largest
+        steering angle, radians, and its rate, rad/s; turning radius, metres.
+        """
+        wheels = self._wheels
+        return WheelLaw(
+            ((1.0, 0.0, 0.0),) * len(wheels.rear), self._radius,
+            (
+                wheels.turning_length, wheels.track, wheels.half_steered_track, self._radius,
+                wheels.steering_angle, wheels.steering_speed, wheels.turning_radius,
+            ),
+        )  # fmt: skip
 
     @property
     def steering_joints(self) -> tuple[str, ...]:
@@ -178,14 +260,11 @@ class Ackermann(Drivetrain):
         wheels, steering = self._wheels, state.steering
         if steering is None:
             steering = self.state_at(state.twist, self.at_rest).steering or 0.0
-        curvature = self._curvature(steering)
-        offset, ahead = curvature * wheels.track / 2.0, curvature * wheels.wheelbase
-        steered = curvature * wheels.half_steered_track
-        rolling = state.twist.linear / wheels.radius
-        return WheelCommand(
-            (rolling * (1.0 - offset), rolling * (1.0 + offset)),
-            (atan(ahead / (1.0 - steered)), atan(ahead / (1.0 + steered))),
-        )
+        left, right, left_angle, right_angle = rolling_wheels(
+            state.twist.linear, self._curvature(steering), wheels.turning_length, wheels.track,
+            wheels.half_steered_track, self._radius,
+        )  # fmt: skip
+        return WheelCommand((left, right), (left_angle, right_angle))
 
     def from_wheels(
         self, rolled: Sequence[float], slips: Sequence[float], steering: Sequence[float] = ()
@@ -194,7 +273,7 @@ class Ackermann(Drivetrain):
 
         Different slips of the two rear wheels also turn the car.
         """
-        half, base = self._wheels.half_steered_track, self._wheels.wheelbase
+        half, base = self._wheels.half_steered_track, self._wheels.turning_length
         curvature = 0.0
         if steering:
             left, right = (tan(angle) for angle in steering)
@@ -211,8 +290,8 @@ class Ackermann(Drivetrain):
     def _steering_of(self, twist: Twist) -> float:
         """Steering angle of the arc of a moving twist, within the largest angle, radians."""
         wheels = self._wheels
-        angle = atan(twist.angular * wheels.wheelbase / twist.linear)
-        return min(max(angle, -wheels.steering_angle), wheels.steering_angle)
+        base = wheels.turning_length
+        return steering_of(twist.linear, twist.angular, base, wheels.steering_angle)
 
     def _curvature(self, steering: float) -> float:
-        return tan(steering) / self._wheels.wheelbase
+        return tan(steering) / self._wheels.turning_length

@@ -26,6 +26,12 @@ class Limits:
     angular_acceleration: float = parameter(
         3.2, "rad/s²", above=0.0, help="turning, in both directions"
     )
+    linear_jerk: float = parameter(
+        0.0, "m/s³", at_least=0.0, help="change of acceleration; 0: no limit"
+    )
+    angular_jerk: float = parameter(
+        0.0, "rad/s³", at_least=0.0, help="change of the acceleration in turning; 0: no limit"
+    )
 
     def clipped(self, twist: Twist) -> Twist:
         """Clip each component of a twist to its maximum speed."""

@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, hypot, sin
+from typing import ClassVar
 
 import numpy as np
 
-from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelCommand, WheelGeometry
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, Length, WheelGeometry, WheelLaw
 from stack.drivetrain.limits import Limits
 from stack.types import FloatArray, Pose2D, Twist
 
@@ -22,18 +23,39 @@ class OmniWheels(WheelGeometry):
         joints: URDF joints, one for each wheel.
         mounts: contact point of each wheel, base frame; the heading is its driving direction.
         radius: metres.
+        effective_lever: mean lever arm of the wheels about the base, as calibrated, metres; None:
+            that of the mounts.
+        effective_radii: of each wheel, as calibrated, metres.
     """
 
     joints: tuple[str, ...]
     mounts: tuple[Pose2D, ...]
     radius: float
+    effective_lever: float | None = None
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = "effective_lever"
+
+    @property
+    def turning_length(self) -> float:
+        """The mean lever arm of the wheels."""
+        if self.effective_lever is not None:
+            return self.effective_lever
+        return float(np.abs(self._levers).mean())
+
+    @property
+    def _levers(self) -> FloatArray:
+        """(n,) lever arms of the mounts: metres rolled per radian that the base turns."""
+        return np.array([m.x * sin(m.heading) - m.y * cos(m.heading) for m in self.mounts])
 
     @property
     def jacobian(self) -> FloatArray:
         """(n, 3) rolling speed of each wheel, m/s, per unit of linear, lateral, angular speed."""
+        levers = self._levers
+        if self.effective_lever is not None:
+            levers = levers * (self.effective_lever / np.abs(levers).mean())
         return np.array([
-            [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
-            for m in self.mounts
+            [cos(m.heading), sin(m.heading), lever]
+            for m, lever in zip(self.mounts, levers.tolist(), strict=True)
         ])  # fmt: skip
 
     @property
@@ -54,6 +76,33 @@ class OmniWheels(WheelGeometry):
         return Omnidirectional(self, limits)
 
 
+def share_of_change(  # noqa: PLR0913 - numba compiles it too (kernels.py)
+    linear: float, lateral: float, to_linear: float, to_lateral: float,
+    change: float, period: float, rise: float, fall: float,
+) -> float:  # fmt: skip
+    """Share of a change of velocity that one period allows, along a straight line; at most 1.
+
+    Args:
+        linear: m/s, now.
+        lateral: m/s, now.
+        to_linear: m/s, wanted.
+        to_lateral: m/s, wanted.
+        change: length of the change, m/s.
+        period: seconds.
+        rise: limit of speeding up, m/s².
+        fall: limit of slowing down, m/s².
+    """
+    if change == 0.0:
+        return 1.0
+    ahead, left = to_linear - linear, to_lateral - lateral
+    towards_zero = -(linear * ahead + lateral * left) / change
+    slowing = min(max(towards_zero, 0.0), change)
+    time = slowing / fall
+    if time >= period:
+        return fall * period / change
+    return (slowing + rise * (period - time)) / change
+
+
 class Omnidirectional(Drivetrain):
     """Omnidirectional drive: linear wheel kinematics with the Jacobian of the wheels.
 
@@ -67,8 +116,8 @@ class Omnidirectional(Drivetrain):
     slides_along_axles = True
 
     def __init__(self, wheels: OmniWheels, limits: Limits) -> None:
-        super().__init__(limits)
         self._wheels = wheels
+        super().__init__(wheels, limits)
 
     def feasible(self, twist: Twist) -> Twist:
         """Every twist is feasible."""
@@ -82,19 +131,14 @@ class Omnidirectional(Drivetrain):
         """
         limits, now = self.limits, last.twist
         angular = limits.limit_angular(now.angular, wanted.angular, period)
-        ahead, left = wanted.linear - now.linear, wanted.lateral - now.lateral
-        change = hypot(ahead, left)
-        if not change:
-            return DriveState(Twist(wanted.linear, angular, wanted.lateral))
-        towards_zero = -(now.linear * ahead + now.lateral * left) / change
-        slowing = min(max(towards_zero, 0.0), change)
-        time = slowing / limits.linear_deceleration
-        if time >= period:
-            share = limits.linear_deceleration * period / change
-        else:
-            share = (slowing + limits.linear_acceleration * (period - time)) / change
+        change = hypot(wanted.linear - now.linear, wanted.lateral - now.lateral)
+        share = share_of_change(
+            now.linear, now.lateral, wanted.linear, wanted.lateral, change, period,
+            limits.linear_acceleration, limits.linear_deceleration,
+        )  # fmt: skip
         if share >= 1.0:
             return DriveState(Twist(wanted.linear, angular, wanted.lateral))
+        ahead, left = wanted.linear - now.linear, wanted.lateral - now.lateral
         return DriveState(Twist(now.linear + share * ahead, angular, now.lateral + share * left))
 
     @property
@@ -102,15 +146,11 @@ class Omnidirectional(Drivetrain):
         """URDF joints of all wheels."""
         return self._wheels.joints
 
-    def to_wheels(self, state: DriveState) -> WheelCommand:
-        """Speed of each wheel."""
-        twist = state.twist
-        return WheelCommand(
-            tuple(
-                x * twist.linear + y * twist.lateral + turn * twist.angular
-                for x, y, turn in self._speed_rows
-            )
-        )
+    @property
+    def law(self) -> WheelLaw:
+        """Jacobian, already in rad/s."""
+        rows = (self._wheels.jacobian / np.array(self.radii)[:, None]).tolist()
+        return WheelLaw(tuple((x, y, turn) for x, y, turn in rows), 1.0, moves_sideways=True)
 
     @property
     def encoders(self) -> int:
@@ -132,10 +172,6 @@ class Omnidirectional(Drivetrain):
         """The smallest wheel forces f that produce the wrench F on the base: f = pinv(J') F."""
         wrench = np.array([force, force, moment])
         return float((np.abs(np.linalg.pinv(self._wheels.jacobian.T)) @ wrench).max())
-
-    @cached_property
-    def _speed_rows(self) -> list[tuple[float, ...]]:
-        return [tuple(row) for row in (self._wheels.jacobian / self._wheels.radius).tolist()]
 
     @cached_property
     def _motion_rows(self) -> list[list[float]]:

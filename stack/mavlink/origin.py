@@ -9,7 +9,7 @@ both directions use the same plane.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, degrees, radians, sin, sqrt
+from math import cos, degrees, isfinite, radians, sin, sqrt
 
 from stack.errors import InputError
 
@@ -91,6 +91,23 @@ class GeoOrigin:
             EQUATORIAL_RADIUS * (1.0 - squared) / w**3,
             EQUATORIAL_RADIUS / w * cos(latitude),
         )
+
+
+def read_origin(text: str) -> GeoOrigin:
+    """Parse LATITUDE,LONGITUDE or LATITUDE,LONGITUDE,ALTITUDE, degrees and metres.
+
+    Raises:
+        InputError: it is not that, or out of range.
+    """
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (2, 3) or not all(map(isfinite, numbers)):
+        raise InputError(
+            f"origin {text!r}: expected LATITUDE,LONGITUDE in degrees: 48.1374,11.5755"
+        )
+    return GeoOrigin(*numbers)
 
 
 def _within_half_turn(angle: float) -> float:

@@ -51,9 +51,9 @@ class Landmarks:
         return xy_text(pose) if near is None else f"{near!r} {xy_text(pose)}"
 
     def named(self, sentence: str, poses: Iterable[Pose2D]) -> str:
-        """Return a sentence with the names of the poses that it gives by their coordinates."""
-        for pose in dict.fromkeys(poses):
-            sentence = sentence.replace(xy_text(pose), self.name(pose))
+        """Return a sentence with the names of the poses of which it gives the positions."""
+        for position, name in {xy_text(pose): self.name(pose) for pose in poses}.items():
+            sentence = sentence.replace(position, name)
         return sentence
 
     def around(self, at: Point) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stack.body import BodyCommand, Replay, SimulatedWorld
+from stack.body import BodyCommand, Engageable, Replay, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
 from stack.runtime.command_schema import (
@@ -151,6 +151,7 @@ class CommandHandler:
     def _resume(self) -> str:
         """Continue the operator's detour if that is paused, else the mission."""
         if self.holds_detour:
+            self._engage()
             self._send(MissionEvent.DETOUR)
             self._hold_detour(False)
             return "the drive to the operator's goal continues"
@@ -159,9 +160,17 @@ class CommandHandler:
 
     def _resume_mission(self) -> None:
         if not self._mission.refusal(MissionEvent.RESUME):
+            self._engage()
             self.detours.cancel()  # first: its end must not stop the mission's own motion
         self._send(MissionEvent.RESUME)
         self.debugging.forget_steps()
+
+    def _engage(self) -> None:
+        """Ask for control of a body that somebody has taken over; raise InputError if it cannot."""
+        body = self._parts.body
+        refusal = body.engage() if isinstance(body, Engageable) else ""
+        if refusal:
+            raise InputError(f"the robot cannot be moved: {refusal}")
 
     def _hold_detour(self, held: bool) -> None:
         now = self._parts.body.time
@@ -177,7 +186,9 @@ class CommandHandler:
         return "the operator's goal is cancelled; the mission stays paused"
 
     def _emergency_stop(self, arguments: EmergencyStopArguments) -> None:
-        self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
+        self._parts.body.command(
+            BodyCommand(STANDSTILL, emergency_stop=True)  # at once, not with the next step
+        )
         self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
         self.detours.cancel()
 
@@ -202,6 +213,7 @@ class CommandHandler:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
         self._refuse_motion_of_recording()
         goal = self._on_map(arguments.pose)
+        self._engage()
         self._send(MissionEvent.DETOUR)
         self.detours.cancel()
         task = self._parts.navigator.base.navigate_to(goal)
@@ -214,6 +226,7 @@ class CommandHandler:
             raise InputError("this run has no behaviours")
         ports = dict(port.split("=", 1) for port in arguments.ports)
         tree = make(arguments.name, {name.strip(): value for name, value in ports.items()})
+        self._engage()
         self._send(MissionEvent.DETOUR)
         self.detours.begin(arguments.name, arguments.tag, tree)
 
@@ -243,7 +256,7 @@ class CommandHandler:
     def _teleoperation(self) -> Teleoperation:
         """The running assisted_teleop; raise InputError without one."""
         self._refuse_motion_of_recording()
-        if self._mission.state is not MissionState.RUNNING:
+        if self._mission.state is not MissionState.RUNNING and not self.is_on_detour:
             raise InputError(f"the mission is {self._mission.state}")
         running = self._parts.navigator.base.teleoperation
         if running is None:

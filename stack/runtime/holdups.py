@@ -63,7 +63,7 @@ class Holdups:
     Args:
         emit: called for each hold-up that lasts.
         period: seconds between steps.
-        landmarks: name the places of what holds the robot.
+        landmarks: names of places, for sentences.
     """
 
     def __init__(self, emit: Emit, period: float, landmarks: Landmarks) -> None:
@@ -111,7 +111,7 @@ class Holdups:
         if by_cause[cause] < 0.1 * length:
             return ""
         newest = next(span for _, span in reversed(inside) if span.cause == cause)
-        return f"held {by_cause[cause]:.1f} of {length:.1f} s: {told(newest, self._landmarks)}"
+        return f"held {by_cause[cause]:.1f} of {length:.1f} s: {self._told(newest)}"
 
     def _add(self, limitation: Limitation, pose: Pose2D, now: float) -> None:
         key = STOPPED if limitation.stands else SLOWER, limitation.cause
@@ -126,7 +126,7 @@ class Holdups:
             holdup.place = there.x, there.y
         if not holdup.is_told and now - holdup.begin >= TOLD_AFTER:
             holdup.is_told = True
-            self._emit("held", told(holdup, self._landmarks), **_fields(holdup))
+            self._emit("held", self._told(holdup), **_fields(holdup))
 
     def _ended(self, holdup: Holdup) -> None:
         if holdup.is_told:
@@ -136,12 +136,11 @@ class Holdups:
         while self._past and self._past[0].last < holdup.last - REMEMBERED:
             self._past.popleft()
 
-
-def told(holdup: Holdup, landmarks: Landmarks) -> str:
-    """The sentence of a hold-up with its place on the map."""
-    return (
-        holdup.text if holdup.place is None else f"{holdup.text} at {landmarks.where(holdup.place)}"
-    )
+    def _told(self, holdup: Holdup) -> str:
+        """The sentence of a hold-up with its place on the map."""
+        if holdup.place is None:
+            return holdup.text
+        return f"{holdup.text} at {self._landmarks.where(holdup.place)}"
 
 
 def _fields(holdup: Holdup) -> dict[str, Any]:

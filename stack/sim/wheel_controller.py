@@ -2,46 +2,73 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from stack.body import DEAD_MAN
+from stack.compilation import KernelTypes
 from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
+from stack.drivetrain.kernels import CYCLE, cycle
+from stack.drivetrain.wheel_loop import (
+    ANGULAR,
+    CHANGED,
+    COMMAND,
+    LATERAL,
+    LINEAR,
+    SILENCE,
+    SPEEDS,
+    STEERING,
+    STEERING_ANGLES,
+    block,
+    loop_plan,
+    loop_state,
+)
 from stack.types import STANDSTILL, Twist
 
 
 class WheelController:
-    """Moves the setpoint of a drivetrain to the commanded velocity, once per physics step.
+    """Runs the wheel loop of real robots (stack/drivetrain/kernels.py) once per physics step.
 
-    Attributes:
-        setpoint: current velocity and steering.
+    The physics controls the speeds of the wheels, and a motor without torque stands.
     """
 
     def __init__(self, drivetrain: Drivetrain, period: float) -> None:
         self._drivetrain, self._period = drivetrain, period
         self._dead_man_steps = round(DEAD_MAN / period)
-        self._target = STANDSTILL
+        self._plan = loop_plan(drivetrain, DEAD_MAN, inf)
+        self._state = loop_state(self._plan, period)
+        self._speeds = block(self._state, SPEEDS)
+        self._command = STANDSTILL
         self._steps_since_command = self._dead_man_steps
         self._settled = True
-        self.setpoint = drivetrain.at_rest
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Compiled functions of `advance`."""
+        return CYCLE
 
     def command(self, twist: Twist) -> None:
-        """Set the target velocity, limited to what the drive can do."""
-        self._approach(self._drivetrain.feasible(self._drivetrain.limits.clipped(twist)))
+        """Set the target velocity; the loop limits it to what the drive can do."""
+        if twist != self._command or self._steps_since_command > self._dead_man_steps:
+            self._command, self._settled = twist, False
+            self._state[COMMAND : COMMAND + 3] = twist.linear, twist.angular, twist.lateral
         self._steps_since_command = 0
 
     def halt(self) -> None:
         """Reset target and setpoint to zero without a ramp, after the robot was lifted."""
-        self._target, self._settled = STANDSTILL, True
-        self.setpoint = DriveState(STANDSTILL, self.setpoint.steering)
+        self._command, self._settled = STANDSTILL, True
+        self._state[COMMAND : COMMAND + 3] = 0.0
+        self._state[LINEAR] = self._state[ANGULAR] = self._state[LATERAL] = 0.0
 
     def advance(self) -> bool:
         """Advance by one physics step; return whether wheel speeds or steering changed."""
         self._steps_since_command += 1
-        if self._steps_since_command > self._dead_man_steps:
-            self._approach(STANDSTILL)
+        if self._steps_since_command == self._dead_man_steps + 1:
+            self._settled = False
         if self._settled:
             return False
-        last = self.setpoint
-        self.setpoint = self._drivetrain.limit_step(last, self._target, self._period)
-        self._settled = self.setpoint == last
+        self._state[SILENCE] = self._steps_since_command * self._period
+        cycle(self._plan, self._state)
+        self._settled = not self._state[CHANGED]
         return not self._settled
 
     def skip(self, steps: int) -> bool:
@@ -52,10 +79,16 @@ class WheelController:
         return True
 
     @property
+    def setpoint(self) -> DriveState:
+        """Current velocity, and steering of a drive with steered wheels."""
+        linear, angular, lateral, steering = self._state[LINEAR : STEERING + 1].tolist()
+        is_steered = bool(self._drivetrain.steering_joints)
+        return DriveState(Twist(linear, angular, lateral), steering if is_steered else None)
+
+    @property
     def wheels(self) -> WheelCommand:
         """Setpoints of the wheels."""
-        return self._drivetrain.to_wheels(self.setpoint)
-
-    def _approach(self, target: Twist) -> None:
-        if target != self._target:
-            self._target, self._settled = target, False
+        steering: tuple[float, ...] = ()
+        if self._drivetrain.steering_joints:
+            steering = tuple(self._state[STEERING_ANGLES : STEERING_ANGLES + 2].tolist())
+        return WheelCommand(tuple(self._speeds.tolist()), steering)

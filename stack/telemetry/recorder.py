@@ -24,8 +24,8 @@ class RunFolder:
 
         report.json    result of the run      events.jsonl   events, one per line
         mission.yaml   copy of the mission    log.txt        lines printed during the run
-        mission.rrd    rerun recording        pictures/      pictures saved by behaviours
-        sensors.mcap   sensor log             snapshots.mcap what a dashboard could have shown
+        snapshots.mcap what could be seen     pictures/      pictures saved by behaviours
+        sensors.mcap   sensor log             mission.rrd    drawn from the snapshots for rerun
 
     Attributes:
         path: the folder, absolute: a plugin may change the working directory.
@@ -70,7 +70,7 @@ class RunFolder:
 
     @property
     def recording(self) -> Path:
-        """Path of the rerun recording."""
+        """Path of the recording for rerun, which is drawn when it is asked for."""
         return self.path / "mission.rrd"
 
     @property

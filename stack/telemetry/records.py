@@ -9,6 +9,7 @@ from typing import Any
 from uuid import uuid4
 
 from stack.errors import TelemetryError
+from stack.mavlink.origin import GeoOrigin
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -22,6 +23,7 @@ from stack.types import (
     HealthThresholds,
     Image,
     Limitation,
+    LoopStatistics,
     Marker,
     OccupancyGrid,
     ParameterTable,
@@ -244,6 +246,7 @@ class RunInfo:
         urdf: text of the robot's URDF, for 3-D views.
         places: named poses, map frame.
         identity: of this run alone; two runs may have the same name.
+        origin: place of the map frame's origin on Earth; None: unknown.
     """
 
     run_id: str
@@ -257,6 +260,7 @@ class RunInfo:
     urdf: str = ""
     places: Mapping[str, Pose2D] = field(default_factory=dict)
     identity: str = field(default_factory=new_identity)
+    origin: GeoOrigin | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,6 +308,7 @@ class Snapshot:
         cameras: state of every camera of the robot.
         sensors: how often each sensor delivers.
         memory: of the engine, bytes; 0: unknown.
+        fast_loop: timing of the process that holds the hardware; None without one.
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.
         depth_image: newest picture of a depth camera.
@@ -354,6 +359,7 @@ class Snapshot:
     memory: float = 0.0
     depth_points: FloatArray | None = None
     depth_image: DepthImage | None = None
+    fast_loop: LoopStatistics | None = None
 
     @property
     def safety(self) -> str:

@@ -10,7 +10,8 @@ import pytest
 from py_trees.common import Status
 
 import treepilot
-from behaviours.catalogue import build, find_behaviours
+from behaviours.catalogue import find_behaviours
+from behaviours.kind import build
 from behaviours.testing import ScriptedRobot, tick
 from missions.inspection.check import check_files
 from stack.types import Scan

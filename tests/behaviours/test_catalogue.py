@@ -6,7 +6,8 @@ import pytest
 from py_trees.behaviour import Behaviour
 
 from behaviours.base import RobotBehaviour
-from behaviours.catalogue import Problem, build, find_behaviours, name_of
+from behaviours.catalogue import Problem, find_behaviours
+from behaviours.kind import build, name_of
 from behaviours.navigation.navigate_to_pose import NavigateToPose
 from stack.errors import ParameterError
 from stack.parameters import REQUIRED

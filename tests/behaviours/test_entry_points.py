@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from behaviours.catalogue import GROUP, build, find_behaviours
+from behaviours.catalogue import GROUP, find_behaviours
+from behaviours.kind import build
 from behaviours.testing import ScriptedRobot, tick
 
 SAMPLE = Path(__file__).parent / "sample_package"

@@ -99,7 +99,7 @@ class _Viewer:
 def _engine(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], RunHandle]]:
     engine = subprocess.Popen(
         [sys.executable, "-m", "missions.cli.app", "run", MISSION, "--headless", "--speed", "1",
-         "--no-rerun", "--out", str(folder)],
+         "--out", str(folder)],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         start_new_session=True,
     )  # fmt: skip

@@ -47,7 +47,7 @@ def hall_world() -> str:
 
 
 def hall_figures(runs: int) -> Rows:
-    """One drive of each controller without recording, each run a process of its own."""
+    """One drive of each controller, each run a process of its own."""
     return [_row(controller, runs) for controller in ("pure_pursuit", "mppi", "dwb")]
 
 
@@ -57,7 +57,7 @@ def _row(controller: str, runs: int) -> dict[str, Any]:
         mission = Path(folder) / "across.yaml"
         mission.write_text(MISSION, "utf-8")
         reports = [
-            timed_report(str(mission), seed, "--no-rerun", "--parameter",
+            timed_report(str(mission), seed, "--parameter",
                          f"controller.use={controller}")
             for seed in range(runs)
         ]  # fmt: skip

@@ -1,7 +1,7 @@
 """`python -m tests.benchmarks.pictures FOLDER`: the README's pictures, from a real run.
 
 The dashboard is drawn as SVG by Textual; with Chromium on the machine it becomes a PNG as well.
-The rerun picture needs a Vulkan driver (see tests/benchmarks/rerun_picture.py).
+The rerun picture needs a Vulkan driver (see tests/pictures/rerun_picture.py).
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ def main() -> None:
         if not to_png(svg, given.folder / "dashboard.png"):
             shutil.copy(svg, given.folder / "dashboard.svg")
         recorded = Path(scratch) / "recorded"  # a mission that uses its camera
-        run_mission("05_kidnapped", RunOptions(out=recorded, rerun=True, serve=False))
+        run_mission("05_kidnapped", RunOptions(out=recorded, serve=False))
         subprocess.run(
-            [sys.executable, "-m", "tests.benchmarks.rerun_picture", recorded / "mission.rrd",
+            [sys.executable, "-m", "tests.pictures.rerun_picture", recorded,
              given.folder / "rerun.png", "--at", "5.2"],
             check=False,
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the recording for rerun costs: processor time, bytes and memory, with and without it."""
+"""What the records of a run cost: processor time, bytes and memory, with and without them."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from pathlib import Path
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 
-mission, out, rerun = sys.argv[1:]
-options = RunOptions(out=Path(out), rerun=rerun == "on", serve=False)
+mission, out, records = sys.argv[1:]
+options = RunOptions(out=Path(out) if records == "on" else None, serve=False)
 run = Run(prepare(mission, options), options)
-for _ in range(20):  # rerun is imported after the first
+for _ in range(20):
     run.step()
 before, began = run.engine.body.time, time.process_time()
 while not run.is_over:
     run.step()
 report = run.finish()
 run.close()
-recording = Path(out) / "mission.rrd"
+files = Path(out).rglob("*")
 print(json.dumps({
     "status": report.status,
     "simulated s": run.engine.body.time - before,
     "processor s": time.process_time() - began,
     "memory MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-    "MB": recording.stat().st_size / 1e6 if recording.exists() else 0.0,
+    "MB": sum(file.stat().st_size for file in files) / 1e6,
 }))
 """
 """Runs a mission and prints its figures; the processor time is that of all threads."""

@@ -25,19 +25,16 @@ STAGES = ("body", "estimate", "costmap", "navigate", "safety", "publish")
 def run_figures(runs: int, mission: str = "02_office_patrol") -> Rows:
     """Whole `treepilot run --json` processes, pinned to one core where the system allows."""
     return [
-        _run_figures(mission, controller, recording, runs)
-        for controller in ("pure_pursuit", "mppi", "dwb")
-        for recording in ("off", "on")
+        _run_figures(mission, controller, runs) for controller in ("pure_pursuit", "mppi", "dwb")
     ]
 
 
-def _run_figures(mission: str, controller: str, recording: str, runs: int) -> dict[str, Any]:
-    switch = {"off": ["--no-rerun"], "on": []}[recording]
+def _run_figures(mission: str, controller: str, runs: int) -> dict[str, Any]:
     chosen = ("--parameter", f"controller.use={controller}")
-    reports = [timed_report(mission, seed, *switch, *chosen) for seed in range(runs)]
+    reports = [timed_report(mission, seed, *chosen) for seed in range(runs)]
     return {
         "controller": controller,
-        "recording": recording,
+        "recording": "on",
         "success": f"{sum(report['status'] == 'success' for report in reports)}/{len(reports)}",
         "x real time": median(report["real_time_factor"] for report in reports),
         "start to first tick s": median(report["start to first tick s"] for report in reports),
@@ -99,7 +96,7 @@ def command_times() -> Rows:
 def _first_tick_rows(folder: Path) -> Rows:
     """Seconds until a mission's first tick, in a process that compiles the kernels and the next."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "kernels")}
-    command = _treepilot("run", "01_drive_to_a_point", "--json", "--no-rerun")
+    command = _treepilot("run", "01_drive_to_a_point", "--json")
     rows = []
     for kernels in ("compiled", "cached"):
         began = perf_counter()

@@ -12,6 +12,9 @@ RELOCALISED_BY = {  # in 07 a marker may or may not be in view when the scans fi
 }  # fmt: skip
 """Missions whose estimate is off by metres until it notices, or until it knows its start."""
 
+ARGUMENTS = {"44_ground_station": {"shift": "20s"}}
+"""Of missions that would wait for hours."""
+
 A_LOG = "27_map_a_log"
 """There is no truth to compare a log with."""
 

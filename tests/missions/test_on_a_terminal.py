@@ -178,7 +178,7 @@ def words_of_make_run() -> list[str]:
 
 @pytest.mark.pain("n6556", "n2917", "n2491", "n4960", "n2696", "n3770")
 def test_a_mission_is_watched_to_its_end_and_q_leaves(open_terminal) -> None:
-    terminal = open_terminal(["run", "01_drive_to_a_point", "--speed", "8", "--no-rerun"])
+    terminal = open_terminal(["run", "01_drive_to_a_point", "--speed", "8"])
     engine = terminal.run().pid
     assert parent_of(engine) == terminal.process.pid
     terminal.shows("drive to a point", "navigate_to_pose", "SUCCESS")
@@ -219,7 +219,7 @@ def viewer_of(command: int) -> int:
 
 
 def test_a_crashed_dashboard_is_reported_and_the_mission_continues(open_terminal) -> None:
-    terminal = open_terminal(["run", "02_office_patrol", "--speed", "2", "--no-rerun"])
+    terminal = open_terminal(["run", "02_office_patrol", "--speed", "2"])
     run = terminal.run()
     terminal.shows("RUNNING")
     os.kill(viewer_of(terminal.process.pid), signal.SIGKILL)
@@ -235,7 +235,7 @@ def test_a_crashed_dashboard_is_reported_and_the_mission_continues(open_terminal
 
 
 def test_a_closed_terminal_ends_command_and_dashboard_and_not_the_mission(open_terminal) -> None:
-    terminal = open_terminal(["run", "02_office_patrol", "--speed", "2", "--no-rerun"])
+    terminal = open_terminal(["run", "02_office_patrol", "--speed", "2"])
     run = terminal.run()
     terminal.shows("RUNNING")
     viewer = viewer_of(terminal.process.pid)

@@ -32,7 +32,7 @@ def test_files_in_the_current_folder_do_not_hide_ours(tmp_path):
     (tmp_path / "a.yaml").write_text(MISSION)
     # -P: the script `treepilot` has the folder of the command first, not the current one.
     code = "from treepilot.__main__ import main; main()"
-    done = python("-P", "-c", code, "run", "a.yaml", "--headless", "--no-rerun", cwd=tmp_path)
+    done = python("-P", "-c", code, "run", "a.yaml", "--headless", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "hello" in done.stderr + done.stdout
 

@@ -96,10 +96,10 @@ def test_a_robot_that_retries_is_not_recovering():
 
 
 def test_lost_records_are_told_until_the_end():
-    lost = replace(RUNNING, records_lost="mission.rrd: no space left on device")
+    lost = replace(RUNNING, records_lost="sensors.mcap: no space left on device")
     assert header(lost, CALM).alarms == ("RECORDS LOST",)
     assert header(replace(lost, state=S.SUCCESS), CALM).alarms == ("RECORDS LOST",)
-    assert notice(lost, CALM).detail == "mission.rrd: no space left on device"
+    assert notice(lost, CALM).detail == "sensors.mcap: no space left on device"
 
 
 @pytest.mark.parametrize("columns", [20, 40, 80, 120])

@@ -7,13 +7,20 @@ import pytest
 from textual.widgets import OptionList, Static
 
 from stack.telemetry.records import StageTiming
-from stack.types import CameraModel, CameraState, Detection, Image, SensorState
+from stack.types import (
+    CameraModel,
+    CameraState,
+    Detection,
+    Image,
+    LoopStatistics,
+    SensorState,
+)
 from tests.tui.sample_source import SampleSource
 from tui.app import Dashboard
 from tui.drawing import palette
 from tui.figures import KEPT, Figures, figures_of
 from tui.sheets.camera import Picture, picture_strips
-from tui.sheets.health import HealthSheet, sensor_colour, stage_colour
+from tui.sheets.health import HealthSheet, loop_colour, sensor_colour, stage_colour
 from tui.sheets.plots import SPANS, Plot, PlotSheet, scale_of
 from tui.sheets.sheet import Sheet
 
@@ -57,6 +64,33 @@ def test_the_colour_of_a_sensor(state, colour):
 
 
 @pytest.mark.parametrize(
+    ("loop", "colour"),
+    [
+        (LoopStatistics(500.0, 10000, 0), palette.GOOD),
+        (LoopStatistics(500.0, 10000, 10), palette.WARN),
+        (LoopStatistics(500.0, 10000, 11), palette.BAD),  # more than one in a thousand
+        (LoopStatistics(500.0, 10000, lacks=("priority: denied",)), palette.WARN),
+    ],
+)
+def test_the_colour_of_a_fast_loop(loop, colour):
+    assert loop_colour(loop) == colour
+
+
+async def test_health_shows_the_fast_loop(pilot):
+    await pilot.press("H")
+    await pilot.pause()
+    assert "Fast loop" not in str(pilot.app.screen.query_one(Static).render())
+    late = (0,) * 8 + (990,) + (0,) * 4 + (10,)  # the bins end at 16 and at 91 µs
+    loop = LoopStatistics(500.0, 1000, 2, 80e-6, 21e-6, 60e-6, late, ("priority: denied",))
+    pilot.app.source.changes["fast_loop"] = loop
+    pilot.app.refresh_now()
+    text = str(pilot.app.screen.query_one(Static).render())
+    row = next(line for line in text.splitlines() if "500 Hz" in line)
+    assert row.split() == "✘ 500 Hz 16 µs 80 µs 80 µs 21 µs 2×".split()
+    assert "▲ without priority: denied" in text
+
+
+@pytest.mark.parametrize(
     ("median", "slow", "colour"),
     [(0.01, 0.04, palette.GOOD), (0.01, 0.06, palette.WARN), (0.06, 0.09, palette.BAD)],
 )
@@ -71,9 +105,9 @@ async def test_health_compares_rates_with_what_is_expected(pilot):
     shown = str(pilot.app.screen.query_one(Static).render())
     for row in ("✔ lidar", "▲ sonar_left", "✘ imu", "▲ navigate", "312 MB", "complete"):
         assert row in shown, row
-    pilot.app.source.changes["records_lost"] = "mission.rrd from 3.0 s on (no space)"
+    pilot.app.source.changes["records_lost"] = "sensors.mcap from 3.0 s on (no space)"
     pilot.app.refresh_now()
-    assert "mission.rrd from 3.0 s on" in str(pilot.app.screen.query_one(Static).render())
+    assert "sensors.mcap from 3.0 s on" in str(pilot.app.screen.query_one(Static).render())
 
 
 async def test_a_number_is_plotted_by_enter_and_the_choice_is_kept(pilot):

@@ -48,7 +48,7 @@ class CameraSheet(Sheet):
 def why_none(snapshot: Snapshot, *, replayed: bool) -> str:
     """Why there is no picture to show."""
     if replayed:
-        return "the pictures of this run are in mission.rrd: treepilot runs open"
+        return "no picture was taken up to here"
     if not snapshot.cameras:
         return "this robot has no camera"
     if not any(camera.is_on for camera in snapshot.cameras):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from missions.cli.arguments import on_a_terminal
+from missions.cli.arguments import View, on_a_terminal
 from stack.errors import InputError
 
 MISSION = "02_office_patrol"
@@ -16,6 +16,7 @@ def demo(
     out: Annotated[
         Path | None, typer.Option(help="run folder [default: runs/<mission>-<time>]")
     ] = None,
+    view: View = False,
 ) -> None:
     """Watch a robot patrol an office, and disturb it.
 
@@ -35,4 +36,5 @@ def demo(
             f"demo needs a terminal; without one: treepilot run {MISSION} --headless --seed {seed}"
         )
     options = RunOptions(seed=seed, out=out)
-    raise typer.Exit(launch(LaunchOptions((MISSION,), options, headless=False, is_demo=True)))
+    launched = LaunchOptions((MISSION,), options, headless=False, view=view, is_demo=True)
+    raise typer.Exit(launch(launched))

@@ -73,7 +73,7 @@ def drive(  # noqa: PLR0913 - each is an option of the command
             raise typer.Exit(_drive_plain(file, seed, out))
         from missions.execution.supervision.launch import LaunchOptions, launch
 
-        options = RunOptions(seed=seed, out=out, rerun=True)
+        options = RunOptions(seed=seed, out=out)
         raise typer.Exit(launch(LaunchOptions((str(file),), options, headless=False)))
 
 

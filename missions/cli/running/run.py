@@ -10,6 +10,7 @@ from missions.cli.arguments import (
     OtherRobot,
     Parameters,
     Settings,
+    View,
     assignments,
     on_a_terminal,
 )
@@ -35,6 +36,14 @@ class Record(StrEnum):
     """What can be recorded besides events."""
 
     SENSORS = "sensors"
+
+
+class FirstItem(StrEnum):
+    """Whether the first item of a MAVLink plan is home."""
+
+    AUTO = "auto"
+    ALWAYS = "always"
+    NEVER = "never"
 
 
 class OnLostRecords(StrEnum):
@@ -84,10 +93,35 @@ def run(  # noqa: PLR0913 - each is an option of the command
             help="run folder [default: runs/<mission>-<time>]; for several missions, their parent"
         ),
     ] = None,
-    no_rerun: Annotated[bool, typer.Option("--no-rerun", help="do not record mission.rrd")] = False,
+    view: View = False,
     mavlink: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="send MAVLink to, e.g., udpout:127.0.0.1:14550"),
+        typer.Option(
+            metavar="ADDRESS",
+            help="be a MAVLink rover for ground stations: udpout:127.0.0.1:14550 calls one",
+        ),
+    ] = None,
+    mavlink_key: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="sign the MAVLink link and refuse unsigned commands; `treepilot keys mavlink`"
+            " makes a key",
+        ),
+    ] = None,
+    mavlink_home: Annotated[
+        FirstItem,
+        typer.Option(
+            help="whether the first item of an uploaded plan is home: auto, if it is a waypoint of"
+            " absolute altitude, as MAVProxy and QGroundControl write it"
+        ),
+    ] = FirstItem.AUTO,
+    origin: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON",
+            help="where the map's origin is on Earth, degrees [default: the world file's]",
+        ),
     ] = None,
     foxglove: Annotated[
         int | None,
@@ -190,8 +224,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
     without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
     options = RunOptions(
         seed=seed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
-        out=out, rerun=not no_rerun, mavlink=mavlink, foxglove=foxglove, camera=camera.value,
-        watch=watch,
+        out=out, mavlink=mavlink, mavlink_key=mavlink_key, mavlink_home=mavlink_home.value,
+        origin=origin, foxglove=foxglove, camera=camera.value, watch=watch,
         renderer=renderer.value if renderer else "",
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),
@@ -202,7 +236,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     )  # fmt: skip
     launched = LaunchOptions(
         tuple(missions), options, headless=without_dashboard, json=json, speed=speed,
-        on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout,
+        on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout, view=view,
     )  # fmt: skip
     if foxglove is not None:
         typer.echo(f"in Foxglove: Open connection, ws://127.0.0.1:{foxglove}", err=True)

@@ -145,68 +145,40 @@ def open_(
         bool, typer.Option("--foxglove", help="make a file for Foxglove; tell how to open it")
     ] = False,
 ) -> None:
-    """Open the recording of a run in rerun's viewer; or unpack a packed run.
+    """Show a run in rerun's viewer; or unpack a packed run.
 
-    Over SSH there is no display: the command then prints what to enter on your own computer.
+    The recording is drawn from the run's snapshots and kept as mission.rrd. A live run is followed
+    until it ends. Over SSH there is no display: the command then prints what to enter on your own
+    computer.
     """
-    import os
-
     if name.endswith(".zip"):
         _unpack(Path(name), context.obj)
         return
-    from missions.inspection.exchange.viewing import has_display, remedies
     from missions.inspection.run_folders import find_runs
     from stack.parameters import suggestion
 
     known = {run.name: run for run in find_runs(context.obj)}
     if name not in known:
         raise InputError(f"no run {name!r}; {suggestion(name, known)}")
-    is_local = has_display(os.environ, sys.platform)
     if foxglove:
-        _open_foxglove(context.obj / name, is_local)
+        _open_foxglove(context.obj / name)
         return
-    recording = context.obj / name / "mission.rrd"
-    if not known[name].has_recording:
-        from stack.telemetry.rerun.recorded import draw_recorded
+    from missions.inspection.exchange.rerun_viewer import show
 
-        draw_recorded(context.obj / name, recording)
-        typer.echo(f"{recording}: made of the run's snapshots")
-    if not web and not is_local:
-        raise InputError(remedies(recording, os.environ))
-    _open_rerun(recording, web, is_local)
+    show(context.obj / name, web=web)
 
 
-def _open_rerun(recording: Path, web: bool, is_local: bool) -> None:
-    """Become rerun's viewer."""
-    import os
-    import sysconfig
-
-    from missions.inspection.exchange.viewing import WEB_ADDRESS, tunnel
-
-    viewer = str(Path(sysconfig.get_path("scripts")) / "rerun")
-    words = [*(["--serve-web"] if web else []), "--bind", "127.0.0.1", str(recording)]
-    typer.echo(shlex.join(["rerun", *words]))
-    if web and not is_local:
-        typer.echo(f"on your computer: {tunnel(os.environ)}")
-    if web:
-        typer.echo(f"open {WEB_ADDRESS}")
-    try:
-        os.execv(viewer, [viewer, *words])
-    except OSError as error:
-        raise InputError(f"cannot start {viewer}: {error.strerror}") from None
-
-
-def _open_foxglove(folder: Path, is_local: bool) -> None:
+def _open_foxglove(folder: Path) -> None:
     """Export a run beside its records, and say how to open it."""
     import os
 
     from missions.inspection.exchange.exporting import FILE, export_mcap
-    from missions.inspection.exchange.viewing import copying
+    from missions.inspection.exchange.viewing import copying, has_display
 
     file = folder / FILE
     export_mcap(folder, file)
     typer.echo(f"{shlex.quote(str(file))}: in Foxglove, Open local file")
-    if not is_local:
+    if not has_display(os.environ, sys.platform):
         typer.echo(f"copy it to your computer: {copying(file, os.environ)}")
 
 

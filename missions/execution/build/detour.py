@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
-from behaviours.catalogue import BehaviourKind, Catalogue, build, find_behaviours
+from behaviours.catalogue import Catalogue, find_behaviours
+from behaviours.kind import BehaviourKind, build
 from missions.language.model import Mission
 from missions.trees.context import Execution, Record
 from missions.trees.leaves import LeafNode

@@ -106,12 +106,14 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         urdf=plan.robot.model,
         places=dict(plan.mission.places),
         identity=identity or new_identity(),
+        origin=plan.world.origin,
     )
 
 
-def build(
+def build(  # noqa: PLR0913 - the optional ones by keyword
     plan: PreparedMission, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None,
-    make_body: MakeBody | None = None,
+    make_body: MakeBody | None = None, *, tell: Callable[[str], None] = discard,
+    interrupted: Callable[[], bool] = lambda: False,
 ) -> Engine:  # fmt: skip
     """Build and connect all parts; the engine is then ready for its first step.
 
@@ -121,12 +123,18 @@ def build(
         telemetry: receives events and snapshots.
         folder: of the run; None writes no records.
         make_body: makes the body; None: the choice of the options or of the robot file.
+        tell: writes a line for people while the body is made.
+        interrupted: whether the user has given up waiting for the robot.
 
     Raises:
+        BodyError: the robot cannot be reached, or may not drive.
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     log = folder.log if folder is not None else discard
-    body = _body(plan, options, make_body)
+    setup = BodySetup(
+        plan.robot, plan.world, plan.start, options.seed, options.speed, tell, interrupted
+    )
+    body = _body(plan, options, setup, make_body)
     announce_warnings(plan, telemetry)
     loop, emit = plan.choices["loop"].parameters, emitter(telemetry, "navigation")
     grid = map_of(plan)
@@ -249,13 +257,14 @@ def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
     return MarkerDetector(plan.markers, settings, surveyed)
 
 
-def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
+def _body(
+    plan: PreparedMission, options: RunOptions, setup: BodySetup, make_body: MakeBody | None
+) -> Body:
     """Return the body; a real one has passed the preflight checks without motion.
 
     Raises:
         BodyError: the robot cannot be reached, or a check failed.
     """
-    setup = BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed)
     if plan.recording is not None:
         replay = plan.mission.replay if options.replay is None else None
         return playing(plan.recording.play(), 0.0 if replay is None else replay.after)(setup)

@@ -11,11 +11,13 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 from missions.execution.report import INTERNAL_ERROR, INTERRUPTED, WRONG_INPUT, Report, worst_of
 from missions.execution.supervision.heartbeat import Phase
 from missions.execution.supervision.lost_engine import end_of, lost_reports
+from missions.execution.supervision.run_viewer import RunViewer
 from missions.execution.supervision.supervisor import POLL, Supervisor
 from missions.execution.supervision.viewer import Viewer
 from missions.run_options import RunOptions
@@ -34,16 +36,18 @@ class LaunchOptions:
         on_hangup: continue | stop | abort when the terminal is closed; empty: continue in a
             simulation, stop a real robot.
         hang_timeout: wall seconds without a step after which the engine is killed; 0: never.
+        view: show each run in rerun's viewer as it goes on.
         is_demo: whether the dashboard says what the robot does, and what to press.
     """
 
     missions: tuple[str, ...]
-    run: RunOptions = field(default_factory=lambda: RunOptions(rerun=True))
+    run: RunOptions = field(default_factory=RunOptions)
     headless: bool = True
     json: bool = False
     speed: str = ""
     on_hangup: str = ""
     hang_timeout: float = HANG_TIMEOUT
+    view: bool = False
     is_demo: bool = False
 
     def request(self) -> dict[str, Any]:
@@ -61,9 +65,15 @@ def launch(options: LaunchOptions) -> int:
         supervisor = Supervisor(
             options.request(), options.hang_timeout, caught, show=not options.json
         )
+        viewers: list[RunViewer] = []
         try:
+            if options.view:
+                viewers += _viewers_of(supervisor, len(options.missions))
             if not options.headless and not _watch(supervisor, is_demo=options.is_demo):
                 return 0
+            supervisor.wait(lambda: any(viewer.has_failed for viewer in viewers))
+            for viewer in viewers:
+                viewer.tell()
             supervisor.wait()
             if supervisor.hung_up and supervisor.engine.poll() is None:
                 return INTERRUPTED
@@ -72,8 +82,17 @@ def launch(options: LaunchOptions) -> int:
             supervisor.end_now("the supervisor failed")
             raise
         finally:
+            for viewer in viewers:
+                viewer.close()
             supervisor.close()
             _flush_streams()
+
+
+def _viewers_of(supervisor: Supervisor, count: int) -> list[RunViewer]:
+    """Open a viewer for each run once all have started."""
+    supervisor.wait(lambda: len(supervisor.started) == count)
+    folders = [Path(started["folder"]) for started in supervisor.started if started["folder"]]
+    return [RunViewer(folder) for folder in folders]
 
 
 def _flush_streams() -> None:

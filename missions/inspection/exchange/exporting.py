@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stack.columns import columns
 from stack.documents.files import JSON_BYTES, YAML_BYTES, read_bytes
@@ -14,6 +15,7 @@ from stack.errors import InputError
 from stack.optional_packages import FOXGLOVE
 from stack.telemetry.hub import SENSORS, SNAPSHOTS
 from stack.telemetry.sensor_log import read_observations
+from stack.telemetry.snapshots.format import PICTURES
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from stack.types import DepthImage, Image, Observation, Scan
 
@@ -85,7 +87,10 @@ def _draw(
     recording: SnapshotRecording, observations: Iterator[Observation], drawing: FoxgloveDrawing
 ) -> None:
     """Log everything in order of time."""
+    taken: dict[str, Any] = {}
     told, waiting = 0, next(observations, None)
+    if waiting is not None:  # the sensor log has all pictures, the snapshots one a second
+        taken = dict.fromkeys(PICTURES.values())
     for number, time in enumerate(recording.times):
         while waiting is not None and waiting.time <= time:
             _draw_sensors(waiting, drawing)
@@ -94,7 +99,7 @@ def _draw(
         for event in recording.events(told, end):
             drawing.event(event)
         told = max(told, end)
-        drawing.draw(recording.snapshot(number))
+        drawing.draw(replace(recording.snapshot(number), **taken))
     for event in recording.events(told, sys.maxsize):
         drawing.event(event)
     for observation in () if waiting is None else chain([waiting], observations):

@@ -49,21 +49,31 @@ def copying(file: Path, environment: Mapping[str, str]) -> str:
     return shlex.join(["scp", *given, f"{place}:{file.resolve()}", "."])
 
 
-def remedies(recording: Path, environment: Mapping[str, str]) -> str:
-    """What to do to see a recording from another computer."""
-    file = recording.resolve()
-    runs, name = ["treepilot", "runs", "--folder", str(file.parents[1])], file.parent.name
-    return (
-        f"there is no display here: none of {', '.join(DISPLAYS)} is set. On your own computer:\n"
+def remedies(folder: Path, recording: Path | None, environment: Mapping[str, str]) -> str:
+    """What to do to see a run from another computer.
+
+    Args:
+        folder: of the run.
+        recording: for rerun; None of a live run.
+        environment: variables of the process.
+    """
+    folder = folder.resolve()
+    runs, name = ["treepilot", "runs", "--folder", str(folder.parent)], folder.name
+    copied = "" if recording is None else (
+        "On your own computer:\n"
         f"  copy the recording:  {copying(recording, environment)}\n"
         f"  and open it:         rerun {recording.name}\n"
-        f"or show it in a browser there:\n"
+        "or show"
+    )  # fmt: skip
+    return (
+        f"there is no display here: none of {', '.join(DISPLAYS)} is set. {copied or 'Show'} it in"
+        " a browser on your own computer:\n"
         f"  on this machine:     {shlex.join([*runs, 'open', name, '--web'])}\n"
         f"  on your computer:    {tunnel(environment)}\n"
         f"  then open            {WEB_ADDRESS}\n"
         f"or in Foxglove:\n"
         f"  on this machine:     {shlex.join([*runs, 'open', name, '--foxglove'])}\n"
-        f"or in this terminal:   {shlex.join(['treepilot', 'replay', str(file.parent)])}"
+        f"or in this terminal:   {shlex.join(['treepilot', 'replay', str(folder)])}"
     )
 
 

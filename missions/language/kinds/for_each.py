@@ -12,9 +12,9 @@ from py_trees.common import Status
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Symbol
 from missions.language.kinds.kind import NodeKind, NodeReading, Outline, Shape, Written
+from missions.language.reading.literals import IDENTIFIER
 from missions.language.reading.modifiers import keeps_going, value_in
 from missions.language.reading.port_expressions import text_of
-from missions.language.reading.values import IDENTIFIER
 from missions.language.reading.words import WordRole
 from missions.language.step import Order, Outcomes, Step, TreeBuilder
 from missions.language.values import Constant, Value

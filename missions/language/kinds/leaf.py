@@ -12,7 +12,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure
 
 from behaviours.base import RobotBehaviour
-from behaviours.catalogue import BehaviourKind, build
+from behaviours.kind import BehaviourKind, build
 from missions.language.analysis.intervals import truth_values
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol

@@ -20,8 +20,9 @@ from missions.language.expressions.value_types import (
 )
 from missions.language.foreign_words import ARGUMENT_WORDS, KEY_WORDS, TYPES
 from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, KEEP, OPTIONAL, TREE
+from missions.language.reading.literals import IDENTIFIER
 from missions.language.reading.port_expressions import text_of
-from missions.language.reading.values import IDENTIFIER, ValueReader
+from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
 from missions.language.step import Tree
 from missions.language.values import Constant

@@ -5,8 +5,8 @@ from __future__ import annotations
 from missions.language.expressions.expression import NameContext
 from missions.language.foreign_words import EVENT_WORDS, THEN_MEANINGS, meant_or_near
 from missions.language.keys import AGAIN, EVENT, HOLD, THEN_WORDS, required
+from missions.language.reading.literals import IDENTIFIER
 from missions.language.reading.nodes import NodeReader
-from missions.language.reading.values import IDENTIFIER
 from missions.language.reading.words import WordRole
 from missions.language.step import Event
 from missions.language.values import Constant, Value

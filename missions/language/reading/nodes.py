@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from behaviours.catalogue import BehaviourKind, Catalogue
+from behaviours.catalogue import Catalogue
+from behaviours.kind import BehaviourKind
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol
 from missions.language.foreign_words import MODIFIERS as WORDS

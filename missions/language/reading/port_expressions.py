@@ -16,7 +16,7 @@ from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.texts import has_placeholders
 from missions.language.expressions.tokens import ExpressionError, Token, tokens
 from missions.language.expressions.value_types import BOOL, INT, POSE, ValueType
-from stack.documents import Node
+from stack.documents import Mark, Node
 
 REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
 
@@ -103,3 +103,16 @@ def is_text_with_placeholders(node: Node) -> bool:
     except ExpressionError:
         return True
     return False
+
+
+def written_as(source: str, node: Node) -> Node:
+    """Return a scalar in place of a list of expressions, at its position."""
+    folded = any(item.folded or item.mark.line != node.mark.line for item in node.items)
+    return Node(source, "scalar", node.mark, folded=folded)
+
+
+def within(node: Node, offset: int) -> Mark:
+    """Return the position of an offset in a one-line scalar, else the scalar's position."""
+    if not isinstance(node.value, str) or "\n" in node.value or node.folded:
+        return node.mark
+    return Mark(node.mark.file, node.mark.line, node.mark.column + offset + node.quoted)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from math import pi
 from typing import Any
 
 from missions.language.expressions.arithmetic import MAX_TEXT
@@ -35,13 +34,15 @@ from missions.language.expressions.value_types import (
 from missions.language.keys import Keys
 from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.item_types import Mismatch, item_type
+from missions.language.reading.literals import IDENTIFIER, marks_of, read_literal, write_name
 from missions.language.reading.port_expressions import (
-    REFERENCE,
     computed_source,
     is_text_with_placeholders,
     list_source,
     reference_name,
     text_of,
+    within,
+    written_as,
 )
 from missions.language.reading.words import WordRole, Words
 from missions.language.values import (
@@ -54,12 +55,11 @@ from missions.language.values import (
     Template,
     Value,
 )
-from stack.documents import Findings, Mark, Node, iter_scalars
+from stack.documents import Findings, Mark, Node
 from stack.errors import EvaluationError, Hint, ParameterError
 from stack.parameters import Declaration, suggestion
 
 _ASSIGNMENT = re.compile(r"\$?(\w+)\s*:?=\s*(.+)")
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class ValueReader:
@@ -116,7 +116,7 @@ class ValueReader:
         name = reference_name(node)
         source = None if name is not None else computed_source(node, kind)
         if source is not None:
-            written = node if node.kind == "scalar" else _written_as(source, node)
+            written = node if node.kind == "scalar" else written_as(source, node)
             self.words.add(written, WordRole.EXPRESSION, context.scope, owner, declared)
         elif node.kind == "scalar":
             shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
@@ -129,7 +129,7 @@ class ValueReader:
             return self._template(node, context)
         if source is not None:
             return self._computed(declared, node, source, context)
-        return self._literal(declared, node, context)
+        return read_literal(declared, node, context, self.findings)
 
     def expression(
         self, node: Node, context: NameContext, wanted: ValueType = BOOL, owner: str = ""
@@ -146,7 +146,7 @@ class ValueReader:
             hint = problem.hint
             if problem.code == "E151" and wanted == TEXT:
                 hint = "write a text in quotes inside the expression: \"'…'\""
-            self.findings.add(problem.code, _within(node, problem.at), problem.sentence, hint)
+            self.findings.add(problem.code, within(node, problem.at), problem.sentence, hint)
         return self._recorded(checked, node.mark)
 
     def items(self, name: str, node: Node, context: NameContext) -> tuple[Value | None, ValueType]:
@@ -183,7 +183,7 @@ class ValueReader:
         kind = type_of(declared)
         checked, problems = self._checked(source, context, kind)
         for problem in problems:
-            place = _within(node, problem.at) if node.kind == "scalar" else node.mark
+            place = within(node, problem.at) if node.kind == "scalar" else node.mark
             words = f"{declared.name}: " if problem.code == "E153" else ""
             self.findings.add(problem.code, place, f"{words}{problem.sentence}", problem.hint)
         found = self._recorded(checked, node.mark)
@@ -223,17 +223,17 @@ class ValueReader:
                 if not piece.is_expression:
                     parts.append(piece.text)
                     continue
-                mark = _within(node, piece.at)
+                mark = within(node, piece.at)
                 source, moved = source_of(piece, context.scope)
                 checked, problems = self._checked(source, context, ANYTHING)
                 for item in problems:
-                    place = _within(node, piece.at + max(0, item.at + moved))
+                    place = within(node, piece.at + max(0, item.at + moved))
                     self.findings.add(item.code, place, item.sentence, item.hint)
                 found = self._recorded(checked, mark)
                 wrong = wrong or found is None
                 parts += [found] if found else []
         except ExpressionError as error:
-            place = _within(node, error.at)
+            place = within(node, error.at)
             self.findings.add(error.code, place, error.sentence, error.hint)
             return None
         return None if wrong else Template(tuple(parts), text)
@@ -309,29 +309,8 @@ class ValueReader:
             return None
         if all(isinstance(value, Constant) for value in known):
             plain = [value.value for value in known if isinstance(value, Constant)]
-            return Constant(plain, text_of(node), node.mark, _marks_of(node))
+            return Constant(plain, text_of(node), node.mark, marks_of(node))
         return ListValue(tuple(known))
-
-    def _literal(self, declared: Declaration, node: Node, context: NameContext) -> Constant | None:
-        for scalar in iter_scalars(node):
-            self._warn_of_reference_in_text(scalar, context)
-        try:
-            value = declared.read(node.plain())
-            _refuse_degrees(declared, node)
-            return Constant(value, text_of(node), node.mark, _marks_of(node))
-        except ParameterError as error:
-            hint = _reference_hint(node, context) or error.hint
-            self.findings.add("E132", node.mark, f"{declared.name}: {error.sentence}", hint)
-            return None
-
-    def _warn_of_reference_in_text(self, scalar: Node, context: NameContext) -> None:
-        if not isinstance(scalar.value, str) or scalar.quoted:
-            return
-        inside = REFERENCE.search(scalar.value)
-        if inside and context.scope.lookup(inside[1]):
-            sentence = f"{inside[0]} inside a text is not replaced by its value"
-            hint = f"write ${{{inside[1]}}}, or quote the text"
-            self.findings.add("W104", _within(scalar, inside.start()), sentence, hint)
 
     def _assignments(self, node: Node, context: NameContext) -> AssignmentList | None:
         if not node.is_mapping or not node.entries:
@@ -368,38 +347,8 @@ class ValueReader:
             return text_expression(template.parts, template.text, node.mark) if template else None
         if node.is_sequence:
             source = list_source(node, wanted)
-            node = replace(_written_as(source, node), quoted="\n" in source)
+            node = replace(written_as(source, node), quoted="\n" in source)
         return self.expression(node, context, wanted)
-
-
-def write_name(word: str) -> Hint:
-    """Return the hint for a name without its `$`."""
-    return Hint(f"write ${word}", f"${word}")
-
-
-def _marks_of(node: Node) -> tuple[Mark, ...]:
-    return tuple(item.mark for item in node.items)
-
-
-def _refuse_degrees(declared: Declaration, node: Node) -> None:
-    """Raise ParameterError for a bare angle of more than a full turn: almost certainly degrees."""
-    if declared.unit != "rad":
-        return
-    for item in node.items or (node,):
-        angle = item.value
-        is_bare = isinstance(angle, int | float) and not isinstance(angle, bool)
-        if is_bare and abs(angle) > 2.0 * pi + 1e-9:
-            sentence = f"an angle of {angle:g} rad is more than a full turn"
-            raise ParameterError(declared.name, sentence, f"write {angle:g} deg, or {angle:g} rad")
-
-
-def _reference_hint(node: Node, context: NameContext) -> str:
-    """Return a hint if a value contains a name without its `$`."""
-    words = IDENTIFIER.findall(node.value) if isinstance(node.value, str) else []
-    known = next((word for word in words if context.scope.lookup(word)), "")
-    if known and known == node.value:
-        return write_name(known)
-    return f"write ${known}" if known else ""
 
 
 def _is_single_pose(kind: ValueType, node: Node) -> bool:
@@ -413,16 +362,3 @@ def _source(node: Node) -> str | None:
     if node.kind != "scalar" or value is None:
         return None
     return text_of(node)
-
-
-def _written_as(source: str, node: Node) -> Node:
-    """Return a scalar in place of a list of expressions, at its position."""
-    folded = any(item.folded or item.mark.line != node.mark.line for item in node.items)
-    return Node(source, "scalar", node.mark, folded=folded)
-
-
-def _within(node: Node, offset: int) -> Mark:
-    """Return the position of an offset in a one-line scalar, else the scalar's position."""
-    if not isinstance(node.value, str) or "\n" in node.value or node.folded:
-        return node.mark
-    return Mark(node.mark.file, node.mark.line, node.mark.column + offset + node.quoted)

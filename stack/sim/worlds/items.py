@@ -13,6 +13,8 @@ import numpy as np
 
 from stack.documents import Mark, Section
 from stack.mapping.marker_maps import read_marker
+from stack.mavlink.origin import HIGHEST_LATITUDE, GeoOrigin
+from stack.parameters import Declaration
 from stack.sim.worlds.polylines import rounded
 from stack.sim.worlds.values import (
     CLOSED,
@@ -143,6 +145,30 @@ def line(reading: Reading, section: Section) -> FloorLine | None:
     if points is None:
         return None
     return FloorLine(rounded(points, radius, closed=closed), **values)
+
+
+ORIGIN = (
+    Declaration(
+        "latitude", float, "degrees, north positive", at_least=-HIGHEST_LATITUDE,
+        at_most=HIGHEST_LATITUDE,
+    ),
+    Declaration("longitude", float, "degrees, east positive", at_least=-180.0, at_most=180.0),
+    Declaration("altitude", float, "above the mean sea level", "m", default=0.0),
+    Declaration(
+        "east", float, "direction of east, anticlockwise from the x axis", "rad", default=0.0
+    ),
+)  # fmt: skip
+
+
+def origin(section: Section | None) -> GeoOrigin | None:
+    """Read the place of the world frame's origin on Earth; bare latitudes are degrees."""
+    if section is None:
+        return None
+    latitude, longitude, altitude, east = (section.value(declared) for declared in ORIGIN)
+    section.done()
+    if latitude is None or longitude is None:
+        return None
+    return GeoOrigin(latitude, longitude, altitude, wrap_angle(east))
 
 
 def _rectangle(

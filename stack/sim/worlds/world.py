@@ -10,6 +10,7 @@ from math import hypot, pi, radians
 from pathlib import Path as FilePath
 
 from stack.documents import Finding
+from stack.mavlink.origin import GeoOrigin
 from stack.parameters import parameter
 from stack.types import DockShape, FloatArray, Marker, Pose2D, wrap_angle
 
@@ -332,6 +333,7 @@ class World:
         posters: pictures on walls.
         floor: texture of the floor, one of TEXTURES.
         light: brightness of camera pictures: 1 normal; above it bright surfaces saturate.
+        origin: place of the world frame's origin on Earth; None: unknown.
         source: the file that the world was read from.
         warnings: elements of that file that were ignored or replaced.
     """
@@ -358,5 +360,6 @@ class World:
         1.0, at_least=0.0, at_most=10.0,
         help="brightness of camera pictures; above 1 bright surfaces saturate",
     )  # fmt: skip
+    origin: GeoOrigin | None = None
     source: FilePath | None = None
     warnings: tuple[Finding, ...] = ()

@@ -40,7 +40,7 @@ MARGIN = 0.5
 KEYS = (
     "world", "walls", "boxes", "places", "bounds", "cylinders", "doors", "markers", "people",
     "docks", "timeline", "start", "friction", "friction_zones", "drops", "lines", "posters",
-    "floor", "light", "format", "doc",
+    "floor", "light", "origin", "format", "doc",
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
@@ -127,6 +127,7 @@ def read_world(path: Path, text: str | None = None) -> World:
         timeline=reading.each(top, "timeline", "a timeline entry", event),
         places=reading.places,
         start=_start(reading, top),
+        origin=items.origin(top.section("origin")),
         source=path,
         **fields_of(top, World),
     )

@@ -31,6 +31,7 @@ from foxglove.messages import (
 from stack.telemetry.foxglove.urdf_links import BASE, MAP, LinkFrame, Rotation, Vector
 from stack.telemetry.grid_colours import coloured, cost_table, map_table
 from stack.telemetry.records import Event
+from stack.telemetry.snapshots.picture_codes import jpeg
 from stack.types import (
     CameraModel,
     CostGrid,
@@ -46,8 +47,6 @@ NANOSECONDS = 1_000_000_000
 
 HEIGHTS = {"map": -0.02, "global_costmap": -0.01, "local_costmap": -0.005}
 """Drawing height of each grid, metres: below everything else, in this order."""
-
-JPEG_QUALITY = 80
 
 OPTICAL = "optical"
 """End of the name of a camera's frame: x right, y down, z forward."""
@@ -185,15 +184,11 @@ def cloud(points: FloatArray, time: float) -> PointCloud:
 
 def picture(name: str, image: Image) -> CompressedImage:
     """A picture as JPEG."""
-    import cv2
-
-    bgr = np.ascontiguousarray(image.pixels[:, :, ::-1])
-    _, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     return CompressedImage(
         timestamp=stamp_of(image.stamp),
         frame_id=f"{name}_{OPTICAL}",
         format="jpeg",
-        data=jpeg.tobytes(),
+        data=jpeg(image.pixels),
     )
 
 

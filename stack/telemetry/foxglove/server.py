@@ -13,7 +13,7 @@ from stack.optional_packages import FOXGLOVE
 from stack.schedule import Schedule
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.telemetry.sinks import Sink
-from stack.telemetry.snapshots.log import LAYER_PERIODS
+from stack.telemetry.snapshots.format import LAYER_PERIODS
 
 if TYPE_CHECKING:
     from stack.telemetry.foxglove.drawing import FoxgloveDrawing

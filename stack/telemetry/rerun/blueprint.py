@@ -9,13 +9,17 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from stack.telemetry.records import Layer, Snapshot, TreeRow
+from stack.telemetry.snapshots.format import PICTURES
 from stack.telemetry.tree_text import depths
 from stack.types import CostGrid, OccupancyGrid
 
 TIMELINE = "mission_time"
+HELD = "held"
+"""Entity of what holds the robot."""
+
 BACKGROUND = (11, 14, 20)
 MAIN_NODES = 3
-"""Nodes in the state timeline, below the lanes of mission and activity; more do not fit."""
+"""Nodes in the state timeline below the first lanes: mission, activity, hold-ups."""
 
 
 def node_path(row: TreeRow) -> str:
@@ -31,9 +35,17 @@ def main_nodes(rows: tuple[TreeRow, ...]) -> list[TreeRow]:
     return [row for row in rows if row in topmost]
 
 
-def layout(snapshot: Snapshot) -> rrb.Blueprint:
-    """Blueprint with world, camera, tree, states, plots and log."""
-    side = rrb.Vertical(_pictures(snapshot), _tree(), row_shares=[2, 3])
+def pictures_of(snapshot: Snapshot) -> frozenset[str]:
+    """Names of the cameras that have taken a picture."""
+    return frozenset(
+        name for name, field in PICTURES.items() if getattr(snapshot, field) is not None
+    )
+
+
+def layout(snapshot: Snapshot, pictures: frozenset[str]) -> rrb.Blueprint:
+    """Blueprint with world, pictures of these cameras, tree, states, plots and log."""
+    shown = [_picture(name, name.capitalize()) for name in sorted(pictures)]
+    side = rrb.Vertical(*shown, _tree(), row_shares=[*(4 / len(shown) for _ in shown), 6])
     top = rrb.Horizontal(_world(snapshot), side, column_shares=[5, 2])
     curves = rrb.Horizontal(
         _curves("speed", "Speed m/s"),
@@ -43,7 +55,7 @@ def layout(snapshot: Snapshot) -> rrb.Blueprint:
         column_shares=[2, 2, 2, 3],
     )
     return rrb.Blueprint(
-        rrb.Vertical(top, _states(snapshot), curves, row_shares=[5.4, 2.6, 2.2]),
+        rrb.Vertical(top, _states(snapshot), curves, row_shares=[5.2, 2.9, 2.1]),
         rrb.TimePanel(state="collapsed", timeline=TIMELINE),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
@@ -76,13 +88,6 @@ def _world(snapshot: Snapshot) -> rrb.Spatial3DView:
     )
 
 
-def _pictures(snapshot: Snapshot) -> Any:
-    """The camera's picture; beside it that of the depth camera if there is one in use."""
-    if snapshot.depth_points is None:
-        return _picture("camera", "Camera")
-    return rrb.Vertical(_picture("camera", "Camera"), _picture("depth", "Depth"))
-
-
 def _picture(name: str, title: str) -> rrb.Spatial2DView:
     return rrb.Spatial2DView(
         origin=f"world/{name}",
@@ -98,7 +103,7 @@ def _tree() -> rrb.TextDocumentView:
 
 
 def _states(snapshot: Snapshot) -> rrb.StateTimelineView:
-    lanes = ["mission", "activity", *(node_path(row) for row in main_nodes(snapshot.tree))]
+    lanes = ["mission", "activity", HELD, *(node_path(row) for row in main_nodes(snapshot.tree))]
     return rrb.StateTimelineView(
         origin="/", contents=[f"+ /{lane}" for lane in lanes], name="Mission states"
     )

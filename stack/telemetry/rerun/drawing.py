@@ -11,7 +11,7 @@ import rerun as rr
 
 from stack.telemetry.outlines import at_height, largest_variance, outline, uncertainty_ellipse
 from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot, TreeRow
-from stack.telemetry.rerun.blueprint import layout, node_path
+from stack.telemetry.rerun.blueprint import HELD, layout, node_path
 from stack.telemetry.rerun.grids import GridDrawing, WindowDrawing
 from stack.telemetry.rerun.localisation import PARTICLE_COLOUR, SCAN_COLOUR, localisation_constants
 from stack.telemetry.rerun.pictures import DEPTH_COLOUR
@@ -38,6 +38,7 @@ PERSON_COLOUR = (240, 176, 120)
 TRACK_COLOUR = (255, 205, 60)
 
 IDLE_COLOUR = (38, 44, 54)
+HELD_COLOUR = (190, 100, 40)
 ACTIVITY_COLOURS = (
     (74, 98, 160), (52, 124, 128), (118, 90, 156), (140, 112, 60), (66, 122, 86), (146, 80, 104),
 )  # fmt: skip
@@ -78,6 +79,9 @@ class RerunDrawing:
         self._has_truth = False
         self._known_nodes: set[int] = set()
         self._activities: dict[str, Colour] = {}
+        self._held: dict[str, Colour] = {}
+        self._causes: set[tuple[str, str]] = set()
+        self._changed = 0.0
 
     def static_entities(self) -> None:
         """Draw robot model, markers, places and the legends of the plots."""
@@ -93,14 +97,35 @@ class RerunDrawing:
         states = {str(state): MISSION_COLOURS[state] for state in MissionState}
         self._states("mission", states)
 
-    def send_blueprint(self, snapshot: Snapshot) -> None:
+    def send_blueprint(self, snapshot: Snapshot, pictures: frozenset[str]) -> None:
         """Send the layout of the views and the viewpoint for this mission."""
-        self._recording.stream.send_blueprint(layout(snapshot))
+        self._recording.stream.send_blueprint(layout(snapshot, pictures))
 
     def event(self, event: Event) -> None:
         """Log the text of an event."""
         line = rr.TextLog(event.text, level=LEVELS.get(event.level, "INFO"))
         self._recording.stream.log(f"log/{event.source}", line)
+
+    def hold_up(self, event: Event) -> None:
+        """Log the new causes that hold the robot, at an event `held` or `held_end`."""
+        hold_up = str(event.fields.get("effect", "")), str(event.fields.get("cause", ""))
+        time = event.time
+        if event.kind == "held":
+            self._causes.add(hold_up)
+            time = float(event.fields.get("begin", time))
+        else:
+            self._causes.discard(hold_up)
+        self._changed = max(time, self._changed)
+        self._recording.at(self._changed)
+        self.held(", ".join(sorted({cause for _, cause in self._causes})))
+
+    def held(self, causes: str) -> None:
+        """Log what holds the robot from now on; empty: nothing."""
+        state = f"held: {causes}" if causes else NOTHING
+        if state not in self._held:
+            self._held[state] = HELD_COLOUR if causes else IDLE_COLOUR
+            self._states(HELD, self._held)
+        self._recording.stream.log(HELD, rr.StateChange(state=state))
 
     def layer(self, name: str, layer: Layer) -> None:
         """Draw a new version of a map, a costmap or the scene."""

@@ -1,8 +1,7 @@
-"""File of a rerun recording: complete messages only, up to a size limit.
+"""File of a rerun recording.
 
-rerun's own file sink holds an index of all chunks in memory until the end of the run, and does not
-report a full disk. So the encoded messages are taken from rerun's memory stream and written here,
-without the index, which `rerun rrd optimize` adds.
+rerun's own file sink waits for ever after an error of the disk. So the encoded messages are taken
+from rerun's memory stream and written here, without the index, which `rerun rrd optimize` adds.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from pathlib import Path
 
 from stack.errors import TelemetryError
 from stack.telemetry.recorder import write_all
-from stack.telemetry.records import RecordFull
 
 MAGIC = b"RRF2"
 HEADER_BYTES = 12
@@ -32,14 +30,13 @@ class RecordingFile:
 
     Args:
         path: of the file; replaced if it exists.
-        limit: size that the file does not exceed, bytes.
 
     Raises:
         OSError: the file cannot be created.
     """
 
-    def __init__(self, path: Path, limit: float) -> None:
-        self._path, self._limit, self._size = path, limit, 0
+    def __init__(self, path: Path) -> None:
+        self._is_empty = True
         flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC
         self._file = os.open(path, flags, 0o666)
 
@@ -47,17 +44,14 @@ class RecordingFile:
         """Append the messages of an encoded stream, as rerun's memory stream returns it.
 
         Raises:
-            RecordFull: they do not fit; nothing was written.
             OSError: they cannot be written, or the file was removed; the file ends before them.
             TelemetryError: this is not a stream of rerun.
         """
         wanted = b"".join(_messages(stream))
-        if self._size == 0:
+        if self._is_empty:
             wanted = stream[:HEADER_BYTES] + wanted
-        if self._size + len(wanted) > self._limit:
-            raise RecordFull(self._path.name, self._limit)
         write_all(self._file, wanted)
-        self._size += len(wanted)
+        self._is_empty = False
 
     def close(self) -> None:
         """Close the file. Safe to call twice."""

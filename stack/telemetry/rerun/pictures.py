@@ -8,6 +8,7 @@ import numpy as np
 import rerun as rr
 
 from stack.telemetry.rerun.recording import BASE, Recording
+from stack.telemetry.snapshots.picture_codes import MILLIMETRES, depth_png, jpeg
 from stack.types import CameraModel, DepthImage, FloatArray, Image
 
 CAMERA, DEPTH = "camera", "depth"
@@ -15,11 +16,6 @@ CAMERA, DEPTH = "camera", "depth"
 
 PICTURE = f"{CAMERA}_picture"
 """Frame of the camera's picture."""
-
-JPEG_QUALITY = 80
-MILLIMETRES = 1000.0
-FARTHEST = 65_000
-"""Largest depth that is recorded, millimetres."""
 
 CAMERA_COLOUR, DEPTH_COLOUR = (94, 200, 255), (200, 230, 76)
 
@@ -36,27 +32,19 @@ def draw_colour_picture(recording: Recording, image: Image) -> None:
     if image.camera.is_distorted:  # the viewer's camera is a pinhole
         maps = _rectifying_maps(image.camera)
         pixels = cv2.remap(pixels, *maps, cv2.INTER_LINEAR)  # type: ignore[assignment]
-    bgr = np.ascontiguousarray(pixels[:, :, ::-1])
-    done, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    if done:
-        picture = rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg")
-        recording.stream.log(f"world/{CAMERA}/picture", picture)
+    picture = rr.EncodedImage(contents=jpeg(pixels), media_type="image/jpeg")
+    recording.stream.log(f"world/{CAMERA}/picture", picture)
 
 
 def draw_depth_picture(recording: Recording, image: DepthImage) -> None:
     """Log a depth picture as PNG of millimetres; 0 where nothing was measured."""
-    import cv2
-
     _frustum(recording, DEPTH, image.camera, DEPTH_COLOUR)
-    known = np.nan_to_num(image.depth, nan=0.0, posinf=0.0, neginf=0.0)
-    millimetres = np.clip(MILLIMETRES * known, 0, FARTHEST).astype(np.uint16)
-    done, png = cv2.imencode(".png", millimetres)
-    if done:
-        picture = rr.EncodedDepthImage(
-            blob=png.tobytes(), media_type="image/png", meter=MILLIMETRES,
-            depth_range=[0.0, MILLIMETRES * image.range_max],
-        )  # fmt: skip
-        recording.stream.log(f"world/{DEPTH}/picture", picture)
+    measured = np.where(np.isfinite(image.depth), image.depth, np.float32(0.0))
+    picture = rr.EncodedDepthImage(
+        blob=depth_png(measured), media_type="image/png", meter=MILLIMETRES,
+        depth_range=[0.0, MILLIMETRES * image.range_max],
+    )  # fmt: skip
+    recording.stream.log(f"world/{DEPTH}/picture", picture)
 
 
 def draw_depth_points(recording: Recording, points: FloatArray) -> None:

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from datetime import timedelta
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from stack.errors import TelemetryError
 from stack.telemetry.rerun.blueprint import TIMELINE
 from stack.telemetry.rerun.file import RecordingFile
 
@@ -22,6 +23,9 @@ Instances = Sequence[Any] | NDArray[Any]
 """Values of a component, one for each instance: e.g. (n, 3) positions."""
 
 UP = (0.0, 0.0, 1.0)
+
+TAKEN_WITHIN = 60.0
+"""Wall seconds within which a viewer takes what is sent to it."""
 
 NEVER = timedelta(hours=1)
 """rerun's own period for writes; `Recording.write` sets it instead."""
@@ -47,6 +51,82 @@ class _Rows:
         return self.archetype.columns(**columns).partition(lengths)
 
 
+class Output(Protocol):
+    """Where a recording goes."""
+
+    def open(self, stream: Any) -> None:
+        """Take what is logged to the stream from now on."""
+
+    def write(self) -> None:
+        """Write everything that was logged.
+
+        Raises:
+            OSError: it cannot be written.
+            TelemetryError: nobody takes it.
+        """
+
+    def close(self) -> None:
+        """Close it without writing what is waiting. Safe to call twice."""
+
+
+class FileOutput:
+    """A recording goes into a file.
+
+    Raises:
+        OSError: the file cannot be created.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = RecordingFile(path)
+        self._encoded: Any = None
+
+    def open(self, stream: Any) -> None:
+        """Take what is logged to the stream from now on."""
+        self._encoded = rr.binary_stream(stream)
+
+    def write(self) -> None:
+        """Append everything that was logged."""
+        encoded = self._encoded.read()
+        if encoded:
+            self._file.append(encoded)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._encoded.read(flush=False)  # rerun would warn about what nobody has read
+        self._file.close()
+
+
+class ViewerOutput:
+    """A recording goes to a viewer.
+
+    Args:
+        url: of the viewer's server.
+    """
+
+    def __init__(self, url: str) -> None:
+        self._url = url
+        self._stream: Any = None
+
+    def open(self, stream: Any) -> None:
+        """Take what is logged to the stream from now on."""
+        self._stream = stream
+        stream.connect_grpc(self._url)
+
+    def write(self) -> None:
+        """Send everything that was logged.
+
+        Raises:
+            TelemetryError: the viewer is gone, or does not take it.
+        """
+        try:
+            self._stream.flush(timeout_sec=TAKEN_WITHIN)
+        except (RuntimeError, TimeoutError) as error:
+            raise TelemetryError(f"rerun's viewer does not take the run: {error}") from None
+
+    def close(self) -> None:
+        """Disconnect: `Recording` has done so."""
+
+
 class Recording:
     """A recording that is being written.
 
@@ -54,25 +134,21 @@ class Recording:
     for a row each, rerun takes ten times as long.
 
     Args:
-        file: where the recording goes.
-        limit: size that the file does not exceed, bytes.
+        output: where the recording goes.
         run_id: identifies the recording.
         title: shown in the viewer.
-
-    Raises:
-        OSError: the file cannot be created.
 
     Attributes:
         stream: rerun's stream, for entities without a frame.
     """
 
-    def __init__(self, file: Path, limit: float, run_id: str, title: str) -> None:
-        self._file = RecordingFile(file, limit)
+    def __init__(self, output: Output, run_id: str, title: str) -> None:
         batches = rr.ChunkBatcherConfig(flush_tick=NEVER)
         self.stream = rr.RecordingStream("treepilot", recording_id=run_id, batcher_config=batches)
-        self._encoded = rr.binary_stream(self.stream)
+        self._output = output
+        output.open(self.stream)
         self.stream.send_recording_name(title)
-        self._time, self._is_broken = 0.0, False
+        self._time = 0.0
         self._framed: set[str] = set()
         self._visible: set[str] = set()
         self._rows: dict[str, _Rows] = {}
@@ -126,14 +202,11 @@ class Recording:
         return True
 
     def write(self) -> None:
-        """Write everything drawn so far to the file; nothing more after an error.
+        """Write everything drawn so far.
 
         Raises:
-            RecordFull: the file reached its size limit.
             OSError: it cannot be written.
         """
-        if self._is_broken:
-            return
         columns: dict[tuple[float, ...], rr.TimeColumn] = {}
         for path, rows in self._rows.items():
             times = tuple(rows.times)  # most entities share theirs
@@ -141,17 +214,12 @@ class Recording:
                 columns[times] = rr.TimeColumn(TIMELINE, duration=rows.times)
             self.stream.send_columns(path, [columns[times]], rows.columns())
         self._rows.clear()
-        encoded = self._encoded.read()
-        if encoded:
-            self._is_broken = True
-            self._file.append(encoded)
-            self._is_broken = False
+        self._output.write()
 
     def close(self) -> None:
-        """Close the file without writing what is waiting. Safe to call twice."""
+        """Close the output without writing what is waiting."""
         self.stream.disconnect()
-        self._encoded.read(flush=False)  # rerun would warn about what nobody has read
-        self._file.close()
+        self._output.close()
 
 
 def _joined(rows: list[Instances]) -> Any:

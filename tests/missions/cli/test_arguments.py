@@ -65,7 +65,7 @@ def test_no_dashboard_is_drawn_into_a_file():
 
 @pytest.mark.slow
 def test_run_prints_progress_lines_there_instead(tmp_path):
-    words = ["-m", "missions.cli.app", "run", "01_drive_to_a_point", "--speed", "max", "--no-rerun",
+    words = ["-m", "missions.cli.app", "run", "01_drive_to_a_point", "--speed", "max",
              "--out", str(tmp_path / "run")]  # fmt: skip
     written = under_a_terminal(words, "dumb")
     assert written.startswith("this terminal cannot show the dashboard (TERM=dumb)\n")

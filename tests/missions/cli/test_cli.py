@@ -337,7 +337,7 @@ def wait_for_events(folder: Path, count: int, patience: float = 60.0) -> None:
 
 @pytest.mark.slow
 def test_ctrl_c_stops_the_robot_writes_the_report_and_exits_130(tmp_path):
-    process = begin(tmp_path, "--no-rerun")
+    process = begin(tmp_path)
     wait_for_events(tmp_path / "run", 3)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=30)

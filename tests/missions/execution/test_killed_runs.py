@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import sysconfig
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -19,20 +17,20 @@ from stack.telemetry.event_log import event_line, read_events
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Event
 from stack.telemetry.sensor_log import read_about, read_observations
+from stack.telemetry.snapshots.recording import SnapshotRecording
 from tests.missions.execution.test_engine import until
 
-RERUN = Path(sysconfig.get_path("scripts")) / "rerun"
 PROGRAM = """
 import sys
 import missions
-missions.run("02_office_patrol", out=sys.argv[1], rerun=True, record=("sensors",))
+missions.run("02_office_patrol", out=sys.argv[1], record=("sensors",))
 """
 
 
 @pytest.mark.slow
 def test_a_killed_run_leaves_records_that_can_be_read(tmp_path):
     run = subprocess.Popen([sys.executable, "-c", PROGRAM, tmp_path], stderr=subprocess.DEVNULL)
-    log, recording = tmp_path / "sensors.mcap", tmp_path / "mission.rrd"
+    log, recording = tmp_path / "sensors.mcap", tmp_path / "snapshots.mcap"
     try:
         for file in (log, recording):
             until(lambda file=file: file.exists() and file.stat().st_size > 100_000)
@@ -45,7 +43,8 @@ def test_a_killed_run_leaves_records_that_can_be_read(tmp_path):
     assert (tmp_path / "events.jsonl").read_bytes().endswith(b"\n")
     assert (tmp_path / "mission.yaml").read_text("utf-8").startswith("# Patrol of an office")
     assert not (tmp_path / "report.json").exists()
-    subprocess.run([RERUN, "rrd", "stats", recording], stdout=subprocess.DEVNULL, check=True)
+    with SnapshotRecording(tmp_path) as recorded:
+        assert len(recorded.times) > 10 and not recorded.is_complete
     times = [observation.time for observation in read_observations(log)]
     assert len(times) > 10
     assert times == pytest.approx([0.05 * n for n in range(len(times))])

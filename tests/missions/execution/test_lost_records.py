@@ -41,17 +41,17 @@ def removed_after(steps, mission, options):
 
 def test_a_removed_folder_is_told_everywhere(mission, tmp_path, capfd):
     out = tmp_path / "run"
-    options = RunOptions(out=out, serve=False, rerun=True, record=("sensors",))
+    options = RunOptions(out=out, serve=False, record=("sensors",))
     report = removed_after(5, mission, options)
     assert (report.status, report.exit_code) == ("success", 3)
     lost = {item["record"]: item for item in report.records_lost}
-    assert set(lost) == {"events.jsonl", "log.txt", "mission.rrd", "sensors.mcap", "snapshots.mcap"}
+    assert set(lost) == {"events.jsonl", "log.txt", "sensors.mcap", "snapshots.mcap"}
     # 5 steps of 0.05 s were made; the log of the sensors is written in each step
     assert lost["sensors.mcap"]["time"] == pytest.approx(0.25)
     assert lost["sensors.mcap"]["reason"] == "the file was removed"
     shown = capfd.readouterr().err
     assert f"! records lost: events.jsonl from event {lost['events.jsonl']['event']} on" in shown
-    assert "records lost: mission.rrd from" in report.summary()
+    assert "records lost: snapshots.mcap from" in report.summary()
     assert json.loads((out / "report.json").read_text())["records_lost"] == report.records_lost
 
 

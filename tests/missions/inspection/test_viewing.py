@@ -24,7 +24,7 @@ SSH = {"SSH_CONNECTION": "192.0.2.7 50000 192.0.2.1 2222", "USER": "ann"}
 
 @pytest.fixture
 def parent(tmp_path):
-    """A run with a recording for rerun, and one without."""
+    """Two runs."""
     run = SyntheticRun()
     for name in ("shown", "plain"):
         folder = RunFolder.create(tmp_path / name, "mission: x\n")
@@ -33,7 +33,6 @@ def parent(tmp_path):
         log.open(run.info())
         log.snapshot(run.snapshot_at(0.0))
         log.close(None)
-    (tmp_path / "shown/mission.rrd").write_bytes(b"rrd")
     return tmp_path
 
 
@@ -108,7 +107,6 @@ def test_the_address_is_the_one_by_which_ssh_came(environment, address, tmp_path
 
 
 def test_a_run_is_prepared_for_foxglove(parent, started):
-    """Also one without a recording for rerun."""
     shown = invoke(parent, "plain", "--foxglove")
     assert shown.exit_code == 0, shown.exception
     file = parent / "plain/foxglove.mcap"
@@ -119,8 +117,14 @@ def test_a_run_is_prepared_for_foxglove(parent, started):
     assert len(read(file)["/pose"]) == 1 and started == []
 
 
-def test_a_run_without_a_recording_for_rerun_gets_one_from_its_snapshots(parent, started):
-    refused = str(invoke(parent, "plain").exception)
-    assert (parent / "plain" / "mission.rrd").stat().st_size > 0
-    assert "there is no display here" in refused and f"treepilot replay {parent}/plain" in refused
-    assert started == []
+def test_the_recording_is_drawn_again_only_if_the_snapshots_are_newer(parent, started):
+    recording, snapshots = parent / "shown/mission.rrd", parent / "shown" / SNAPSHOTS
+    invoke(parent, "shown", "--web")
+    assert recording.stat().st_size > 10_000
+    recording.write_bytes(b"kept")
+    os.utime(recording, ns=(0, snapshots.stat().st_mtime_ns))
+    invoke(parent, "shown", "--web")
+    assert recording.read_bytes() == b"kept"
+    os.utime(snapshots, ns=(0, snapshots.stat().st_mtime_ns + 1))
+    invoke(parent, "shown", "--web")
+    assert recording.stat().st_size > 10_000 and len(started) == 3

@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from behaviours.catalogue import BehaviourKind
+from behaviours.kind import BehaviourKind
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import Symbol
 from stack.documents import Mark

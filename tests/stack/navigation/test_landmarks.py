@@ -36,9 +36,9 @@ def test_without_names_there_are_only_positions():
     assert Landmarks().where((1.0, 2.0)) == "(1.00, 2.00)"
 
 
-def test_the_poses_of_a_sentence_get_their_names():
-    """As planners write them: with two digits; other positions stay."""
-    sentence = "goal (9.00, 2.00) is in an occupied cell; the nearest free place is (9.40, 2.00)"
-    assert MARKS.named(sentence, [Pose2D(1.0, 2.0), Pose2D(9.0, 2.0, 1.0)]) == (
-        "goal 'east' (9.00, 2.00) is in an occupied cell; the nearest free place is (9.40, 2.00)"
+def test_positions_of_known_poses_in_a_sentence_get_the_names_of_their_places():
+    sentence = "goal (9.00, 2.00) is in an occupied cell; the nearest free place is (8.40, 2.00)"
+    poses = (Pose2D(1.0, 2.0), Pose2D(9.0, 2.0, 1.0), Pose2D(9.0, 2.0))
+    assert MARKS.named(sentence, poses) == (
+        "goal 'east' (9.00, 2.00) is in an occupied cell; the nearest free place is (8.40, 2.00)"
     )

@@ -177,7 +177,7 @@ def test_acks_reach_their_sender_even_with_equal_ids(info):
 class Record(Broken):
     """A sink that writes a file of the run folder, and fails."""
 
-    record = "mission.rrd"
+    record = "sensors.mcap"
 
 
 def test_a_record_that_fails_is_lost_and_told_once(info):
@@ -188,7 +188,7 @@ def test_a_record_that_fails_is_lost_and_told_once(info):
         telemetry.emit("a", "", source="s")
         telemetry.lose("log.txt", "No space left on device")
     assert [record.text for record in telemetry.lost] == [
-        "mission.rrd from 1.5 s on (OSError: no space left)",
+        "sensors.mcap from 1.5 s on (OSError: no space left)",
         "log.txt from 1.5 s on (No space left on device)",
     ]
     assert warnings == [f"! records lost: {record.text}" for record in telemetry.lost]
@@ -199,14 +199,14 @@ def test_a_record_at_its_limit_ends_and_is_not_lost(info):
     warnings, sink = [], Record("event")
 
     def full(event):
-        raise RecordFull("mission.rrd", 5e6)
+        raise RecordFull("sensors.mcap", 5e6)
 
     sink.event = full
     telemetry = Telemetry(info, [sink], warn=warnings.append)
     telemetry.emit("a", "", source="s")
     telemetry.emit("a", "", source="s")
     sentence = (
-        "! at 0.0 s mission.rrd reached its limit of 5 MB; the recording ends here"
+        "! at 0.0 s sensors.mcap reached its limit of 5 MB; the recording ends here"
         " (recording.size_limit sets the limit)"
     )
     assert warnings == [sentence] and telemetry.lost == ()

@@ -46,7 +46,7 @@ def test_a_signal_to_the_dashboard_alone_does_not_end_the_mission(tmp_path, numb
     file, folder = tmp_path / "waiting.yaml", tmp_path / f"{tmp_path.name}-{number}"
     file.write_text(MISSION)
     command = subprocess.Popen(
-        [sys.executable, "-m", "missions.cli.app", "run", str(file), "--no-rerun", "--out",
+        [sys.executable, "-m", "missions.cli.app", "run", str(file), "--out",
          str(folder)],
         cwd=ROOT, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
         preexec_fn=lambda: ioctl(0, TIOCSCTTY, 0),

@@ -70,7 +70,7 @@ def run_in(folder: Path, *words: str) -> subprocess.Popen[str]:
     (folder / "faulty.yaml").write_text(MISSION)
     return subprocess.Popen(
         [sys.executable, "-m", "missions.cli.app", "run", str(folder / "faulty.yaml"),
-         "--headless", "--no-rerun", "--out", str(folder / "out"), *words],
+         "--headless", "--out", str(folder / "out"), *words],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
 

@@ -22,7 +22,7 @@ def begin(folder: Path, *words: str) -> subprocess.Popen[str]:
     mission = folder / "short.yaml"
     mission.write_text(MISSION)
     return subprocess.Popen(
-        [sys.executable, "-m", "missions.cli.app", "run", str(mission), "--headless", "--no-rerun",
+        [sys.executable, "-m", "missions.cli.app", "run", str(mission), "--headless",
          *words],
         cwd=folder, env=None, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip

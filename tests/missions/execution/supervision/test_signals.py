@@ -44,7 +44,7 @@ class Started:
         (folder / "waiting.yaml").write_text(MISSION)
         self.command = subprocess.Popen(
             [sys.executable, "-m", "missions.cli.app", "run", str(folder / "waiting.yaml"),
-             "--headless", "--no-rerun", "--speed", "1", "--out", str(self.folder), *words],
+             "--headless", "--speed", "1", "--out", str(self.folder), *words],
             cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             preexec_fn=on_hangup(hangup),
         )  # fmt: skip
