@@ -10,6 +10,7 @@ from missions.execution.build import Engine
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import versions
+from stack.body import Body, FastLoopBody
 from stack.runtime.loop import Runtime
 from stack.sim.battery import START_CHARGE
 from stack.telemetry.recorder import RunFolder
@@ -110,7 +111,21 @@ def compose_report(
         links_lost=milestones.links_lost,
         scans_dropped=runtime.sensing.dropped_scans,
         people={} if scorer is None else scorer.people_summary(),
+        fast_loop=_loop_timing(engine.body),
     )
+
+
+def _loop_timing(body: Body) -> dict[str, Any]:
+    """Return the timing of a body's fast loop; empty without one."""
+    if not isinstance(body, FastLoopBody):
+        return {}
+    timing = body.loop_statistics
+    return {
+        "rate": timing.rate, "cycles": timing.cycles, "overruns": timing.overruns,
+        "late_median": timing.percentile(0.5), "late_999": timing.percentile(0.999),
+        "late_worst": timing.worst, "work_mean": timing.work, "work_worst": timing.worst_work,
+        "lacks": list(timing.lacks),
+    }  # fmt: skip
 
 
 def _confirmed(relocalisations: list[dict[str, Any]], runtime: Runtime) -> str:

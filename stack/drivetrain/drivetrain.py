@@ -52,11 +52,13 @@ class WheelLaw:
         divisor: rolling speed / divisor is the speed in rad/s: the radius, if `rows` are in metres
             per metre and metres per radian.
         steering: of a car, as of `Ackermann.law`; empty without steered wheels.
+        moves_sideways: whether the velocity changes along a straight line in x and y.
     """
 
     rows: tuple[tuple[float, float, float], ...]
     divisor: float
     steering: tuple[float, ...] = ()
+    moves_sideways: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -150,7 +150,7 @@ class Omnidirectional(Drivetrain):
     def law(self) -> WheelLaw:
         """Jacobian, already in rad/s."""
         rows = (self._wheels.jacobian / np.array(self.radii)[:, None]).tolist()
-        return WheelLaw(tuple((x, y, turn) for x, y, turn in rows), 1.0)
+        return WheelLaw(tuple((x, y, turn) for x, y, turn in rows), 1.0, moves_sideways=True)
 
     @property
     def encoders(self) -> int:
