@@ -12,6 +12,7 @@ from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from robots.mavlink.parameters import MavlinkParameters
+from robots.motors.parameters import WheelsParameters
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -107,6 +108,19 @@ class Scripted(BodyKind):
         return ScriptedBody(setup.robot, scans_of(setup.robot, setup.world), start=setup.start)
 
 
+class Wheels(BodyKind):
+    """Motors of the robot's own, or emulated ones, held by a fast loop."""
+
+    Parameters = WheelsParameters
+
+    @staticmethod
+    def make(setup: BodySetup, parameters: WheelsParameters) -> Body:
+        """Make the body, with a process of the fast loop; the wheels have torque from now on."""
+        from robots.motors.body import WheelsBody
+
+        return WheelsBody(setup.robot, parameters)
+
+
 class Mavlink(BodyKind):
     """A rover behind MAVLink: ArduRover in GUIDED, PX4 in OFFBOARD."""
 
@@ -127,6 +141,7 @@ BUILT_IN: dict[str, type[BodyKind]] = {
     "simulated": Simulated,
     "scripted": Scripted,
     "mavlink": Mavlink,
+    "wheels": Wheels,
 }
 
 

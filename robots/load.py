@@ -6,6 +6,7 @@ Codes: E301 shape and values · E302, W302 the URDF · E303 the footprint · W30
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from robots.declared import (
     Y,
     length,
 )
+from robots.sensor_drivers.kinds import checked_parameters
 from robots.sensors import (
     check_scan_names,
     named,
@@ -54,6 +56,7 @@ from stack.drivetrain.description import (
     RobotDescription,
 )
 from stack.drivetrain.limits import Limits
+from stack.drivetrain.wheel_loop import WheelGains
 from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, suggestion
@@ -61,6 +64,11 @@ from stack.sim.worlds.world_file import named_file
 from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
+ACTUAL = Declaration(
+    "actual", str,
+    "robot file of the robot that is simulated, with its real wheels and mounts; default: this one",
+    default="",
+)  # fmt: skip
 KEYS = ("robot", "footprint", "wheels", "urdf", "height", "limits", "lidar", "odometry")
 """Of a robot file; a file without any is of another kind."""
 
@@ -106,6 +114,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     top.value(Declaration("format", int, "file format", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "description", default=""))
     body, body_parameters = _body(top)
+    actual_name = top.value(ACTUAL)
     footprint = _footprint(top)
     height = top.value(length("height", "height of the whole robot"))
     wheels = read_wheels(top)
@@ -114,6 +123,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     limits = parameters_of(top.section("limits"), Limits)
     check_lateral_speed(top, wheels, limits)
     skid = read_skid(top, wheels)
+    gains = parameters_of(top.section("wheel_control"), WheelGains)
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
     lidar, camera = optional(top, "lidar", read_lidar), optional(top, "camera", read_camera)
     lidars, sonars = named(top, "lidars", read_lidar), named(top, "sonars", read_sonar)
@@ -121,6 +131,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     check_scan_names(top, lidars, depth_cameras)
     imu = optional(top, "imu", lambda section: parameters_of(section, ImuDescription))
     battery = parameters_of(top.section("battery"), BatteryDescription)
+    drivers = _sensor_drivers(top, [*lidars, *(["lidar"] if lidar is not None else [])])
     components = _components(top)
     top.done()
     placement = simulated = None
@@ -137,10 +148,33 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
         battery, components, path, lidars, sonars, body, skid, depth_cameras, text,
-        body_parameters=body_parameters,
+        body_parameters=body_parameters, sensor_drivers=drivers, wheel_control=gains,
     )  # fmt: skip
     compare_body(top, model, placement.base, robot)
-    return replace(robot, warnings=tuple(findings.items))
+    actual = _actual(top, robot, path, actual_name) if actual_name else None
+    findings.raise_errors()
+    return replace(robot, warnings=tuple(findings.items), actual=actual)
+
+
+def _actual(
+    top: Section, robot: RobotDescription, path: Path, name: str
+) -> RobotDescription | None:
+    """Read the robot that is simulated in place of a described one."""
+    actual, sentence = None, ""
+    try:
+        actual = read_robot(find_robot(name, path.parent))
+    except InputError as error:
+        sentence = f"actual: {error}"
+    if actual is not None:
+        if actual.actual is not None:
+            sentence = f"actual: {name} names another robot itself"
+        elif actual.drivetrain.driven_joints != robot.drivetrain.driven_joints:
+            sentence = f"actual: {name} has other driven wheels"
+        elif set(actual.real_lidars) != set(robot.real_lidars):
+            sentence = f"actual: {name} has other lidars"
+    if sentence:
+        top.findings.add(SHAPE, top.mark_of(ACTUAL.name), sentence)
+    return actual
 
 
 def _footprint(top: Section) -> Footprint | None:
@@ -259,6 +293,34 @@ def _body(top: Section) -> tuple[str, dict[str, Any]]:
     except InputError as error:
         top.findings.add(SHAPE, node.mark, str(error))
     return name, values
+
+
+def _sensor_drivers(
+    top: Section, lidars: Collection[str]
+) -> dict[str, tuple[str, Mapping[str, Any]]]:
+    """Read which drivers read the sensors of a real robot: `sensors: {lidar: {use: NAME, …}}`."""
+    section = top.section("sensors")
+    found: dict[str, tuple[str, Mapping[str, Any]]] = {}
+    for key, node in section.node.entries if section is not None else ():
+        sensor = f"{key.value}"
+        values = node.plain() if node.is_mapping else {"use": node.value}
+        use = values.pop("use", None)
+        if sensor not in lidars:
+            hint = suggestion(sensor, lidars) if lidars else "describe it under `lidars`"
+            top.findings.add(SHAPE, key.mark, f"sensors: the robot has no lidar {sensor!r}", hint)
+            continue
+        if not isinstance(use, str):
+            sentence = f"sensors: {sensor} must be a mapping with `use`, got {node.words()}"
+            top.findings.add(SHAPE, node.mark, sentence)
+            continue
+        try:
+            checked_parameters(use, values)
+        except ParameterError as error:
+            top.findings.add(SHAPE, node.mark, f"{sensor}: {error}", error.hint)
+        except InputError as error:
+            top.findings.add(SHAPE, node.mark, f"{sensor}: {error}")
+        found[sensor] = (use, values)
+    return found
 
 
 def _components(top: Section) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no command
 for DEAD_MAN seconds of its own time. What only some bodies know or can do is in interfaces of its
-own, asked for by type: `SimulatedWorld`, `Replay`, `Engageable` and `AcceptsEstimate`.
+own, asked for by type: `SimulatedWorld`, `Replay`, `Engageable`, `AcceptsEstimate` and
+`FastLoopBody`.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from stack.types import (
     STANDSTILL,
     Disturbance,
     FloatArray,
+    LoopStatistics,
     Observation,
     Odometry,
     Pose2D,
@@ -37,11 +39,13 @@ class BodyCommand:
         twist: velocity of the base, base frame.
         capture: whether the camera takes pictures; they are rendered or transferred only then.
         depth: whether the depth cameras take pictures.
+        emergency_stop: whether an emergency stop stands. A body with a fast loop latches it there.
     """
 
     twist: Twist = STANDSTILL
     capture: bool = False
     depth: bool = False
+    emergency_stop: bool = False
 
 
 LINK, MOTOR, PILOT, CLOCK, FAST_LOOP, HARDWARE = (
@@ -187,6 +191,15 @@ class SimulationEvent(NamedTuple):
     kind: str
     text: str
     fields: Mapping[str, Any] = MappingProxyType({})
+
+
+class FastLoopBody(ABC):
+    """What only a body knows whose hardware is held by a fast loop (stack/fast_loop)."""
+
+    @property
+    @abstractmethod
+    def loop_statistics(self) -> LoopStatistics:
+        """Timing of the fast loop so far."""
 
 
 class Replay(ABC):

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import shlex
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -38,8 +39,9 @@ class Report:
         localisation_error: mean and max distance between estimate and truth, metres.
         doubt: lost_seconds, for which the robot was lost and might not drive, and obscured_metres,
             driven by odometry at low speed because unmapped things hid the map.
-        held: seconds for which the robot `stopped` or was `slower`, by cause: obstacle, person,
-            zone, speed limit, old measurement, unseen ground, emergency stop, lost…
+        held: seconds for which the robot `stopped`, or was `slower` than half of what it wanted,
+            for a second or longer, by cause: obstacle, person, zone, speed limit, old measurement,
+            unseen ground, emergency stop, lost…
         relocalised_by: source of the last relocalisation (marker, lidar, operator), or empty.
         stages: compute time by stage of the loop, wall seconds.
         final_pose: estimate and truth at the end.
@@ -50,6 +52,9 @@ class Report:
         links_lost: links to other programs that failed: link, time and reason.
         scans_dropped: by lidar, scans that could not be used: the odometry did not cover them, or a
             newer one was there; empty if all were used.
+        fast_loop: timing of the process that holds the hardware: rate, cycles, overruns, lateness
+            (median, 99.9 %, worst) and work (mean, worst) in seconds, privileges that it lacks;
+            empty without one.
         people: measures of the drive among people (docs/worlds.md); empty without any.
         format: version of this record; counted up when a key changes its meaning.
     """
@@ -77,7 +82,7 @@ class Report:
     relocalised_by: str
     relocalisations: list[dict[str, Any]]
     battery: float
-    stages: dict[str, dict[str, float]]
+    stages: dict[str, dict[str, Any]]
     final_pose: dict[str, Any]
     blackboard: dict[str, str]
     peak_memory_mb: float
@@ -89,6 +94,7 @@ class Report:
     held: dict[str, dict[str, float]] = field(default_factory=dict)
     links_lost: list[dict[str, Any]] = field(default_factory=list)
     people: dict[str, Any] = field(default_factory=dict)
+    fast_loop: dict[str, Any] = field(default_factory=dict)
     scans_dropped: dict[str, int] = field(default_factory=dict)
     format: int = 1
 
@@ -150,15 +156,33 @@ class Report:
 
 
 def read_report(folder: Path) -> Report | None:
-    """Return the report in a run folder; None if there is none that can be read."""
+    """Return the report in a run folder; None if there is none, or it lacks fields."""
+    try:
+        return Report(**(read_fields(folder) or {}))
+    except TypeError:
+        return None
+
+
+def read_fields(folder: Path) -> dict[str, Any] | None:
+    """Return what can be read of the report in a run folder; None if there is none.
+
+    Another version may have written more fields, which are left out; fewer; or others with the same
+    names, which are left out too.
+    """
     from stack.documents.files import JSON_BYTES, read_bytes  # not for every start of the command
+    from stack.telemetry.codec import MalformedError, field_codecs  # as above
 
     try:
         content = json.loads(read_bytes(folder / "report.json", JSON_BYTES))
-        known = {item.name for item in dataclasses.fields(Report)}  # a later version has more
-        return Report(**{name: value for name, value in content.items() if name in known})
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
+    except (OSError, ValueError, RecursionError):
         return None
+    if not isinstance(content, dict):
+        return None
+    known = {}
+    for name, codec in field_codecs(Report).items():
+        with suppress(LookupError, MalformedError):
+            known[name] = codec.decode(content[name])
+    return known
 
 
 def _shown(path: Path) -> str:

@@ -29,6 +29,7 @@ from stack.drivetrain.wheel_loop import (
     FALL,
     FRICTION,
     HALF_STEERED,
+    HOLDS,
     I_GAIN,
     INTEGRALS,
     LATERAL,
@@ -46,6 +47,7 @@ from stack.drivetrain.wheel_loop import (
     PERIOD,
     RADIUS,
     RELEASE,
+    REST,
     REVERSE_SPEED,
     RISE,
     ROWS,
@@ -57,6 +59,7 @@ from stack.drivetrain.wheel_loop import (
     STEERING,
     STEERING_ANGLES,
     STEERING_RATE,
+    STOOD,
     STOP,
     STOPPING,
     TORQUE_OFF,
@@ -86,11 +89,10 @@ def cycle(plan, state):  # type: ignore[no-untyped-def]
     level = _level(plan, state)
     linear, angular, lateral = 0.0, 0.0, 0.0
     if level == DRIVING:
+        state[STOOD] = 0.0
         linear, angular, lateral = _feasible(plan, state)
     _advance_setpoint(plan, state, linear, angular, lateral)
-    stands = state[LINEAR] == 0.0 and state[ANGULAR] == 0.0 and state[LATERAL] == 0.0
-    tired = state[SILENCE] > plan[TORQUE_OFF] or state[STOP] != 0.0
-    if state[RELEASE] != 0.0 or (level == STOPPING and stands and tired):
+    if state[RELEASE] != 0.0 or (level == STOPPING and _is_done(plan, state)):
         level = OFF
         state[LINEAR] = state[ANGULAR] = state[LATERAL] = 0.0
         state[ACCELERATION : ACCELERATION + 3] = 0.0
@@ -107,6 +109,22 @@ def _level(plan, state):  # type: ignore[no-untyped-def]
     if state[SILENCE] > plan[DEAD_MAN] + state[PERIOD] / 2.0:
         return STOPPING
     return DRIVING
+
+
+@njit(cache=True, nogil=True)
+def _is_done(plan, state):  # type: ignore[no-untyped-def]
+    """Whether wheels that stop can be released: not while the robot would roll on."""
+    if state[LINEAR] != 0.0 or state[ANGULAR] != 0.0 or state[LATERAL] != 0.0:
+        state[STOOD] = 0.0
+        return False
+    state[STOOD] += state[PERIOD]
+    if state[STOP] == 0.0:
+        return state[SILENCE] > plan[TORQUE_OFF]
+    first = PER_WHEEL + MEASURED_SPEEDS * int(plan[WHEELS])
+    for wheel in range(int(plan[WHEELS])):
+        if abs(state[first + wheel]) > REST:
+            return state[STOOD] > HOLDS
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -129,6 +147,7 @@ def _advance_setpoint(plan, state, linear, angular, lateral):  # type: ignore[no
     period, rise, fall = state[PERIOD], plan[RISE], plan[FALL]
     was_linear, was_angular, was_lateral = state[LINEAR], state[ANGULAR], state[LATERAL]
     was_steering = steering = state[STEERING]
+    goal_linear, goal_angular, goal_lateral = linear, angular, lateral
     if plan[SIDEWAYS] != 0.0:
         share = _share_of_change(
             was_linear, was_lateral, linear, lateral,
@@ -142,18 +161,21 @@ def _advance_setpoint(plan, state, linear, angular, lateral):  # type: ignore[no
             target = _steering_of(linear, angular, plan[WHEELBASE], plan[MOST_STEERING])
             change = plan[STEERING_RATE] * period
             steering, linear = _steered(was_linear, steering, linear, target, change)
+            goal_linear = linear
         linear = _limit_speed(was_linear, linear, period, rise, fall)
-    if plan[LINEAR_JERK] > 0.0:
-        jerk = plan[LINEAR_JERK]
-        linear = _limit_jerk(was_linear, linear, state[ACCELERATION], jerk, period)
-        lateral = _limit_jerk(was_lateral, lateral, state[ACCELERATION + 2], jerk, period)
+    jerk = plan[LINEAR_JERK]
+    if jerk > 0.0:
+        before, aside = state[ACCELERATION], state[ACCELERATION + 2]
+        linear = _limit_jerk(was_linear, linear, goal_linear, before, jerk, period)
+        lateral = _limit_jerk(was_lateral, lateral, goal_lateral, aside, jerk, period)
+    jerk = plan[ANGULAR_JERK]
     if plan[STEERED] != 0.0:
         angular = linear * (tan(steering) / plan[WHEELBASE])
     else:
         angular = _limit_speed(was_angular, angular, period, plan[TURN], plan[TURN])
-        if plan[ANGULAR_JERK] > 0.0:
-            jerk = plan[ANGULAR_JERK]
-            angular = _limit_jerk(was_angular, angular, state[ACCELERATION + 1], jerk, period)
+        if jerk > 0.0:
+            before = state[ACCELERATION + 1]
+            angular = _limit_jerk(was_angular, angular, goal_angular, before, jerk, period)
     state[ACCELERATION] = (linear - was_linear) / period
     state[ACCELERATION + 1] = (angular - was_angular) / period
     state[ACCELERATION + 2] = (lateral - was_lateral) / period
@@ -190,20 +212,25 @@ def _square_error(x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _limit_jerk(was, wanted, acceleration, jerk, period):  # type: ignore[no-untyped-def]
+def _limit_jerk(was, now, goal, acceleration, jerk, period):  # type: ignore[no-untyped-def]
     """Speed after one period: the acceleration changes at most by jerk * period.
 
-    It also stays so small that it can fall to zero when the wanted speed is reached:
-    a h / 2 + a² / (2 j) <= |change|, with the period h, since it falls in steps.
+    It also stays so small that it can fall to zero until the goal is reached: it falls in steps, so
+    that a h / 2 + a² / (2 j) <= |goal - was| with the period h. The last step may pass the goal by
+    j h² / 8, micrometres per second.
+
+    Args:
+        was: speed before the period.
+        now: speed after it by the limit of acceleration.
+        goal: speed that is wanted in the end.
+        acceleration: in the last period.
+        jerk: limit.
+        period: seconds.
     """
     step = jerk * period
-    change = wanted - was
-    target = change / period
-    room = abs(change)
-    most = -step / 2.0 + sqrt(step * step / 4.0 + 2.0 * jerk * room)
-    if abs(target) > most and room > 0.0:
-        target = copysign(most, change)
-    return was + period * min(max(target, acceleration - step), acceleration + step)
+    most = sqrt(step * step / 4.0 + 2.0 * jerk * abs(goal - was)) - step / 2.0
+    wanted = min(max((now - was) / period, -most), most)
+    return was + period * min(max(wanted, acceleration - step), acceleration + step)
 
 
 @njit(cache=True, nogil=True)

@@ -13,7 +13,8 @@ from math import inf
 
 import numpy as np
 
-from stack.drivetrain.drivetrain import Drivetrain
+from stack.drivetrain.drivetrain import Drivetrain, WheelLaw
+from stack.drivetrain.limits import Limits
 from stack.parameters import parameter
 from stack.types import FloatArray
 
@@ -50,11 +51,17 @@ LEVEL, CHANGED = 14, 15
 """What the wheels do (DRIVING, STOPPING, OFF); whether the setpoint differs from the last cycle."""
 STEERING_ANGLES, STEERING_MEASURED = 16, 18
 """Setpoints of the steered wheels and their measured angles, left and right, radians."""
-PER_WHEEL = 20
+STOOD = 20
+"""Seconds for which the setpoint has been a standstill while it stops."""
+PER_WHEEL = 21
 """Then, for all wheels: speeds wanted, rad/s; efforts; angles measured, radians; speeds measured,
 rad/s; stamps of both, seconds; integral parts of the efforts; last errors, rad/s."""
 SPEEDS, EFFORTS, ANGLES, MEASURED_SPEEDS, STAMPS, INTEGRALS, ERRORS = range(7)
 """Blocks of that."""
+
+REST, HOLDS = 0.01, 0.5
+"""Speed in rad/s below which a wheel stands; seconds for which wheels that still seem to turn are
+held before they are released."""
 
 DRIVING, STOPPING, OFF = 0, 1, 2
 """Levels: commands are obeyed; it slows down within its limits; no torque."""
@@ -76,8 +83,12 @@ class WheelGains:
     most: float = parameter(inf, above=0.0, help="largest effort")
 
 
+NO_GAINS = WheelGains()
+"""Of drives that control the speeds of their wheels themselves."""
+
+
 def loop_plan(
-    drivetrain: Drivetrain, dead_man: float, torque_off: float, gains: WheelGains = WheelGains()
+    drivetrain: Drivetrain, dead_man: float, torque_off: float, gains: WheelGains = NO_GAINS
 ) -> FloatArray:
     """Return the plan of a drive.
 
@@ -87,10 +98,16 @@ def loop_plan(
         torque_off: seconds without a command after which wheels that stand are released.
         gains: of the wheels.
     """
-    law, limits = drivetrain.law, drivetrain.limits
+    return plan_of(drivetrain.law, drivetrain.limits, dead_man, torque_off, gains)
+
+
+def plan_of(
+    law: WheelLaw, limits: Limits, dead_man: float, torque_off: float, gains: WheelGains
+) -> FloatArray:
+    """Return the plan of wheels with this law; as `loop_plan`."""
     plan = np.zeros(ROWS + 3 * len(law.rows))
     plan[WHEELS], plan[DIVISOR] = len(law.rows), law.divisor
-    plan[SIDEWAYS], plan[STEERED] = drivetrain.can_move_sideways, bool(law.steering)
+    plan[SIDEWAYS], plan[STEERED] = law.moves_sideways, bool(law.steering)
     plan[LIMITS:STEERING_LAW] = (
         limits.linear_speed, limits.reverse_speed, limits.lateral_speed, limits.angular_speed,
         limits.linear_acceleration, limits.linear_deceleration, limits.angular_acceleration,

@@ -31,9 +31,8 @@ from stack.fast_loop.kernels import (
 )
 from stack.fast_loop.mailbox import STATISTICS, LoopCommand, LoopFeedback, Mailbox
 from stack.fast_loop.privileges import Privilege
-from stack.fast_loop.statistics import LoopStatistics
 from stack.parameters import build
-from stack.types import STANDSTILL, FloatArray, Twist
+from stack.types import STANDSTILL, FloatArray, LoopStatistics, Twist
 
 SILENT = 0.3
 """Seconds without feedback after which the loop counts as frozen."""
@@ -89,7 +88,7 @@ class FastLoop:
         wheels, key = int(setup.plan[WHEELS]), secrets.token_bytes(32)
         self.mailbox = Mailbox(Mailbox.new_file(wheels), wheels, key)
         self._command = LoopCommand()
-        self._fed_at, self._feedback, self._problem = monotonic(), None, ""
+        self._fed_at, self._feedback, self._fault = monotonic(), None, ""
         self._statistics: bytes | None = None
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._socket = ours
@@ -109,6 +108,11 @@ class FastLoop:
     def pid(self) -> int:
         """Number of the process."""
         return self._process.pid
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the process is gone."""
+        return self._process.poll() is not None
 
     def command(self, twist: Twist) -> None:
         """Command a velocity; each call counts as a sign of life, also with the same velocity."""
@@ -150,17 +154,21 @@ class FastLoop:
 
     @property
     def problem(self) -> str:
-        """Why the robot does not drive: of the process or of its driver; empty if it can."""
+        """Why the process does not work: it has ended or is frozen; empty if it does."""
         code = self._process.poll()
-        self._read_statistics()
         if code is not None:
             how = f"was killed ({_signal_name(-code)})" if code < 0 else f"ended with code {code}"
-            return f"the fast loop {how}{f': {self._problem}' if self._problem else ''}"
+            return f"the fast loop {how}{f': {self.fault}' if self.fault else ''}"
         self.feedback()
-        silence = monotonic() - self._fed_at
-        if silence > SILENT:
-            return f"the fast loop has been silent for {silence:.1f} s"
-        return self._problem
+        if monotonic() - self._fed_at > SILENT:
+            return f"the fast loop has not answered for more than {SILENT:g} s"
+        return ""
+
+    @property
+    def fault(self) -> str:
+        """What the driver reports, in the device's own words; empty if the robot can drive."""
+        self._read_statistics()
+        return self._fault
 
     def send(self, message: bytes) -> bool:
         """Send a message to the driver; return whether it was taken (its buffer may be full)."""
@@ -202,7 +210,7 @@ class FastLoop:
         content = self.mailbox.statistics.read()
         if content is not None:
             self._statistics = content
-            self._problem = content[8 * STATISTICS :].rstrip(b"\0").decode(errors="replace")
+            self._fault = content[8 * STATISTICS :].rstrip(b"\0").decode(errors="replace")
 
     def _begin(self, key: bytes, wheels: int) -> list[Privilege]:
         """Hand over the setup and wait until the loop runs."""
@@ -225,7 +233,8 @@ class FastLoop:
             raise BodyError(f"the fast loop ended with code {code} before it began")
         found = json.loads(answer)
         if "error" in found:
-            raise BodyError(f"the driver {self.setup.driver!r} cannot be used: {found['error']}")
+            raise BodyError(found["error"])
+        self._socket.setblocking(False)
         self._fed_at = monotonic()
         return [Privilege(*item) for item in found["lacks"]]
 

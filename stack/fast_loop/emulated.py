@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import copysign, exp
 from typing import Any
 
-from stack.drivetrain.wheel_loop import OFF
+from stack.drivetrain.wheel_loop import OFF, REST
 from stack.fast_loop.driver import Driver, DriverCommand, DriverFeedback, DriverSetup
 from stack.parameters import parameter
 
@@ -47,7 +47,7 @@ class Emulated(Driver):
             else:
                 wanted = float(command.speeds[wheel])
                 after = wanted + (before - wanted) * exp(-period / self.parameters.lag)
-                if wanted == 0.0 and abs(after) < STANDS:
+                if wanted == 0.0 and abs(after) < REST:
                     after = 0.0
             self._speeds[wheel] = after
             self._angles[wheel] += period * (before + after) / 2.0
@@ -64,7 +64,3 @@ class Emulated(Driver):
         final = (effort - dry) / p.damping
         after = float(final + (speed - final) * exp(-period * p.damping / p.inertia))
         return 0.0 if after * speed < 0.0 else after
-
-
-STANDS = 1e-3
-"""Speed in rad/s below which a wheel whose drive wants it to stand does so."""

@@ -88,8 +88,7 @@ def serve(connection: int, memory: int) -> int:
         except Exception as error:
             if driver is not None:
                 driver.close()
-            own = isinstance(error, TreepilotError)
-            _tell(brain, {"error": str(error) if own else exception_sentence(error)})
+            _tell(brain, {"error": _words(setup["driver"], error)})
             return REFUSED
         mailbox = Mailbox(memory, setup["wheels"], bytes.fromhex(setup["key"]))
         loop = _Loop(plan, driver, mailbox, brain, setup)
@@ -102,12 +101,19 @@ def serve(connection: int, memory: int) -> int:
         try:
             loop.run()
         except Exception as error:
-            loop.feedback.problem = exception_sentence(error)
+            loop.feedback.problem = _words(setup["driver"], error)
             loop.report()
             return FAILED
         finally:
             driver.close()
     return ENDED
+
+
+def _words(driver: str, error: Exception) -> str:
+    """Return the device's own words, or what the driver raised that it should not."""
+    if isinstance(error, TreepilotError):
+        return str(error)
+    return f"the driver {driver!r} failed: {exception_sentence(error)}"
 
 
 def _tell(brain: socket.socket, message: dict[str, Any]) -> None:
@@ -195,11 +201,11 @@ class _Loop:
         if content is None:
             return
         command = LoopCommand.unpacked(content)
-        if not all(map(isfinite, command.twist)):
-            return
         self._stops = max(self._stops, command.stops)
         self._released = max(self._released, command.released)
         self._ends = self._ends or bool(command.end)
+        if not all(map(isfinite, command.twist)):
+            return
         self._command, self._seen_number = command, self._mailbox.command.number
         if elapsed < self._plan[DEAD_MAN]:
             self._seen = now

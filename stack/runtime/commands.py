@@ -186,7 +186,9 @@ class CommandHandler:
         return "the operator's goal is cancelled; the mission stays paused"
 
     def _emergency_stop(self, arguments: EmergencyStopArguments) -> None:
-        self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
+        self._parts.body.command(
+            BodyCommand(STANDSTILL, emergency_stop=True)  # at once, not with the next step
+        )
         self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
         self.detours.cancel()
 
@@ -254,7 +256,7 @@ class CommandHandler:
     def _teleoperation(self) -> Teleoperation:
         """The running assisted_teleop; raise InputError without one."""
         self._refuse_motion_of_recording()
-        if self._mission.state is not MissionState.RUNNING:
+        if self._mission.state is not MissionState.RUNNING and not self.is_on_detour:
             raise InputError(f"the mission is {self._mission.state}")
         running = self._parts.navigator.base.teleoperation
         if running is None:

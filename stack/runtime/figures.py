@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from stack.body import Body, FastLoopBody
 from stack.runtime.sensing import Sensing
 from stack.runtime.stage_times import Stages
 from stack.schedule import Schedule
 from stack.telemetry.records import StageTiming
-from stack.types import SensorState
+from stack.types import LoopStatistics, SensorState
 
 PERIOD = 1.0
 """Robot time between two figures, s: to take them costs as much as the rest of a snapshot."""
@@ -26,11 +27,13 @@ class Figures(NamedTuple):
         stages: compute time by stage name.
         sensors: how often each sensor delivers.
         memory: of this process, bytes; 0: unknown.
+        fast_loop: timing of the body's fast loop; None without one.
     """
 
     stages: Mapping[str, StageTiming]
     sensors: tuple[SensorState, ...]
     memory: float
+    fast_loop: LoopStatistics | None = None
 
 
 class SlowFigures:
@@ -39,19 +42,22 @@ class SlowFigures:
     Args:
         stages: compute times of the loop.
         sensing: sensing stage of the loop.
+        body: the robot.
     """
 
-    def __init__(self, stages: Stages, sensing: Sensing) -> None:
-        self._stages, self._sensing = stages, sensing
+    def __init__(self, stages: Stages, sensing: Sensing, body: Body) -> None:
+        self._stages, self._sensing, self._body = stages, sensing, body
         self._due = Schedule(PERIOD)
         self._figures = Figures({}, (), 0.0)
 
     def at(self, time: float) -> Figures:
         """The figures, taken at most a period before a robot time, s."""
         if self._due.take(time):
+            body = self._body
             self._figures = Figures(
-                self._stages.timings(), self._sensing.sensors(), resident_memory()
-            )
+                self._stages.timings(), self._sensing.sensors(), resident_memory(),
+                body.loop_statistics if isinstance(body, FastLoopBody) else None,
+            )  # fmt: skip
         return self._figures
 
 

@@ -72,7 +72,7 @@ class Runtime:
         self._ticks_every = parameters.steps_per_tick
         self._watched_steps = round(WATCHED_TIME * parameters.control_rate)
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
-        self._figures = SlowFigures(self.stages, self.sensing)
+        self._figures = SlowFigures(self.stages, self.sensing, parts.body)
         self._commands = CommandHandler(parts, self.mission, self.end)
         self._parameters = Layer(1, parts.live_parameters.table)
 
@@ -135,10 +135,14 @@ class Runtime:
                 contact=wanted.contact,
             )  # fmt: skip
         now = p.body.time
-        p.holdups.update(self._holding(), perceived.estimate.pose, now)
+        kept = self.command.twist.share_of(wanted.twist)
+        p.holdups.update(self._holding(), perceived.estimate.pose, now, kept)
         p.body.command(
             BodyCommand(
-                self.command.twist, p.perceiver.captures(now), p.perceiver.measures_depth(now)
+                self.command.twist,
+                p.perceiver.captures(now),
+                p.perceiver.measures_depth(now),
+                bool(self.mission.emergency_stop),
             )
         )
         self._log_pose()
@@ -262,6 +266,7 @@ class Runtime:
             cameras=parts.perceiver.cameras.states,
             sensors=figures.sensors,
             memory=figures.memory,
+            fast_loop=figures.fast_loop,
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,

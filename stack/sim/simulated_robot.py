@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -52,7 +53,8 @@ class SimulatedRobot:
     """Drive, sensors, battery and contacts of one robot, each at its own rate.
 
     Args:
-        description: the robot.
+        description: the robot. Its `actual` one is simulated; commands, odometry and the mounts of
+            measurements are as described.
         world: in which it drives.
         engine: with that world.
         start: pose of the base frame, world frame.
@@ -76,13 +78,14 @@ class SimulatedRobot:
         start: Pose2D, seed: int,
     ) -> None:  # fmt: skip
         self.description, self._world = description, world
+        self._actual = description.actual or description
         self.radius = description.footprint.circumscribed_radius
         self._carrier = RobotShape(start, description.footprint, description.height)
         self._own = {
-            name: engine.own_ranges(description.model, lidar)
-            for name, lidar in description.real_lidars.items()
+            name: engine.own_ranges(self._actual.model, lidar)
+            for name, lidar in self._actual.real_lidars.items()
         }
-        self.physics = engine.add_robot(description, start)
+        self.physics = engine.add_robot(self._actual, start)
         self.cameras = {
             name: Camera(RenderSetup(world, description.model, camera, name), type(engine))
             for name, camera in _cameras(description).items()
@@ -96,14 +99,16 @@ class SimulatedRobot:
         self._plan_rates(description)
         self.clearance = CLEARANCE_REACH
         self._events: list[SimulationEvent] = []
-        self.drive = WheelController(description.drivetrain, PHYSICS_PERIOD)
+        self.drive = WheelController(
+            description.drivetrain, PHYSICS_PERIOD, description.wheel_control
+        )
         self._odometry = Odometry(description, seed)
         self._lidars = {
             name: Lidar(
                 lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}",
                 self._carrier, self._own[name],
             )
-            for name, lidar in description.real_lidars.items()
+            for name, lidar in self._actual.real_lidars.items()
         }  # fmt: skip
         self._sonars = {
             name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
@@ -119,7 +124,7 @@ class SimulatedRobot:
         self._push: PushMotion | None = None
         self._pushed_at = -inf
         self._friction = FrictionZones(world, self.physics)
-        self._wheel_motion = wheel_motion_of(description, self.physics, seed)
+        self._wheel_motion = wheel_motion_of(self._actual, self.physics, seed)
         self._named: set[str] = set()
         self._silenced: set[str] = set()
         for camera in self.cameras.values():
@@ -152,7 +157,9 @@ class SimulatedRobot:
 
     def drive_wheels(self) -> None:
         """Apply the wheel controller's set point of the next physics step."""
-        if self.drive.advance():
+        if self.drive.controls_torques:
+            self._turn_wheels()
+        elif self.drive.advance():
             self._set_wheels()
 
     def update_scene(self, time: float, period: float, truth: GroundTruth) -> None:
@@ -294,7 +301,17 @@ class SimulatedRobot:
         )
         self._clearance_schedule = physics_schedule(CLEARANCE_RATE)
 
+    def _turn_wheels(self) -> None:
+        """Control the speeds of the wheels by torques, as a driver without speed control does."""
+        motion, physics = self._wheel_motion, self.physics
+        torques = self.drive.torques(motion.encoder_speeds(physics.wheel_speeds()))
+        physics.set_wheel_torques(*motion.motor_torques(torques))
+        if steering := self.drive.wheels.steering:
+            physics.steer(steering)
+
     def _set_wheels(self) -> None:
+        if self.drive.controls_torques:
+            return  # in the next physics step
         wheels = self.drive.wheels
         self.physics.set_wheel_speeds(*self._wheel_motion.motor_speeds(wheels.speeds))
         if wheels.steering:
@@ -342,7 +359,8 @@ class SimulatedRobot:
         self._follow(time, truth)
         if self._trail[0][0] > time - lidar.duration + ROUNDING:
             return  # its first beams are from before the beginning
-        self._measured[name] = lidar.scan(self._trail, scene, step, time)
+        scan = lidar.scan(self._trail, scene, step, time)
+        self._measured[name] = replace(scan, mount=self.description.real_lidars[name].mount)
 
     def _follow(self, time: float, pose: Pose2D) -> None:
         """Add a pose to the trail, and forget those before the longest scan that ends now."""

@@ -23,6 +23,7 @@ from stack.types import (
     HealthThresholds,
     Image,
     Limitation,
+    LoopStatistics,
     Marker,
     OccupancyGrid,
     ParameterTable,
@@ -307,6 +308,7 @@ class Snapshot:
         cameras: state of every camera of the robot.
         sensors: how often each sensor delivers.
         memory: of the engine, bytes; 0: unknown.
+        fast_loop: timing of the process that holds the hardware; None without one.
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.
         depth_image: newest picture of a depth camera.
@@ -357,6 +359,7 @@ class Snapshot:
     memory: float = 0.0
     depth_points: FloatArray | None = None
     depth_image: DepthImage | None = None
+    fast_loop: LoopStatistics | None = None
 
     @property
     def safety(self) -> str:

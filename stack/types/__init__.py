@@ -14,7 +14,13 @@ from stack.types.detections import (
     ObjectColour,
     SeenObjects,
 )
-from stack.types.displays import ParameterInfo, ParameterTable, SensorState
+from stack.types.displays import (
+    LATENESS_BINS,
+    LoopStatistics,
+    ParameterInfo,
+    ParameterTable,
+    SensorState,
+)
 from stack.types.distortion import DISTORTION
 from stack.types.disturbances import (
     Disturbance,
@@ -113,10 +119,12 @@ __all__ = [
     "SeenObjects",
     "ContactZone",
     "DockShape",
+    "LATENESS_BINS",
     "LINE_COLOURS",
     "FloorLines",
     "Limitation",
     "LineColour",
+    "LoopStatistics",
     "Assignments",
     "Battery",
     "DepthImage",

@@ -121,8 +121,8 @@ def test_a_body_in_the_plugins_of_a_mission_is_refused_with_what_to_do(tmp_path)
         missions.run(file)
     (finding,) = refused.value.findings
     assert finding.sentence == (
-        "there is no body 'mine'; available: mavlink, scripted, simulated; a body of your own is "
-        f"an installed package with the entry point `mine` of `{GROUP}`"
+        "there is no body 'mine'; available: mavlink, scripted, simulated, wheels; a body of your "
+        f"own is an installed package with the entry point `mine` of `{GROUP}`"
     )
 
 

@@ -7,13 +7,20 @@ import pytest
 from textual.widgets import OptionList, Static
 
 from stack.telemetry.records import StageTiming
-from stack.types import CameraModel, CameraState, Detection, Image, SensorState
+from stack.types import (
+    CameraModel,
+    CameraState,
+    Detection,
+    Image,
+    LoopStatistics,
+    SensorState,
+)
 from tests.tui.sample_source import SampleSource
 from tui.app import Dashboard
 from tui.drawing import palette
 from tui.figures import KEPT, Figures, figures_of
 from tui.sheets.camera import Picture, picture_strips
-from tui.sheets.health import HealthSheet, sensor_colour, stage_colour
+from tui.sheets.health import HealthSheet, loop_colour, sensor_colour, stage_colour
 from tui.sheets.plots import SPANS, Plot, PlotSheet, scale_of
 from tui.sheets.sheet import Sheet
 
@@ -54,6 +61,33 @@ async def test_a_key_opens_a_sheet_and_the_stop_works_on_it(pilot, key):
 )
 def test_the_colour_of_a_sensor(state, colour):
     assert sensor_colour(state) == colour
+
+
+@pytest.mark.parametrize(
+    ("loop", "colour"),
+    [
+        (LoopStatistics(500.0, 10000, 0), palette.GOOD),
+        (LoopStatistics(500.0, 10000, 10), palette.WARN),
+        (LoopStatistics(500.0, 10000, 11), palette.BAD),  # more than one in a thousand
+        (LoopStatistics(500.0, 10000, lacks=("priority: denied",)), palette.WARN),
+    ],
+)
+def test_the_colour_of_a_fast_loop(loop, colour):
+    assert loop_colour(loop) == colour
+
+
+async def test_health_shows_the_fast_loop(pilot):
+    await pilot.press("H")
+    await pilot.pause()
+    assert "Fast loop" not in str(pilot.app.screen.query_one(Static).render())
+    late = (0,) * 8 + (990,) + (0,) * 4 + (10,)  # the bins end at 16 and at 91 µs
+    loop = LoopStatistics(500.0, 1000, 2, 80e-6, 21e-6, 60e-6, late, ("priority: denied",))
+    pilot.app.source.changes["fast_loop"] = loop
+    pilot.app.refresh_now()
+    text = str(pilot.app.screen.query_one(Static).render())
+    row = next(line for line in text.splitlines() if "500 Hz" in line)
+    assert row.split() == "✘ 500 Hz 16 µs 80 µs 80 µs 21 µs 2×".split()
+    assert "▲ without priority: denied" in text
 
 
 @pytest.mark.parametrize(

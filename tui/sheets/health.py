@@ -10,7 +10,7 @@ from textual.containers import VerticalScroll
 from textual.widgets import Static
 
 from stack.telemetry.records import Snapshot, StageTiming
-from stack.types import SensorState
+from stack.types import LoopStatistics, SensorState
 from tui.drawing.palette import BAD, BUSY, DIM, GOOD, IDLE, TEXT, WARN, css
 from tui.drawing.strips import one_line
 from tui.link import STALE_AFTER, Link
@@ -36,6 +36,8 @@ class HealthSheet(Sheet):
         text = Text(no_wrap=True, overflow="ellipsis")
         _sensors(text, shown.snapshot)
         _stages(text, shown.snapshot)
+        if shown.snapshot.fast_loop is not None:
+            _fast_loop(text, shown.snapshot.fast_loop)
         _process(text, shown.snapshot, shown.link)
         self.query_one(Static).update(text)
 
@@ -87,6 +89,23 @@ def _stages(text: Text, snapshot: Snapshot) -> None:
         _row(text, name, stage_colour(stage), *times, f"{stage.overruns}×")
     budget = next((stage.budget for stage in snapshot.stages.values()), 0.0)
     text.append(f"  the budget of a step is {budget * 1e3:g} ms\n", style=css(DIM))
+
+
+def loop_colour(loop: LoopStatistics) -> int:
+    """Red if the loop misses one of a thousand deadlines, yellow if any, or for want of rights."""
+    if loop.overruns > loop.cycles / 1000:
+        return BAD
+    return WARN if loop.overruns or loop.lacks else GOOD
+
+
+def _fast_loop(text: Text, loop: LoopStatistics) -> None:
+    text.append("\n")
+    _head(text, "Fast loop", "late p50", "p99.9", "worst", "work", "missed")
+    late = (loop.percentile(0.5), loop.percentile(0.999), loop.worst, loop.work)
+    times = (f"{value * 1e6:.0f} µs" for value in late)
+    _row(text, f"{loop.rate:g} Hz", loop_colour(loop), *times, f"{loop.overruns}×")
+    for lack in loop.lacks:
+        _row(text, f"without {lack}", WARN)
 
 
 def _process(text: Text, snapshot: Snapshot, link: Link) -> None:

@@ -1,0 +1,152 @@
+"""Body of a robot whose wheels a fast loop holds: a real robot, or emulated wheels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import monotonic, sleep  # noqa: TID251 - the clock of a real-time body
+
+import numpy as np
+
+from robots.motors.odometry import EncoderOdometry
+from robots.motors.parameters import WheelsParameters
+from robots.sensor_drivers.readers import SensorReaders
+from stack.body import (
+    DEAD_MAN,
+    FAST_LOOP,
+    MOTOR,
+    Body,
+    BodyCommand,
+    BodyHealth,
+    FastLoopBody,
+)
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.wheel_loop import (
+    ANGLES,
+    MEASURED_SPEEDS,
+    STAMPS,
+    STEERING_MEASURED,
+    block,
+    loop_plan,
+)
+from stack.errors import BodyError
+from stack.fast_loop.client import FastLoop, LoopSetup
+from stack.types import LoopStatistics, Observation
+
+TORQUE_OFF = 2.0
+"""Seconds without a command after which the standing wheels are released."""
+
+FIRST_FEEDBACK = 1.0
+"""Seconds in which the fast loop must complete its first cycle."""
+
+
+class WheelsBody(Body, FastLoopBody):
+    """Drives through a fast loop; odometry from its encoders, health from its driver's faults.
+
+    Args:
+        description: the robot.
+        parameters: of the fast loop and its driver.
+
+    Raises:
+        BodyError: the hardware does not respond.
+    """
+
+    def __init__(self, description: RobotDescription, parameters: WheelsParameters) -> None:
+        self._description = description
+        name, values = parameters.named_driver
+        plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, description.wheel_control)
+        self.loop = FastLoop(
+            LoopSetup(plan, name, values, parameters.rate, parameters.opens_within)
+        )
+        self._odometry = EncoderOdometry(description.drivetrain, description.wheels.radius)
+        self._is_stopped = False
+        self._began = self._due = monotonic()
+        self._read = 0
+        self._await_feedback()
+        self._sensors = SensorReaders(description)
+
+    @property
+    def description(self) -> RobotDescription:
+        """Description of the robot."""
+        return self._description
+
+    @property
+    def time(self) -> float:
+        """Seconds of the machine's monotonic clock since the run began."""
+        return monotonic() - self._began
+
+    @property
+    def is_real_time(self) -> bool:
+        """Always: nobody holds this clock."""
+        return True
+
+    @property
+    def loop_statistics(self) -> LoopStatistics:
+        """Timing of the fast loop."""
+        return self.loop.statistics()
+
+    def sense(self) -> Observation:
+        """Return the wheels' odometry, at the time of its measurement, and what sensors measured.
+
+        While the loop is silent the last pose stands for the present one.
+
+        Raises:
+            BodyError: the fast loop has ended.
+        """
+        if self.loop.has_ended:
+            raise BodyError(self.loop.problem)
+        wheels = self._odometry.reading
+        self._update()
+        if self._odometry.reading is wheels:
+            self._odometry.reading = replace(wheels, stamp=self.time)
+        time = self._odometry.reading.stamp
+        measured = self._sensors.take(self._began, self._began + time)
+        return Observation(time, {"wheels": self._odometry.reading, **measured})
+
+    def command(self, command: BodyCommand) -> None:
+        """Hand over the velocity; the loop limits it, and stops without a new one for 0.3 s."""
+        if command.emergency_stop != self._is_stopped:
+            self._is_stopped = command.emergency_stop
+            (self.loop.emergency_stop if self._is_stopped else self.loop.release)()
+        self.loop.command(command.twist)
+
+    def wait(self, period: float) -> None:
+        """Sleep until a period after the last step was due; a late step delays the next ones."""
+        self._due = max(self._due + period, monotonic())
+        sleep(max(0.0, self._due - monotonic()))
+
+    @property
+    def health(self) -> BodyHealth:
+        """A fast loop that is frozen or has ended, or what its driver reports."""
+        if problem := self.loop.problem:
+            return BodyHealth(problem, FAST_LOOP)
+        if fault := self.loop.fault:
+            return BodyHealth(fault, MOTOR)
+        return BodyHealth(self._sensors.problem)
+
+    def close(self) -> None:
+        """Stop the robot, release the wheels and end the loop. Safe to call twice."""
+        self.loop.close()
+        self._sensors.close()
+
+    def _await_feedback(self) -> None:
+        limit = monotonic() + FIRST_FEEDBACK
+        while self.loop.feedback() is None:
+            if monotonic() > limit:
+                problem = self.loop.problem or f"no cycle within {FIRST_FEEDBACK:g} s"
+                self.loop.close()
+                raise BodyError(f"the fast loop does not run: {problem}")
+            sleep(0.005)
+        self._update()
+
+    def _update(self) -> None:
+        feedback = self.loop.feedback()
+        if feedback is None or feedback.cycle == self._read:
+            return
+        self._read = feedback.cycle
+        state = np.frombuffer(feedback.state)
+        stamp = float(block(state, STAMPS).max()) - self._began
+        is_steered = bool(self._description.drivetrain.steering_joints)
+        angles = state[STEERING_MEASURED : STEERING_MEASURED + 2].tolist() if is_steered else []
+        self._odometry.update(
+            stamp, block(state, ANGLES).tolist(), block(state, MEASURED_SPEEDS).tolist(), angles
+        )

@@ -1,0 +1,81 @@
+"""The body `wheels`: a mission on emulated wheels in real time, odometry, choice of the driver."""
+
+from math import pi
+from pathlib import Path
+
+import pytest
+
+import missions
+from robots.load import read_robot
+from robots.motors.odometry import EncoderOdometry
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.differential import Wheels
+from stack.drivetrain.limits import Limits
+from stack.errors import InputError
+from stack.types import Twist
+
+pytestmark = pytest.mark.xdist_group("fast_loop")
+
+SCOUT = Path(__file__).parents[3] / "robots" / "scout"
+
+
+def robot_file(folder, body):
+    text = (SCOUT / "robot.yaml").read_text().replace("scout.urdf", str(SCOUT / "scout.urdf"))
+    file = folder / "robot.yaml"
+    file.write_text(f"{text[: text.index('lidar:')]}\nbody: {body}\n")
+    return file
+
+
+def test_a_mission_drives_emulated_wheels_through_a_fast_loop(tmp_path):
+    robot_file(tmp_path, "{use: wheels, rate: 500 Hz, driver: {use: emulated, lag: 10 ms}}")
+    file = tmp_path / "ahead.yaml"
+    file.write_text(
+        "mission: ahead\nformat: 1\nrobot: ./robot.yaml\nworld: small_room\n"
+        "localisation: dead_reckoning\nrun: {drive_on_heading: {distance: 0.1 m}}\n"
+    )
+    report = missions.run(file, seed=0)
+    assert (report.status, report.final_pose["truth"]) == ("success", None)
+    assert report.distance_m == pytest.approx(0.1, abs=0.03)
+    timing = report.fast_loop
+    assert timing["rate"] == 500.0
+    assert timing["cycles"] + timing["overruns"] >= 500.0 * 0.5 * report.simulated_seconds
+    assert 0.0 < timing["late_median"] <= timing["late_worst"]
+
+
+@pytest.mark.parametrize(
+    ("body", "sentence"),
+    [
+        ("{use: wheels, driver: emulatd}", "no driver 'emulatd'; did you mean 'emulated'"),
+        ("{use: wheels, driver: {use: emulated, lagg: 1 ms}}", "lagg"),
+        ("{use: wheels, driver: {lag: 1 ms}}", "expected a name, or a mapping with `use`"),
+        ("{use: wheels, rate: 5 kHz}", "rate"),
+    ],
+)
+def test_a_wrong_body_is_an_error_in_the_robot_file(tmp_path, body, sentence):
+    with pytest.raises(InputError, match=sentence):
+        read_robot(robot_file(tmp_path, body))
+
+
+def test_odometry_of_a_half_circle_is_exact_with_any_number_of_readings():
+    """Radius 1 m, track 0.4 m, wheels of 0.1 m: the sides roll 0.8 pi and 1.2 pi metres."""
+    drive = Wheels(("l",), ("r",), 0.1, 0.4).drivetrain(Limits())
+    for readings in (1, 7):
+        odometry = EncoderOdometry(drive, 0.1)
+        odometry.update(0.0, [3.0, -2.0], [0.0, 0.0])
+        for number in range(1, readings + 1):
+            share = number / readings
+            angles = [3.0 + 8.0 * pi * share, -2.0 + 12.0 * pi * share]
+            odometry.update(share, angles, [8.0, 12.0])
+        pose, twist = odometry.reading.pose, odometry.reading.twist
+        assert (pose.x, pose.y, abs(pose.heading)) == pytest.approx((0.0, 2.0, pi), abs=1e-9)
+        assert (twist.linear, twist.angular) == pytest.approx((1.0, 1.0))
+
+
+def test_odometry_of_a_car_turns_by_its_measured_steering():
+    car = SteeredWheels(("a", "b"), ("c", "d"), 0.1, 0.5, 0.4, pi / 6, 1.0).drivetrain(Limits())
+    wheels = car.to_wheels(car.state_at(Twist(1.0, 0.5), car.at_rest))
+    odometry = EncoderOdometry(car, 0.1)
+    odometry.update(0.0, [0.0, 0.0], [0.0, 0.0], wheels.steering)
+    odometry.update(1.0, list(wheels.speeds), list(wheels.speeds), wheels.steering)
+    assert odometry.reading.pose.heading == pytest.approx(0.5)
+    assert odometry.reading.twist.angular == pytest.approx(0.5)

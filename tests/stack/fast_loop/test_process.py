@@ -1,0 +1,190 @@
+"""A brain and its fast loop as real processes: what happens when one is killed or frozen."""
+
+import os
+import signal
+import subprocess
+import sys
+from time import monotonic, sleep  # noqa: TID251 - waits for other processes
+
+import numpy as np
+import pytest
+
+from stack.drivetrain.differential import Wheels
+from stack.drivetrain.limits import Limits
+from stack.drivetrain.wheel_loop import (
+    DRIVING,
+    LEVEL,
+    LINEAR,
+    MEASURED_SPEEDS,
+    OFF,
+    WheelGains,
+    block,
+    loop_plan,
+)
+from stack.errors import BodyError, InputError, ParameterError
+from stack.fast_loop.client import SILENT, FastLoop, LoopSetup
+from stack.types import Twist
+from tests.benchmarks.dead_man import SCOUT, SPEED, STIFF, stops_after
+
+pytestmark = pytest.mark.xdist_group("fast_loop")
+
+DRIVE = Wheels(("l",), ("r",), 0.1, 0.4).drivetrain(Limits(linear_acceleration=20.0))
+WAITS = 30.0
+
+
+@pytest.fixture
+def start():
+    loops = []
+
+    def make(**settings):
+        gains = settings.pop("gains", WheelGains())
+        loops.append(FastLoop(LoopSetup(loop_plan(DRIVE, 0.3, 2.0, gains), **settings)))
+        return loops[-1]
+
+    yield make
+    for loop in loops:
+        loop.close()
+
+
+def state_of(loop):
+    feedback = loop.feedback()
+    return None if feedback is None else np.frombuffer(feedback.state)
+
+
+def until(condition, act=lambda: None):
+    """Wait for a condition on other processes, and act meanwhile as a brain does: at 50 Hz."""
+    limit = monotonic() + WAITS
+    while not condition():
+        assert monotonic() < limit
+        act()
+        sleep(0.02)
+
+
+def drive(loop, speed=0.5):
+    until(
+        lambda: (state := state_of(loop)) is not None and state[LINEAR] == speed,
+        lambda: loop.command(Twist(speed)),
+    )
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
+@pytest.mark.parametrize("deceleration", [STIFF, SCOUT], ids=["stiff", "scout"])
+def test_the_wheels_stand_when_the_brain_is_gone(number, deceleration):
+    """A killed brain is noticed at once, a frozen one after 0.3 s; then v / a until it stands.
+
+    0.05 s are for the lag of the wheels, two cycles, and the end of a killed process.
+    """
+    stop = stops_after(number, deceleration)[0]
+    noticed = 0.05 if number == signal.SIGKILL else 0.35
+    assert stop.noticed <= noticed + stop.gap
+    assert stop.stood <= noticed + SPEED / deceleration + stop.gap
+    if deceleration == STIFF:
+        assert stop.stood <= 0.35 + stop.gap
+
+
+def test_a_loop_that_is_frozen_or_killed_is_a_problem(start):
+    loop = start()
+    drive(loop)
+    assert loop.problem == ""
+    os.kill(loop.pid, signal.SIGSTOP)
+    began = monotonic()
+    until(lambda: loop.problem)
+    assert monotonic() - began >= SILENT - 0.1  # not at once: a busy machine is no fault
+    assert loop.problem == "the fast loop has not answered for more than 0.3 s"
+    for _ in range(5):  # what the brain said meanwhile is as old as the gap
+        loop.command(Twist(0.8))
+    os.kill(loop.pid, signal.SIGCONT)
+    until(lambda: loop.problem == "")
+    until(lambda: state_of(loop)[LINEAR] == 0.0)
+    os.kill(loop.pid, signal.SIGKILL)
+    until(lambda: loop.has_ended)
+    assert loop.problem == "the fast loop was killed (SIGKILL)"
+
+
+def test_an_emergency_stop_stands_until_it_is_released(start):
+    loop = start()
+    drive(loop)
+    loop.emergency_stop()
+    loop.command(Twist(0.5))  # at once, before the loop has read the stop
+    until(lambda: state_of(loop)[LEVEL] == OFF, lambda: loop.command(Twist(0.5)))
+    assert loop.feedback().stops == 1
+    loop.release()
+    until(lambda: state_of(loop)[LEVEL] == DRIVING, lambda: loop.command(Twist()))
+    assert state_of(loop)[LINEAR] == 0.0
+    loop.emergency_stop()
+    until(lambda: state_of(loop)[LEVEL] == OFF, lambda: loop.command(Twist()))
+
+
+def test_gains_of_the_loop_bring_wheels_with_inertia_to_their_speed(start):
+    loop = start(gains=WheelGains(p=0.3, i=1.0, speed=0.05, friction=0.1))
+    drive(loop)
+    wanted = pytest.approx([5.0, 5.0], abs=0.05)  # 0.5 m/s at a radius of 0.1 m
+    until(
+        lambda: block(state_of(loop), MEASURED_SPEEDS) == wanted, lambda: loop.command(Twist(0.5))
+    )
+
+
+def test_statistics_count_every_cycle(start):
+    loop = start(rate=200.0)
+    until(lambda: loop.statistics().cycles > 60, lambda: loop.command(Twist()))
+    timing = loop.statistics()
+    assert sum(timing.late) == timing.cycles
+    assert 0.0 < timing.percentile(0.5) <= timing.percentile(0.999) <= timing.worst
+    loop.close()
+    assert loop.statistics().cycles >= timing.cycles  # the memory outlives its writer
+
+
+def test_wrong_setups_are_refused(start):
+    with pytest.raises(InputError, match=r"no driver 'emulatd'; did you mean 'emulated'"):
+        start(driver="emulatd")
+    with pytest.raises(ParameterError, match="lagg"):
+        start(parameters={"lagg": 0.1})
+
+
+def test_a_driver_that_does_not_open_is_refused_in_its_own_words(start, tmp_path, monkeypatch):
+    module = "import time\nfrom stack.errors import BodyError\n"
+    module += "from stack.fast_loop.driver import Driver\nclass Dead(Driver):\n"
+    module += "    def open(self): raise BodyError('can0: no such device')\n"
+    module += "    def exchange(self, command, feedback): pass\n"
+    module += "class Slow(Dead):\n    def open(self): time.sleep(60.0)\n"
+    module += "class Late(Dead):\n    def open(self): pass\n"
+    module += "    def exchange(self, command, feedback):\n        raise BodyError('bus off')\n"
+    (tmp_path / "dead_drivers.py").write_text(module)
+    metadata = tmp_path / "dead-1.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: dead\nVersion: 1\n")
+    entries = "".join(
+        f"{name.lower()} = dead_drivers:{name}\n" for name in ("Dead", "Slow", "Late")
+    )
+    (metadata / "entry_points.txt").write_text(f"[treepilot.drivers]\n{entries}")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(BodyError, match=r"^can0: no such device$"):
+        start(driver="dead")
+    with pytest.raises(BodyError, match="the driver 'slow' did not open within 3 s"):
+        start(driver="slow", opens_within=3.0)
+    loop = start(driver="late")
+    until(lambda: loop.has_ended)
+    assert loop.problem == "the fast loop ended with code 3: bus off"
+
+
+def test_the_process_imports_nothing_of_the_brain():
+    heavy = ("pybullet", "cv2", "py_trees", "zmq", "rerun", "textual", "gtsam", "typer")
+    code = f"import sys, stack.fast_loop.process; print([m for m in {heavy} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_what_is_not_granted_is_said_with_the_command_that_grants_it(monkeypatch):
+    from stack.fast_loop import privileges
+
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    monkeypatch.setattr(os, "sched_setaffinity", lambda *_: None)
+    monkeypatch.setattr(privileges, "_lock_memory", lambda: None)
+    found = {item.name: item for item in privileges.acquire()}
+    assert found["priority"].problem == "Operation not permitted"
+    assert "rtprio 60" in found["priority"].remedy
+    assert found["memory"].problem == ""
+    assert len(found) == 3
