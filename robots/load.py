@@ -56,6 +56,7 @@ from stack.drivetrain.description import (
     RobotDescription,
 )
 from stack.drivetrain.limits import Limits
+from stack.drivetrain.wheel_loop import WheelGains
 from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, suggestion
@@ -122,6 +123,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     limits = parameters_of(top.section("limits"), Limits)
     check_lateral_speed(top, wheels, limits)
     skid = read_skid(top, wheels)
+    gains = parameters_of(top.section("wheel_control"), WheelGains)
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
     lidar, camera = optional(top, "lidar", read_lidar), optional(top, "camera", read_camera)
     lidars, sonars = named(top, "lidars", read_lidar), named(top, "sonars", read_sonar)
@@ -146,7 +148,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
         battery, components, path, lidars, sonars, body, skid, depth_cameras, text,
-        body_parameters=body_parameters, sensor_drivers=drivers,
+        body_parameters=body_parameters, sensor_drivers=drivers, wheel_control=gains,
     )  # fmt: skip
     compare_body(top, model, placement.base, robot)
     actual = _actual(top, robot, path, actual_name) if actual_name else None

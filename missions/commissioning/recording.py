@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missions.commissioning.reference import Reference
+from missions.commissioning.reference import Reference, with_calibrated_gyro
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
+from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
+from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import FloatArray, Observation, Pose2D
 
 
@@ -91,6 +93,22 @@ def gyro_of(observations: Iterable[Observation]) -> FloatArray:
     rates = rates[first]
     steps = 0.5 * (rates[1:] + rates[:-1]) * np.diff(stamps)
     return np.column_stack([stamps, np.concatenate([[0.0], np.cumsum(steps)])])
+
+
+def fused_of(observations: Iterable[Observation], robot: RobotDescription) -> Track:
+    """Return the poses by wheels and gyro, odom frame.
+
+    Raises:
+        InputError: there are none.
+    """
+    odometry, found = WheelGyroOdometry(OdometryFusionParameters(), robot), []
+    for observation in observations:
+        if observation.wheels is not None:
+            fused = odometry.update(with_calibrated_gyro(observation, robot))
+            found.append((fused.stamp, fused.pose))
+    if len(found) < 2:
+        raise InputError("the drive has no odometry of the wheels")
+    return _track(found)
 
 
 def _reference(seen: list[Observation], robot: RobotDescription, lidar: str) -> Track:

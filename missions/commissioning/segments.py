@@ -61,8 +61,13 @@ class Segments:
         return off
 
 
-def segments_of(drive: Drive) -> Segments:
-    """Cut a drive into segments."""
+def segments_of(drive: Drive, length: float = LENGTH) -> Segments:
+    """Cut a drive into segments.
+
+    Args:
+        drive: with poses by wheels and reference.
+        length: metres that a wheel rolls in a segment.
+    """
     stamps = np.union1d(drive.wheels.stamps, drive.reference.stamps)
     inside = (stamps >= drive.wheels.stamps[0]) & (stamps <= drive.wheels.stamps[-1])
     stamps = stamps[inside]
@@ -77,7 +82,7 @@ def segments_of(drive: Drive) -> Segments:
     for before, mark in zip(marks[:-1].tolist(), marks[1:].tolist(), strict=True):
         if stamps[mark] - stamps[before] > LONGEST_GAP:
             begin = mark
-        elif rolled[mark] - rolled[begin] >= LENGTH:
+        elif rolled[mark] - rolled[begin] >= length:
             pairs.append((begin, mark))
             begin = mark
     index = np.array(pairs, dtype=np.int64).reshape(-1, 2)

@@ -53,7 +53,7 @@ class WheelsBody(Body, FastLoopBody):
     def __init__(self, description: RobotDescription, parameters: WheelsParameters) -> None:
         self._description = description
         name, values = parameters.named_driver
-        plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, parameters.gains)
+        plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, description.wheel_control)
         self.loop = FastLoop(
             LoopSetup(plan, name, values, parameters.rate, parameters.opens_within)
         )

@@ -3,6 +3,8 @@
 import typer
 
 from missions.cli.calibrate.camera import camera
+from missions.cli.calibrate.lidar import EPILOG as LIDAR_EPILOG
+from missions.cli.calibrate.lidar import lidar
 from missions.cli.calibrate.odometry import EPILOG as ODOMETRY_EPILOG
 from missions.cli.calibrate.odometry import odometry
 
@@ -11,3 +13,4 @@ calibrate_app = typer.Typer(
 )
 calibrate_app.command()(camera)
 calibrate_app.command(epilog=ODOMETRY_EPILOG)(odometry)
+calibrate_app.command(epilog=LIDAR_EPILOG)(lidar)

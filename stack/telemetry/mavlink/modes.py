@@ -27,6 +27,9 @@ class Mode(IntEnum):
 
 
 SELECTABLE = (Mode.MANUAL, Mode.HOLD, Mode.AUTO, Mode.RTL, Mode.GUIDED)
+TELEOPERATION = "assisted_teleop"
+"""The behaviour of a mission that allows manual control."""
+
 NO_MANUAL = "manual control is refused: the mission runs no assisted_teleop now"
 
 
@@ -66,11 +69,21 @@ class Modes:
             return Mode.MANUAL if manual else Mode.AUTO
         if snapshot.state is not MissionState.PAUSED or snapshot.detour_held:
             return Mode.HOLD
+        if wanted is None and self._plan.is_active:
+            wanted = Mode.AUTO
         if wanted is Mode.AUTO and not self._plan.is_active:
             return Mode.HOLD  # at its end, or after it was cancelled
         if wanted in (Mode.AUTO, Mode.RTL, Mode.GUIDED, Mode.MANUAL):
             return wanted
         return Mode.GUIDED if snapshot.detour else Mode.HOLD
+
+    def follow(self) -> None:
+        """Forget the chosen mode once others have changed it: the mission runs, or was stopped."""
+        snapshot = self._handover.snapshot
+        if snapshot is None or snapshot.state is MissionState.PAUSED:
+            return
+        if snapshot.state is not MissionState.RUNNING or self.wanted is not Mode.MANUAL:
+            self.wanted = None
 
     def switch(self, number: int, done: Done) -> None:
         """Change into a mode.
@@ -163,7 +176,8 @@ class Modes:
         )  # fmt: skip
 
     def _manual(self, snapshot: Snapshot, done: Done) -> None:
-        if snapshot.teleop and not (snapshot.detour or snapshot.detour_held):
+        if any(row.kind == TELEOPERATION and row.status == "running" for row in snapshot.tree):
+            self._plan.suspend()
             self.resume_mission(snapshot, done)
             return
         self._texts.tell(NO_MANUAL)

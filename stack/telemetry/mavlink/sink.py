@@ -2,7 +2,7 @@
 
 The link has a thread of its own, so that stations get heartbeats and answers whatever the engine
 does. The engine's thread only hands over snapshots, events and acknowledgements. The thread rests
-REST times as long as it has worked, so that a flood of frames does not slow the loop down.
+REST times as long as it has computed, so that a flood of frames does not slow the loop down.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Event as Flag
 from threading import Thread
-from time import monotonic  # noqa: TID251 - heartbeats belong to the transport
+from time import monotonic, thread_time  # noqa: TID251 - heartbeats belong to the transport
 from typing import Any
 
 from stack.errors import InputError
@@ -131,14 +131,11 @@ class MavlinkVehicle:
         """Serve stations until the end of the run."""
         try:
             while not self._ends.is_set():
-                received = self._link.receive(CYCLE)
-                begun = self._clock()
-                for one in received:
-                    vehicle.take(one.message)
+                begun = thread_time()
+                for received in self._link.receive(CYCLE):
+                    vehicle.take(received.message)
                 vehicle.tick()
-                if received:
-                    worked = self._clock() - begun
-                    self._ends.wait(min(REST * worked, LONGEST_REST))
+                self._ends.wait(min(REST * (thread_time() - begun), LONGEST_REST))
             vehicle.tick()
         except Exception as error:  # told by the engine's thread: the event `link_lost`
             self._failure = error

@@ -8,13 +8,13 @@ from threading import Thread
 
 import pytest
 
-from missions.inspection.exchange.rerun_viewer import follow, free_port, listens
+from missions.inspection.exchange.rerun_viewer import follow, free_port, listens, viewer_program
 from stack.telemetry.hub import SNAPSHOTS, Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.recording_parameters import RecordingParameters
 from stack.telemetry.snapshots.log import SnapshotLog
 from tests.missions.execution.test_engine import until
-from tests.stack.telemetry.rerun_recording import RERUN, rerun, rows_by_entity
+from tests.stack.telemetry.rerun_recording import rerun, rows_by_entity
 from tests.stack.telemetry.synthetic_run import SyntheticRun
 
 ROOT = Path(__file__).parents[3]
@@ -46,7 +46,7 @@ def receiver(*options):
     """A viewer without a window: the server to which recordings are sent."""
     port = free_port()
     viewer = subprocess.Popen(
-        [RERUN, *options, "--bind", "127.0.0.1", "--port", str(port)],
+        [viewer_program(), *options, "--bind", "127.0.0.1", "--port", str(port)],
         stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     try:

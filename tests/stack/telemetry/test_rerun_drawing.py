@@ -208,5 +208,5 @@ def test_the_tree_as_text(snapshot_at, info):
         TreeRow(2, 0, "wait", "wait", "running", "2 s"),
     )
     text = tree_markdown(snapshot_at(tree=rows), info)
-    assert "- ▶ **Patrol**\n  - ✘ **go\\_to \\*dock\\*** *no way*\n  - ▶ **wait** *2 s*" in text
+    assert "- ▶ **Patrol**\n  - ✗ **go\\_to \\*dock\\*** *no way*\n  - ▶ **wait** *2 s*" in text
     assert activity(rows) == "wait" and activity(()) == NOTHING
