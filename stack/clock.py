@@ -31,9 +31,9 @@ STEP = 1.0
 AGREEING = 5
 """Messages in turn that must agree on another offset before it is believed."""
 
-LATE_FOR = 10.0
+LATE_FOR = 3.0
 """Seconds for which messages in order are late by more than STEP before the offset is believed to
-have changed: longer than a radio link stalls."""
+have changed. What comes after a link has stalled comes at once, and is over sooner."""
 
 
 class DeviceClock:
@@ -51,7 +51,7 @@ class DeviceClock:
         self._buckets: deque[tuple[int, float, float]] = deque(maxlen=BUCKETS)
         self._middle, self._offset, self._drift = 0.0, 0.0, 0.0
         self._strange: deque[tuple[float, float]] = deque(maxlen=AGREEING)
-        self._strange_since = 0.0
+        self._strange_since, self._has_advanced = 0.0, False
 
     @property
     def drift(self) -> float:
@@ -77,9 +77,12 @@ class DeviceClock:
             stamp: seconds of the device's clock.
             arrival: when the message came, seconds of our clock.
         """
+        if not self._has_advanced and self._buckets and stamp == self._buckets[-1][1]:
+            self._buckets.clear()  # a clock that does not run yet
         if not self._buckets:
             self._learn(stamp, arrival)
             return arrival
+        self._has_advanced = True
         delay = arrival - stamp - self.offset_at(stamp)
         if abs(delay) <= STEP:
             self._strange.clear()
