@@ -35,6 +35,10 @@ LATE_FOR = 3.0
 """Seconds for which messages in order are late by more than STEP before the offset is believed to
 have changed. What comes after a link has stalled comes at once, and is over sooner."""
 
+SHIFT, SHIFTED = 0.1, 3
+"""Seconds by which even the quickest messages of so many buckets in turn must be late before the
+offset is believed to have changed: by less, a drift is estimated."""
+
 
 class DeviceClock:
     """Converts stamps of a device to our clock; notices when the device was restarted.
@@ -118,8 +122,18 @@ class DeviceClock:
             if number < last[0] or offset >= last[2]:
                 return
             self._buckets.pop()
+        elif self._is_shifted:
+            self._buckets = deque(list(self._buckets)[-SHIFTED:], maxlen=BUCKETS)
         self._buckets.append((number, stamp, offset))
         self._fit()
+
+    @property
+    def _is_shifted(self) -> bool:
+        """Whether the newest complete buckets are all later than the line."""
+        newest = list(self._buckets)[-SHIFTED:]
+        return len(newest) == SHIFTED and all(
+            offset - self.offset_at(stamp) > SHIFT for _, stamp, offset in newest
+        )
 
     def _fit(self) -> None:
         """Find the highest line below all points: the edge of their lower hull under the mean."""

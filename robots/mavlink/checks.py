@@ -10,7 +10,7 @@ from robots.mavlink.hearing import Hearing, Rover
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
 
-OLDEST_ODOMETRY = 0.5
+OLDEST_ODOMETRY = 1.0
 """Seconds without odometry after which there is none."""
 
 BATTERY_WITHIN = 3.0
