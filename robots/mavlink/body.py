@@ -187,8 +187,8 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
         problem = self._link.problem
         if problem:
             return BodyHealth(problem, self._link.fault)
-        stamp = self._measurements.odometry.stamp
-        if stamp is not None and self._received_at - stamp > OLDEST_ODOMETRY:
+        heard = self._measurements.odometry.heard
+        if heard is not None and self._received_at - heard > OLDEST_ODOMETRY:
             return BodyHealth(f"no odometry from the rover: no {self._measurements.source}")
         return BodyHealth(self._sensors.problem)
 
