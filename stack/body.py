@@ -202,6 +202,15 @@ class FastLoopBody(ABC):
         """Timing of the fast loop so far."""
 
 
+class LinkedBody(ABC):
+    """What only a body knows that talks with its robot over a link."""
+
+    @property
+    @abstractmethod
+    def link_figures(self) -> Mapping[str, Any]:
+        """Measured figures of the link so far, by name, for the report."""
+
+
 class Replay(ABC):
     """What only a body that plays a recording knows."""
 

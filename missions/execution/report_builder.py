@@ -10,7 +10,7 @@ from missions.execution.build import Engine
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import versions
-from stack.body import Body, FastLoopBody
+from stack.body import Body, FastLoopBody, LinkedBody
 from stack.runtime.holdups import held_seconds
 from stack.runtime.loop import Runtime
 from stack.sim.battery import START_CHARGE
@@ -116,6 +116,7 @@ def compose_report(
         scans_dropped=runtime.sensing.dropped_scans,
         people={} if scorer is None else scorer.people_summary(),
         fast_loop=_loop_timing(engine.body),
+        body_link=(dict(engine.body.link_figures) if isinstance(engine.body, LinkedBody) else {}),
     )
 
 

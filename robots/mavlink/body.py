@@ -6,7 +6,7 @@ Its time is the monotonic clock of this computer since then; the rover's stamps 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 from typing import Any
@@ -25,6 +25,7 @@ from stack.body import (
     BodyHealth,
     Engageable,
     FastLoopBody,
+    LinkedBody,
 )
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError, InputError
@@ -51,7 +52,7 @@ STOOD_FOR = 1.0
 """Seconds of standstill orders after which small measured velocities are noise."""
 
 
-class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
+class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
     """Drives a rover.
 
     Args:
@@ -79,7 +80,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         )
         self._began, self._pace = 0.0, Pace(1.0)
         self._asked, self._stood_since = False, monotonic()
-        self._found_at = monotonic()
+        self._found_at = self._received_at = monotonic()
         self._seen: dict[str, float] = {}
         self.checks: list[Check] = []
         self._last: PoseEstimate | None = None
@@ -176,15 +177,19 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         return self._link.statistics
 
     @property
+    def link_figures(self) -> Mapping[str, Any]:
+        """Latency and rates of the link."""
+        return self._link.figures(monotonic() - self._found_at)
+
+    @property
     def health(self) -> BodyHealth:
         """Why the rover does not obey or measure; empty if it does."""
         problem = self._link.problem
         if problem:
             return BodyHealth(problem, self._link.fault)
-        stamp = self._measurements.odometry.stamp
-        if stamp is not None and monotonic() - stamp > OLDEST_ODOMETRY:
-            source = self._measurements.source
-            return BodyHealth(f"no odometry from the rover: {source} does not come")
+        heard = self._measurements.odometry.heard
+        if heard is not None and self._received_at - heard > OLDEST_ODOMETRY:
+            return BodyHealth(f"no odometry from the rover: no {self._measurements.source}")
         return BodyHealth(self._sensors.problem)
 
     def sense(self) -> Observation:
@@ -212,6 +217,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         self._link.drive(twist, emergency_stop=command.emergency_stop)
 
     def _receive(self) -> None:
+        self._received_at = monotonic()
         for item in self._link.take():
             self._measurements.add(item)
         for text in self._link.heard.take_texts():
